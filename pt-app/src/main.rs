@@ -1,0 +1,2 @@
+//! The `pt` program.
+fn main() {}
