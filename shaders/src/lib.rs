@@ -1,1 +1,19 @@
-//! (being built)
+//! What the host and the GPU both see, written once.
+//!
+//! * [`gpu_struct!`]: a record is declared in Rust and its GLSL declaration is generated from it (scalar block layout);
+//! * [`channels`]: the frame contract, i.e. every screen-space image that crosses a stage seam;
+//! * [`records`]: the records that several crates share (camera, frame, scene tables);
+//! * `compiler` (feature of the same name, for build scripts): GLSL to SPIR-V with includes, errors as file:line.
+//!
+//! The GLSL headers that several crates include lie in `glsl/`.
+
+pub mod channels;
+#[cfg(feature = "compiler")]
+pub mod compiler;
+pub mod gpu_struct;
+mod kernel_code;
+pub mod records;
+
+pub use glam;
+pub use gpu_struct::{Field, GlslType, GpuStruct};
+pub use kernel_code::{ShaderCode, Stage, TraceCode};

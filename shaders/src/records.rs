@@ -1,0 +1,314 @@
+//! Records that several crates read on the GPU. Spaces: world is metres, +Y up, right-handed.
+
+use crate::gpu_struct;
+use crate::gpu_struct::GpuStruct;
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+
+/// "No index": an absent texture, a miss, an unlit cluster.
+pub const NONE: u32 = u32::MAX;
+
+gpu_struct! {
+    /// One view. Perspective: `half_extent` = tangent of half the field of view; orthographic: half the image in metres.
+    pub struct CameraRecord {
+        /// View space: camera looks along -Z, +Y up.
+        pub view_from_world: Mat4,
+        /// Inverse of `view_from_world`.
+        pub world_from_view: Mat4,
+        /// Half the image plane at distance 1 (perspective) or in metres (orthographic); x right, y up.
+        pub half_extent: Vec2,
+        /// Thin lens radius in metres; 0 = pinhole.
+        pub lens_radius: f32,
+        /// Distance to the plane in focus, along the view axis, in metres.
+        pub focus_distance: f32,
+        /// 0 = perspective, 1 = orthographic.
+        pub projection: u32,
+        /// Alignment.
+        pub pad: [u32; 3],
+    }
+}
+
+gpu_struct! {
+    /// What every kernel of a frame may ask for.
+    pub struct FrameRecord {
+        /// This frame's camera.
+        pub camera: CameraRecord,
+        /// Last frame's camera (the same in the first frame).
+        pub camera_prev: CameraRecord,
+        /// Full frame in pixels.
+        pub size: UVec2,
+        /// Width of one checkerboard field: ceil(W / 2).
+        pub field_width: u32,
+        /// Frames since the start of the run.
+        pub frame_index: u32,
+        /// Seed of the run.
+        pub seed: u32,
+        /// Alignment.
+        pub pad: [u32; 3],
+    }
+}
+
+gpu_struct! {
+    /// The scene's tables as device addresses (`buffer_reference` types in scene.glsl).
+    pub struct SceneRecord {
+        /// `InstanceRecord[instance_count]`.
+        pub instances: u64,
+        /// `MeshRecord[]`.
+        pub meshes: u64,
+        /// `MaterialRecord[]`.
+        pub materials: u64,
+        /// `LightRecord[light_count]`.
+        pub lights: u64,
+        /// `EmissiveRecord[emissive_count]`.
+        pub emissives: u64,
+        /// `AliasRecord[emissive_count]`.
+        pub emissive_alias: u64,
+        /// `AliasRecord[environment_size.x * environment_size.y]`.
+        pub environment_alias: u64,
+        /// Wide BVH over instances (compute backend).
+        pub tlas_nodes: u64,
+        /// Instance indices in leaf order of `tlas_nodes`.
+        pub tlas_instances: u64,
+        /// Number of instances.
+        pub instance_count: u32,
+        /// Number of punctual lights.
+        pub light_count: u32,
+        /// Number of emissive triangles.
+        pub emissive_count: u32,
+        /// Bindless index of the lat-long environment.
+        pub environment_texture: u32,
+        /// Width and height of the environment in texels.
+        pub environment_size: UVec2,
+        /// Cosine and sine of the environment's rotation about +Y.
+        pub environment_rotation: Vec2,
+        /// Factor on the environment's radiance; 0 = no environment.
+        pub environment_intensity: f32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+gpu_struct! {
+    /// A mesh placed in the world. Matrices are the rows of affine 3x4 matrices.
+    pub struct InstanceRecord {
+        /// This frame.
+        pub world_from_object: [Vec4; 3],
+        /// Its inverse.
+        pub object_from_world: [Vec4; 3],
+        /// Last frame.
+        pub world_from_object_prev: [Vec4; 3],
+        /// Index of the mesh.
+        pub mesh: u32,
+        /// Visibility mask (8 bits); a ray sees an instance when `ray mask & mask != 0`.
+        pub mask: u32,
+        /// 1 when the transform mirrors (negative determinant), so that front faces keep their side.
+        pub mirrored: u32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+gpu_struct! {
+    /// Geometry of one mesh, as device addresses.
+    pub struct MeshRecord {
+        /// Wide BVH nodes (compute backend), 80 bytes each.
+        pub bvh_nodes: u64,
+        /// `BvhTriangle[triangle_count]` in leaf order (compute backend).
+        pub bvh_triangles: u64,
+        /// `vec3[]`, object space.
+        pub positions: u64,
+        /// `VertexRecord[]`.
+        pub vertices: u64,
+        /// `uvec3[triangle_count]`.
+        pub indices: u64,
+        /// `uint[triangle_count]`: material index per triangle.
+        pub triangle_materials: u64,
+        /// Triangles from here on need the alpha test.
+        pub first_masked: u32,
+        /// Number of triangles.
+        pub triangle_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Shading attributes of a vertex.
+    pub struct VertexRecord {
+        /// Octahedral normal, 2 x 16 bit.
+        pub normal: u32,
+        /// Octahedral tangent, 16 + 15 bit; top bit set = bitangent is -cross(N, T).
+        pub tangent: u32,
+        /// First UV set.
+        pub uv0: [f32; 2],
+        /// Second UV set.
+        pub uv1: [f32; 2],
+        /// Linear colour factor, rgba8 unorm.
+        pub color: u32,
+    }
+}
+
+gpu_struct! {
+    /// A triangle as the BVH traversal wants it.
+    pub struct BvhTriangle {
+        /// First vertex, object space.
+        pub v0: Vec3,
+        /// Second vertex minus first.
+        pub e1: Vec3,
+        /// Third vertex minus first.
+        pub e2: Vec3,
+        /// Triangle index in the mesh.
+        pub triangle: u32,
+    }
+}
+
+gpu_struct! {
+    /// Use of a texture by a material.
+    pub struct TextureSlot {
+        /// Bindless index, or [`NONE`].
+        pub texture: u32,
+        /// 0 or 1.
+        pub uv_set: u32,
+        /// UV transform: two rows of an affine 2x3 matrix (KHR_texture_transform).
+        pub transform: [[f32; 3]; 2],
+    }
+}
+
+/// `MaterialRecord::flags`: both sides are shaded and emit.
+pub const MATERIAL_DOUBLE_SIDED: u32 = 1;
+/// `MaterialRecord::flags`: coverage is 1 where alpha >= cutoff, else 0.
+pub const MATERIAL_MASK: u32 = 2;
+/// `MaterialRecord::flags`: coverage is alpha.
+pub const MATERIAL_BLEND: u32 = 4;
+/// `MaterialRecord::flags`: the camera sees the base colour as radiance.
+pub const MATERIAL_UNLIT: u32 = 8;
+
+gpu_struct! {
+    /// A glTF metallic-roughness material.
+    pub struct MaterialRecord {
+        /// Linear base colour factor and alpha.
+        pub base_color: Vec4,
+        /// Emitted radiance factor (emissiveFactor x emissiveStrength), linear.
+        pub emissive: Vec3,
+        /// Metalness factor.
+        pub metallic: f32,
+        /// Perceptual roughness factor.
+        pub roughness: f32,
+        /// Normal map scale.
+        pub normal_scale: f32,
+        /// Alpha cutoff of MASK materials.
+        pub alpha_cutoff: f32,
+        /// Index of refraction.
+        pub ior: f32,
+        /// KHR_materials_transmission factor.
+        pub transmission: f32,
+        /// KHR_materials_volume thickness; 0 = thin.
+        pub thickness: f32,
+        /// KHR_materials_specular factor.
+        pub specular: f32,
+        /// Distance in metres at which the attenuation colour is reached; 0 = no absorption.
+        pub attenuation_distance: f32,
+        /// KHR_materials_specular colour factor.
+        pub specular_color: Vec3,
+        /// `MATERIAL_*` bits.
+        pub flags: u32,
+        /// KHR_materials_volume attenuation colour.
+        pub attenuation_color: Vec3,
+        /// Alignment.
+        pub pad: u32,
+        /// Base colour and alpha.
+        pub base_color_texture: TextureSlot,
+        /// Roughness in g, metalness in b.
+        pub metallic_roughness_texture: TextureSlot,
+        /// Tangent-space normal.
+        pub normal_texture: TextureSlot,
+        /// Emission.
+        pub emissive_texture: TextureSlot,
+    }
+}
+
+/// `LightRecord::kind`: point light, intensity in candela.
+pub const LIGHT_POINT: u32 = 0;
+/// `LightRecord::kind`: spot light, intensity in candela.
+pub const LIGHT_SPOT: u32 = 1;
+/// `LightRecord::kind`: directional light, illuminance in lux.
+pub const LIGHT_DIRECTIONAL: u32 = 2;
+
+gpu_struct! {
+    /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
+    pub struct LightRecord {
+        /// Colour x intensity: candela (point, spot) or lux (directional).
+        pub intensity: Vec3,
+        /// `LIGHT_*`.
+        pub kind: u32,
+        /// Position, world space.
+        pub position: Vec3,
+        /// Radius of a spherical source in metres (point, spot), half angle in radians (directional); 0 = delta.
+        pub radius: f32,
+        /// Direction in which the light shines, world space, unit length.
+        pub direction: Vec3,
+        /// Spot attenuation = clamp(cos * scale + offset)^2.
+        pub spot_scale: f32,
+        /// See `spot_scale`.
+        pub spot_offset: f32,
+        /// Probability with which this light is picked among the punctual lights.
+        pub pmf: f32,
+        /// Sum of `pmf` up to and including this light.
+        pub cdf: f32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+gpu_struct! {
+    /// An emissive triangle: where to find it and how likely it is picked.
+    pub struct EmissiveRecord {
+        /// Instance index.
+        pub instance: u32,
+        /// Triangle of the instance's mesh.
+        pub triangle: u32,
+        /// Probability with which the alias table picks it.
+        pub pmf: f32,
+    }
+}
+
+gpu_struct! {
+    /// Entry of an alias table (Walker 1977, construction of Vose 1991).
+    pub struct AliasRecord {
+        /// Probability of keeping this entry rather than taking `alias`.
+        pub keep: f32,
+        /// The other entry.
+        pub alias: u32,
+        /// Probability of this entry over the whole table.
+        pub pmf: f32,
+    }
+}
+
+/// GLSL declarations and constants of this module (`records.glsl`).
+pub fn glsl() -> String {
+    let constants = [
+        ("NONE", NONE),
+        ("MATERIAL_DOUBLE_SIDED", MATERIAL_DOUBLE_SIDED),
+        ("MATERIAL_MASK", MATERIAL_MASK),
+        ("MATERIAL_BLEND", MATERIAL_BLEND),
+        ("MATERIAL_UNLIT", MATERIAL_UNLIT),
+        ("LIGHT_POINT", LIGHT_POINT),
+        ("LIGHT_SPOT", LIGHT_SPOT),
+        ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),
+    ];
+    let mut text: String = constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    for declaration in [
+        CameraRecord::glsl(),
+        FrameRecord::glsl(),
+        SceneRecord::glsl(),
+        InstanceRecord::glsl(),
+        MeshRecord::glsl(),
+        VertexRecord::glsl(),
+        BvhTriangle::glsl(),
+        TextureSlot::glsl(),
+        MaterialRecord::glsl(),
+        LightRecord::glsl(),
+        EmissiveRecord::glsl(),
+        AliasRecord::glsl(),
+    ] {
+        text.push_str(&declaration);
+    }
+    text
+}
