@@ -1,0 +1,290 @@
+//! Instance, device choice, queue, memory allocator, one-off submissions.
+
+mod selection;
+mod validation;
+
+pub use selection::{Capabilities, DeviceInfo};
+pub use validation::ValidationLog;
+
+use crate::error::{Error, Result, VkContext};
+use ash::{ext, khr, vk};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
+use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// How to open a device.
+#[derive(Clone, Debug, Default)]
+pub struct DeviceOptions {
+    /// Index in the list of devices, part of a device's name, `gpu` or `cpu`; `None`: the best one, a discrete GPU before the CPU.
+    pub device: Option<String>,
+    /// Turn on the validation layers with synchronization validation and collect what they say.
+    pub validation: bool,
+}
+
+/// Counts of what is expensive to create; a frame in its stride creates none of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counters {
+    /// Pipelines created so far.
+    pub pipelines: u64,
+    /// Buffers and images for which device memory was taken so far.
+    pub allocations: u64,
+}
+
+/// An open device. Cheap to clone; resources keep it alive.
+#[derive(Clone)]
+pub struct Device(Arc<Inner>);
+
+pub(crate) struct Inner {
+    pub(crate) raw: ash::Device,
+    pub(crate) debug_utils: Option<ext::debug_utils::Device>,
+    pub(crate) acceleration_structure: Option<khr::acceleration_structure::Device>,
+    pub(crate) ray_tracing_pipeline: Option<khr::ray_tracing_pipeline::Device>,
+    pub(crate) queue_family: u32,
+    queue: Mutex<vk::Queue>,
+    allocator: ManuallyDrop<Mutex<Allocator>>,
+    one_off: Mutex<vk::CommandPool>,
+    texture_layout: vk::DescriptorSetLayout,
+    info: DeviceInfo,
+    pipelines: AtomicU64,
+    allocations: AtomicU64,
+    next_id: AtomicU64,
+    // Dropped after the device: the messenger belongs to the instance.
+    instance: ManuallyDrop<Instance>,
+}
+
+/// Instance with its loader and, when validating, the message log.
+pub(crate) struct Instance {
+    pub(crate) raw: ash::Instance,
+    validation: Option<validation::Messenger>,
+    _entry: ash::Entry,
+}
+
+impl Instance {
+    fn new(validate: bool) -> Result<Self> {
+        // SAFETY: libvulkan is trusted to be a Vulkan loader.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::NoLoader(e.to_string()))?;
+        let application = vk::ApplicationInfo::default().application_name(c"pt").api_version(vk::API_VERSION_1_3);
+        let mut layers = Vec::new();
+        let mut extensions = Vec::new();
+        if validate {
+            if !validation::layer_available(&entry) {
+                return Err(Error::NoValidationLayer);
+            }
+            layers.push(validation::LAYER.as_ptr());
+            extensions.push(ext::debug_utils::NAME.as_ptr());
+        }
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let mut create = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions);
+        if validate {
+            create = create.push_next(&mut features);
+        }
+        // SAFETY: `create` and what it points to outlive the call.
+        let raw = match unsafe { entry.create_instance(&create, None) } {
+            Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => return Err(Error::NoDriver),
+            other => other.context("vkCreateInstance")?,
+        };
+        let validation = if validate { Some(validation::Messenger::new(&entry, &raw)?) } else { None };
+        Ok(Self { raw, validation, _entry: entry })
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        drop(self.validation.take());
+        // SAFETY: every device of this instance is gone; `Inner` drops the instance last.
+        unsafe { self.raw.destroy_instance(None) };
+    }
+}
+
+impl Device {
+    /// All devices that the loader shows, best first, with what they can do and why one can't be used.
+    pub fn list() -> Result<Vec<DeviceInfo>> {
+        let instance = Instance::new(false)?;
+        Ok(selection::candidates(&instance.raw)?.into_iter().map(|c| c.info).collect())
+    }
+
+    /// Opens a device.
+    pub fn open(options: &DeviceOptions) -> Result<Self> {
+        let instance = Instance::new(options.validation)?;
+        let candidate = selection::choose(selection::candidates(&instance.raw)?, options.device.as_deref())?;
+        let capabilities = candidate.info.capabilities;
+        let raw = selection::create_device(&instance.raw, &candidate)?;
+        let queue_family = candidate.queue_family;
+        // SAFETY: the family has at least one queue and was requested above.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: candidate.physical,
+            debug_settings: Default::default(),
+            buffer_device_address: true,
+            allocation_sizes: Default::default(),
+        })
+        .map_err(|e| Error::Allocation { name: "allocator".into(), bytes: 0, reason: e.to_string() })?;
+        let pool_info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(queue_family)
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: valid device and create info.
+        let one_off = unsafe { raw.create_command_pool(&pool_info, None) }.context("vkCreateCommandPool")?;
+        let texture_layout = crate::texture::table_layout(&raw, capabilities.max_textures)?;
+        let debug_utils = options.validation.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let acceleration_structure = (capabilities.ray_query || capabilities.rt_pipeline)
+            .then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
+        let ray_tracing_pipeline =
+            capabilities.rt_pipeline.then(|| khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw));
+        Ok(Self(Arc::new(Inner {
+            raw,
+            debug_utils,
+            acceleration_structure,
+            ray_tracing_pipeline,
+            queue_family,
+            queue: Mutex::new(queue),
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            one_off: Mutex::new(one_off),
+            texture_layout,
+            info: candidate.info,
+            pipelines: AtomicU64::new(0),
+            allocations: AtomicU64::new(0),
+            next_id: AtomicU64::new(1),
+            instance: ManuallyDrop::new(instance),
+        })))
+    }
+
+    /// What the device is and can do.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.0.info
+    }
+
+    /// Creation counters since the device was opened.
+    pub fn counters(&self) -> Counters {
+        Counters {
+            pipelines: self.0.pipelines.load(Ordering::Relaxed),
+            allocations: self.0.allocations.load(Ordering::Relaxed),
+        }
+    }
+
+    /// What the validation layers said; `None` when opened without them.
+    pub fn validation(&self) -> Option<&ValidationLog> {
+        self.0.instance.validation.as_ref().map(|messenger| messenger.log())
+    }
+
+    /// Layout of the bindless texture set ([`crate::texture::TEXTURE_SET`]), the same for every kernel.
+    pub(crate) fn texture_layout(&self) -> vk::DescriptorSetLayout {
+        self.0.texture_layout
+    }
+
+    pub(crate) fn inner(&self) -> &Inner {
+        &self.0
+    }
+
+    pub(crate) fn raw(&self) -> &ash::Device {
+        &self.0.raw
+    }
+
+    pub(crate) fn next_id(&self) -> u64 {
+        self.0.next_id.fetch_add(1, Ordering::Relaxed)
+    }
+
+    pub(crate) fn count_pipeline(&self) {
+        self.0.pipelines.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn allocate(&self, desc: &AllocationCreateDesc<'_>) -> Result<Allocation> {
+        self.0.allocations.fetch_add(1, Ordering::Relaxed);
+        lock(&self.0.allocator).allocate(desc).map_err(|e| Error::Allocation {
+            name: desc.name.into(),
+            bytes: desc.requirements.size,
+            reason: e.to_string(),
+        })
+    }
+
+    pub(crate) fn free(&self, allocation: Allocation) {
+        if let Err(error) = lock(&self.0.allocator).free(allocation) {
+            eprintln!("warning: freeing device memory failed: {error}");
+        }
+    }
+
+    pub(crate) fn name<T: vk::Handle>(&self, object: T, name: &str) {
+        if let Some(utils) = &self.0.debug_utils {
+            let text = std::ffi::CString::new(name.replace('\0', "?")).unwrap_or_default();
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&text);
+            // SAFETY: the object belongs to this device. A failure only loses the name.
+            let _ = unsafe { utils.set_debug_utils_object_name(&info) };
+        }
+    }
+
+    /// Submits to the one queue.
+    pub(crate) fn submit(&self, info: &vk::SubmitInfo2<'_>, fence: vk::Fence) -> Result<()> {
+        let queue = lock(&self.0.queue);
+        // SAFETY: the queue is locked, the submitted objects are kept alive by the caller until the fence signals.
+        unsafe { self.raw().queue_submit2(*queue, &[*info], fence) }.context("vkQueueSubmit2")
+    }
+
+    /// Waits until the queue is empty.
+    pub fn wait_idle(&self) -> Result<()> {
+        let queue = lock(&self.0.queue);
+        // SAFETY: the queue is locked.
+        unsafe { self.raw().queue_wait_idle(*queue) }.context("vkQueueWaitIdle")
+    }
+
+    /// Records, submits and waits: for set-up and read-back, never inside a frame.
+    pub(crate) fn submit_once(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+        let pool = lock(&self.0.one_off);
+        let raw = self.raw();
+        let allocate = vk::CommandBufferAllocateInfo::default()
+            .command_pool(*pool)
+            .level(vk::CommandBufferLevel::PRIMARY)
+            .command_buffer_count(1);
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the pool is locked for the whole life of the command buffer; full barriers on both sides order the
+        // commands against everything submitted before and after.
+        unsafe {
+            let cmd = raw.allocate_command_buffers(&allocate).context("vkAllocateCommandBuffers")?[0];
+            raw.begin_command_buffer(cmd, &begin).context("vkBeginCommandBuffer")?;
+            full_barrier(raw, cmd);
+            record(cmd);
+            full_barrier(raw, cmd);
+            raw.end_command_buffer(cmd).context("vkEndCommandBuffer")?;
+            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(cmd)];
+            let result = self
+                .submit(&vk::SubmitInfo2::default().command_buffer_infos(&buffers), vk::Fence::null())
+                .and_then(|()| self.wait_idle());
+            raw.free_command_buffers(*pool, &[cmd]);
+            result
+        }
+    }
+}
+
+unsafe fn full_barrier(raw: &ash::Device, cmd: vk::CommandBuffer) {
+    let barrier = [vk::MemoryBarrier2::default()
+        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .src_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+        .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
+    // SAFETY: the caller passes a command buffer in recording state.
+    unsafe { raw.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().memory_barriers(&barrier)) };
+}
+
+/// A poisoned lock means that another thread panicked; the Vulkan objects behind it are still whole.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        // SAFETY: resources hold a clone of the device, so none is left; order: allocator, device, instance.
+        unsafe {
+            let _ = self.raw.device_wait_idle();
+            self.raw.destroy_descriptor_set_layout(self.texture_layout, None);
+            self.raw.destroy_command_pool(*lock(&self.one_off), None);
+            ManuallyDrop::drop(&mut self.allocator);
+            self.raw.destroy_device(None);
+            ManuallyDrop::drop(&mut self.instance);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! What can go wrong between the program and the device.
+
+use ash::vk;
+
+/// Errors of the GPU side of pt-core. Each message names the thing and, where there is one, the way out.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// libvulkan could not be loaded.
+    #[error(
+        "no Vulkan loader (libvulkan.so.1): {0}; run scripts/setup-vulkan.sh, or install your GPU's driver or Mesa's lavapipe"
+    )]
+    NoLoader(String),
+    /// The loader found no driver at all.
+    #[error("no Vulkan driver found; run scripts/setup-vulkan.sh, or install your GPU's driver or Mesa's lavapipe")]
+    NoDriver,
+    /// No device has what the frame needs.
+    #[error("no usable Vulkan device: {0}; run scripts/setup-vulkan.sh to install Mesa's lavapipe")]
+    NoDevice(String),
+    /// `--device` matched nothing usable.
+    #[error("no usable device matches \"{wanted}\"; devices: {available}")]
+    UnknownDevice {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        available: String,
+    },
+    /// A validation run was asked for without the layers.
+    #[error("validation asked for, but VK_LAYER_KHRONOS_validation is not installed; run scripts/setup-vulkan.sh --tests")]
+    NoValidationLayer,
+    /// A Vulkan call failed.
+    #[error("{call}: {result}")]
+    Vulkan {
+        /// What was attempted.
+        call: &'static str,
+        /// The driver's answer.
+        result: vk::Result,
+    },
+    /// Device memory could not be had.
+    #[error("{name}: could not allocate {bytes} bytes of device memory: {reason}")]
+    Allocation {
+        /// Resource.
+        name: String,
+        /// Size asked for.
+        bytes: u64,
+        /// The allocator's answer.
+        reason: String,
+    },
+    /// A kernel's SPIR-V does not agree with the host side.
+    #[error("kernel {kernel}: {problem}")]
+    Kernel {
+        /// Kernel name.
+        kernel: String,
+        /// What disagrees.
+        problem: String,
+    },
+    /// A pass is declared wrongly.
+    #[error("pass \"{pass}\" (kernel {kernel}): {problem}")]
+    Pass {
+        /// Pass name.
+        pass: String,
+        /// Kernel name.
+        kernel: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The GPU did not finish in time.
+    #[error("the device did not finish within {0} s: a kernel hangs, or the work is too large for it")]
+    Timeout(u64),
+    /// A feature that this device lacks was asked for.
+    #[error("{0}")]
+    Unsupported(String),
+}
+
+/// Result with [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Names the failed call.
+pub(crate) trait VkContext<T> {
+    fn context(self, call: &'static str) -> Result<T>;
+}
+
+impl<T> VkContext<T> for std::result::Result<T, vk::Result> {
+    fn context(self, call: &'static str) -> Result<T> {
+        self.map_err(|result| Error::Vulkan { call, result })
+    }
+}

@@ -1,0 +1,268 @@
+//! Sampled textures and the bindless table that kernels see as `textures[]`.
+
+use crate::buffer::{Buffer, Location};
+use crate::device::Device;
+use crate::error::{Error, Result, VkContext};
+use crate::image::{copy_region, create_raw, transition};
+use ash::vk;
+use gpu_allocator::vulkan::Allocation;
+use std::sync::Arc;
+
+/// Descriptor set of the bindless table, declared in scene.glsl.
+pub const TEXTURE_SET: u32 = 3;
+
+/// Texel format of a sampled texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureFormat {
+    /// Four bytes, decoded from sRGB before filtering.
+    Rgba8Srgb,
+    /// Four bytes, linear.
+    Rgba8Unorm,
+    /// Four floats.
+    Rgba32F,
+}
+
+/// Behaviour outside [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Wrap {
+    /// Tile.
+    #[default]
+    Repeat,
+    /// Tile mirrored.
+    MirroredRepeat,
+    /// Stretch the border.
+    ClampToEdge,
+}
+
+/// How a texture is looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SamplerDesc {
+    /// Horizontal and vertical wrapping.
+    pub wrap: [Wrap; 2],
+    /// Bilinear rather than nearest when magnified.
+    pub mag_linear: bool,
+    /// Bilinear rather than nearest when minified.
+    pub min_linear: bool,
+    /// Blend between mip levels.
+    pub mip_linear: bool,
+    /// Largest anisotropy, 1 to 16.
+    pub max_anisotropy: f32,
+}
+
+impl Default for SamplerDesc {
+    fn default() -> Self {
+        Self { wrap: [Wrap::Repeat; 2], mag_linear: true, min_linear: true, mip_linear: true, max_anisotropy: 8.0 }
+    }
+}
+
+/// Content of a texture: mip levels from fine to coarse, each tightly packed.
+pub struct TextureDesc<'a> {
+    /// Debug name.
+    pub name: &'a str,
+    /// Width and height of the first level.
+    pub extent: [u32; 2],
+    /// Texel format.
+    pub format: TextureFormat,
+    /// Lookup.
+    pub sampler: SamplerDesc,
+    /// Levels; level i has extent max(1, extent >> i).
+    pub mips: &'a [&'a [u8]],
+}
+
+struct Texture {
+    image: vk::Image,
+    view: vk::ImageView,
+    sampler: vk::Sampler,
+    allocation: Option<Allocation>,
+}
+
+/// The scene's textures in one descriptor set; a material refers to them by index.
+#[derive(Clone)]
+pub struct TextureTable(Arc<Inner>);
+
+struct Inner {
+    device: Device,
+    pool: vk::DescriptorPool,
+    set: vk::DescriptorSet,
+    textures: Vec<Texture>,
+    bytes: u64,
+}
+
+pub(crate) fn table_layout(raw: &ash::Device, count: u32) -> Result<vk::DescriptorSetLayout> {
+    let bindings = [vk::DescriptorSetLayoutBinding::default()
+        .binding(0)
+        .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
+        .descriptor_count(count)
+        .stage_flags(vk::ShaderStageFlags::ALL)];
+    let flags = [vk::DescriptorBindingFlags::PARTIALLY_BOUND];
+    let mut flags = vk::DescriptorSetLayoutBindingFlagsCreateInfo::default().binding_flags(&flags);
+    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings).push_next(&mut flags);
+    // SAFETY: valid device and create info.
+    unsafe { raw.create_descriptor_set_layout(&info, None) }.context("vkCreateDescriptorSetLayout")
+}
+
+impl TextureTable {
+    /// Uploads all textures and waits.
+    pub fn new(device: &Device, textures: &[TextureDesc<'_>]) -> Result<Self> {
+        let capacity = device.info().capabilities.max_textures;
+        if textures.len() > capacity as usize {
+            return Err(Error::Unsupported(format!(
+                "the scene has {} textures, this device holds {capacity} in one table",
+                textures.len()
+            )));
+        }
+        let raw = device.raw();
+        let sizes = [vk::DescriptorPoolSize {
+            ty: vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            descriptor_count: capacity,
+        }];
+        let layouts = [device.texture_layout()];
+        // SAFETY: valid device and create infos; the set is freed with its pool.
+        let (pool, set) = unsafe {
+            let pool = raw
+                .create_descriptor_pool(&vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes), None)
+                .context("vkCreateDescriptorPool")?;
+            let set = raw.allocate_descriptor_sets(
+                &vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts),
+            );
+            match set {
+                Ok(sets) => (pool, sets[0]),
+                Err(result) => {
+                    raw.destroy_descriptor_pool(pool, None);
+                    return Err(Error::Vulkan { call: "vkAllocateDescriptorSets", result });
+                }
+            }
+        };
+        let mut inner = Inner { device: device.clone(), pool, set, textures: Vec::new(), bytes: 0 };
+        for (index, desc) in (0u32..).zip(textures) {
+            let texture = upload(device, desc)?;
+            let info = [vk::DescriptorImageInfo {
+                sampler: texture.sampler,
+                image_view: texture.view,
+                image_layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+            }];
+            inner.bytes += desc.mips.iter().map(|m| m.len() as u64).sum::<u64>();
+            inner.textures.push(texture);
+            let write = vk::WriteDescriptorSet::default()
+                .dst_set(set)
+                .dst_binding(0)
+                .dst_array_element(index)
+                .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
+                .image_info(&info);
+            // SAFETY: the set is not in use yet.
+            unsafe { raw.update_descriptor_sets(&[write], &[]) };
+        }
+        Ok(Self(Arc::new(inner)))
+    }
+
+    /// Bytes of all texels.
+    pub fn bytes(&self) -> u64 {
+        self.0.bytes
+    }
+
+    /// Number of textures.
+    pub fn len(&self) -> usize {
+        self.0.textures.len()
+    }
+
+    /// Whether there are no textures.
+    pub fn is_empty(&self) -> bool {
+        self.0.textures.is_empty()
+    }
+
+    pub(crate) fn set(&self) -> vk::DescriptorSet {
+        self.0.set
+    }
+}
+
+fn upload(device: &Device, desc: &TextureDesc<'_>) -> Result<Texture> {
+    let (format, texel) = match desc.format {
+        TextureFormat::Rgba8Srgb => (vk::Format::R8G8B8A8_SRGB, 4),
+        TextureFormat::Rgba8Unorm => (vk::Format::R8G8B8A8_UNORM, 4),
+        TextureFormat::Rgba32F => (vk::Format::R32G32B32A32_SFLOAT, 16),
+    };
+    let level_extent = |level: usize| desc.extent.map(|side| (side >> level).max(1));
+    for (level, data) in desc.mips.iter().enumerate() {
+        let [w, h] = level_extent(level);
+        if data.len() != w as usize * h as usize * texel {
+            return Err(Error::Unsupported(format!("{}: mip {level} of {w}x{h} has {} bytes", desc.name, data.len())));
+        }
+    }
+    let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+    let (image, view, allocation) = create_raw(device, desc.name, format, desc.extent, desc.mips.len() as u32, usage)?;
+    let mut texture = Texture { image, view, sampler: vk::Sampler::null(), allocation: Some(allocation) };
+    let result = fill(device, desc, image, level_extent).and_then(|()| create_sampler(device, &desc.sampler));
+    match result {
+        Ok(sampler) => texture.sampler = sampler,
+        Err(error) => {
+            destroy(device, &mut texture);
+            return Err(error);
+        }
+    }
+    Ok(texture)
+}
+
+fn fill(device: &Device, desc: &TextureDesc<'_>, image: vk::Image, extent: impl Fn(usize) -> [u32; 2]) -> Result<()> {
+    let total: usize = desc.mips.iter().map(|m| m.len()).sum();
+    let staging = Buffer::new(device, "texture staging", total as u64, Location::Upload)?;
+    let mut regions = Vec::with_capacity(desc.mips.len());
+    let mut offset = 0;
+    for (level, data) in desc.mips.iter().enumerate() {
+        staging.write(offset, data);
+        regions.push(copy_region(offset as u64, level as u32, extent(level)));
+        offset += data.len();
+    }
+    device.submit_once(|cmd| {
+        transition(device, cmd, image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        // SAFETY: image and buffer are alive until the wait inside submit_once is over.
+        unsafe {
+            let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+            device.raw().cmd_copy_buffer_to_image(cmd, staging.handle(), image, layout, &regions);
+        }
+        let (from, to) = (vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+        transition(device, cmd, image, from, to);
+    })
+}
+
+pub(crate) fn create_sampler(device: &Device, desc: &SamplerDesc) -> Result<vk::Sampler> {
+    let filter = |linear| if linear { vk::Filter::LINEAR } else { vk::Filter::NEAREST };
+    let wrap = |wrap| match wrap {
+        Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
+        Wrap::MirroredRepeat => vk::SamplerAddressMode::MIRRORED_REPEAT,
+        Wrap::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+    };
+    let anisotropic = desc.max_anisotropy > 1.0 && desc.min_linear && desc.mag_linear;
+    let info = vk::SamplerCreateInfo::default()
+        .mag_filter(filter(desc.mag_linear))
+        .min_filter(filter(desc.min_linear))
+        .mipmap_mode(if desc.mip_linear { vk::SamplerMipmapMode::LINEAR } else { vk::SamplerMipmapMode::NEAREST })
+        .address_mode_u(wrap(desc.wrap[0]))
+        .address_mode_v(wrap(desc.wrap[1]))
+        .anisotropy_enable(anisotropic)
+        .max_anisotropy(if anisotropic { desc.max_anisotropy.min(16.0) } else { 1.0 })
+        .max_lod(vk::LOD_CLAMP_NONE);
+    // SAFETY: valid device and create info.
+    unsafe { device.raw().create_sampler(&info, None) }.context("vkCreateSampler")
+}
+
+fn destroy(device: &Device, texture: &mut Texture) {
+    // SAFETY: the table that owns the texture is being dropped, or was never built.
+    unsafe {
+        device.raw().destroy_sampler(texture.sampler, None);
+        device.raw().destroy_image_view(texture.view, None);
+        device.raw().destroy_image(texture.image, None);
+    }
+    if let Some(allocation) = texture.allocation.take() {
+        device.free(allocation);
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        for texture in &mut self.textures {
+            destroy(&self.device, texture);
+        }
+        // SAFETY: no frame in flight uses the set: the recorder keeps clones of the table.
+        unsafe { self.device.raw().destroy_descriptor_pool(self.pool, None) };
+    }
+}
