@@ -54,16 +54,13 @@ compiler=${CXX:-c++}
 # shellcheck disable=SC2086
 $compiler -std=c++17 -o "$work/probe" "$here/vulkan-probe.cpp" -ldl >"$log" 2>&1 || {
     tail -n 5 "$log" >&2
-    fail "the C++ compiler '$compiler' is missing or does not work; install one (Debian, Ubuntu: apt-get install build-essential)"
+    fail "the C++ compiler '$compiler' is missing or does not work; on Debian or Ubuntu: apt-get install build-essential"
 }
 
 look
 finish_if_ready
 say "missing: $(printf '%s, ' "${missing[@]}" | sed 's/, $//')"
 grep '^unfit ' <<<"$found" | sed 's/^un/setup-vulkan: found, but un/' || true
-if [[ -n ${VK_DRIVER_FILES-}${VK_ICD_FILENAMES-} ]]; then
-    say "note: VK_DRIVER_FILES or VK_ICD_FILENAMES is set, so the loader sees only the drivers named there"
-fi
 
 # ---- How it is installed -------------------------------------------------------------------------------------------
 
@@ -90,14 +87,21 @@ readonly install="$apt install --no-install-recommends"
 
 # Debian 12's own Mesa is 22.3. Its backports come from the mirror, and with the key, that its other packages come from.
 add_backports() {
-    local targets entry mirror keyring=/usr/share/keyrings/debian-archive-keyring.gpg
+    local targets entry mirror file number keyring=/usr/share/keyrings/debian-archive-keyring.gpg
     # --no-release-info: the sources whose lists have not been read yet, too
     # shellcheck disable=SC2016 # the variables are apt's
-    targets=$(apt-get indextargets --no-release-info --format '$(RELEASE) $(REPO_URI) $(SOURCESENTRY)' 'Created-By: Packages')
+    targets=$(apt-get indextargets --no-release-info --format '$(RELEASE) $(REPO_URI) $(SOURCESENTRY)' \
+        'Created-By: Packages')
     ! grep -q '^bookworm-backports ' <<<"$targets" || return 0
     read -r _ mirror entry <<<"$(grep -m1 -E '^bookworm (https?:|mirror\+)' <<<"$targets")" || true
-    if [[ -n ${mirror-} ]]; then # entry is FILE:NUMBER; without a Signed-By there, apt's trusted keys are used here too
-        keyring=$(grep -m1 -ioE 'signed-by[:=] *[^] ]+' "${entry%:*}" | sed 's/^[^/]*//') || true
+    if [[ -n ${mirror-} ]]; then
+        # The entry is FILE:STANZA or FILE:LINE; without a key named there, apt's trusted ones do here too.
+        file=${entry%:*} number=${entry##*:}
+        case $file in
+            *.sources) entry=$(awk -v RS= "/(^|\n)Types:/ && ++n == $number" "$file") ;;
+            *) entry=$(sed -n "${number}p" "$file") ;;
+        esac
+        keyring=$(grep -m1 -ioE '(^|[[ ])signed-by[:=] *[^] ]+' <<<"$entry" | sed 's/^[^/]*//') || true
     fi
     local line="deb ${keyring:+[signed-by=$keyring] }${mirror:-http://deb.debian.org/debian} bookworm-backports main"
     steps+=("adding bookworm-backports|echo '$line' > /etc/apt/sources.list.d/pt-bookworm-backports.list")
@@ -108,9 +112,9 @@ steps+=("reading the package lists|$apt update")
 for item in "${missing[@]}"; do
     case "$item:$distribution" in
         *driver:"debian 12")
-            steps+=("installing the Vulkan loader and lavapipe from bookworm-backports|$install -t bookworm-backports libvulkan1 mesa-vulkan-drivers") ;;
+            steps+=("installing the loader and lavapipe|$install -t bookworm-backports libvulkan1 mesa-vulkan-drivers") ;;
         *driver:*)
-            steps+=("installing the Vulkan loader and lavapipe|$install libvulkan1 mesa-vulkan-drivers") ;;
+            steps+=("installing the loader and lavapipe|$install libvulkan1 mesa-vulkan-drivers") ;;
         *layer:*)
             steps+=("installing the validation layer|$install libvulkan1 vulkan-validationlayers") ;;
     esac
@@ -136,6 +140,9 @@ done
 
 look
 finish_if_ready
-[[ -z $found ]] || printf '%s\n' "$found" >&2
+if [[ -n ${VK_DRIVER_FILES-}${VK_ICD_FILENAMES-} ]]; then
+    fail "still missing: ${missing[*]}. VK_DRIVER_FILES or VK_ICD_FILENAMES is set, and the loader sees only the" \
+        "drivers named there: name one that exists, or unset it."
+fi
 fail "installed what $distribution offers, but still missing: ${missing[*]}." \
     "A newer release of the system, or the GPU vendor's driver, is needed: Vulkan 1.3, and for lavapipe Mesa $oldest_mesa."
