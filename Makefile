@@ -37,7 +37,7 @@ test: toolchain ## everything CI asks: format, lints, documentation, one frame e
 	cargo fmt --version >/dev/null 2>&1 && cargo clippy --version >/dev/null 2>&1 ||
 		{ echo "rustfmt or clippy is missing: rustup component add rustfmt clippy" >&2; exit 2; }
 	begin format
-	cargo fmt --all --check
+	cargo fmt --all --check $(if $(CI),-- --color never)
 	begin lints
 	cargo clippy $(locked) --workspace --all-targets -- -D warnings
 	begin documentation
