@@ -1,0 +1,70 @@
+# The commands of the README. Each sets up what it needs; `make` alone lists them.
+
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.ONESHELL:
+.DEFAULT_GOAL := help
+.PHONY: help frame test bench doc fmt toolchain
+
+# Size of the picture and frames averaged by `make frame`, for example `make frame SIZE=640x360 FRAMES=16`.
+SIZE ?= 1280x720
+FRAMES ?= 32
+
+# cargo where rustup puts it, also in shells that read no profile; the lock file binds in CI.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+export CARGO_TERM_COLOR ?= auto
+ifeq ($(origin CXX),default)
+CXX := c++
+endif
+locked := $(if $(CI),--locked)
+pt := cargo run $(locked) -q -p pt-app
+
+help: ## list these commands
+	@sed -nE 's/^([a-z]+):.*## (.*)/make \1\t\2/p' Makefile | expand -t 16
+
+frame: toolchain ## render the built-in gallery to out/frame.png and out/frame.exr
+	@scripts/setup-vulkan.sh
+	mkdir -p out
+	echo "building (the first time takes minutes) and rendering the gallery, $(SIZE), $(FRAMES) frames"
+	$(pt) --release -- render gallery --size $(SIZE) --frames $(FRAMES) --accumulate -o out/frame.png -o out/frame.exr
+	echo "pictures: $$PWD/out/frame.png (display), $$PWD/out/frame.exr (linear scene radiance)"
+
+test: toolchain ## everything CI asks: format, lints, documentation, one frame end to end, all tests
+	@start=$$SECONDS
+	begin() { printf '\n== %s s: %s\n' $$((SECONDS - start)) "$$*"; }
+	begin set-up
+	scripts/setup-vulkan.sh --tests
+	cargo fmt --version >/dev/null 2>&1 && cargo clippy --version >/dev/null 2>&1 ||
+		{ echo "rustfmt or clippy is missing: rustup component add rustfmt clippy" >&2; exit 2; }
+	begin format
+	cargo fmt --all --check $(if $(CI),-- --color never)
+	begin lints
+	cargo clippy $(locked) --workspace --all-targets -- -D warnings
+	begin documentation
+	RUSTDOCFLAGS=-Dwarnings cargo doc $(locked) --workspace --no-deps
+	begin "one frame end to end, under the validation layer"
+	scripts/check-frame.sh $(pt) --
+	begin tests
+	cargo test $(locked) --workspace --no-fail-fast
+
+bench: toolchain ## rays per second of every trace backend, then the benchmarks of every kernel
+	@scripts/setup-vulkan.sh
+	$(pt) --release -- bench trace gallery
+	cargo bench $(locked) --workspace
+
+doc: toolchain ## the crates' documentation, in target/doc
+	@RUSTDOCFLAGS=-Dwarnings cargo doc $(locked) --workspace --no-deps
+
+fmt: toolchain ## format all Rust code
+	@cargo fmt --all
+
+# One clear line instead of a build that fails late.
+toolchain:
+	@oldest=$$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+	command -v cargo >/dev/null ||
+		{ echo "cargo is missing: install Rust $$oldest or newer, https://rustup.rs" >&2; exit 2; }
+	have=$$(cargo --version | cut -d' ' -f2)
+	printf '%s\n' "$$oldest" "$$have" | sort -VC ||
+		{ echo "cargo $$have is too old: install Rust $$oldest or newer, https://rustup.rs" >&2; exit 2; }
+	command -v $(firstword $(CXX)) >/dev/null ||
+		{ echo "the C++ compiler $(CXX) is missing; on Debian or Ubuntu: apt-get install build-essential" >&2; exit 2; }
