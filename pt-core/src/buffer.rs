@@ -59,8 +59,9 @@ impl Buffer {
         }
         let raw = device.raw();
         // SAFETY: valid device and create info; on failure the buffer is destroyed before returning.
-        let handle = unsafe { raw.create_buffer(&vk::BufferCreateInfo::default().size(size).usage(usage), None) }
-            .context("vkCreateBuffer")?;
+        let handle =
+            unsafe { raw.create_buffer(&vk::BufferCreateInfo::default().size(size).usage(usage), None) }
+                .context("vkCreateBuffer")?;
         // SAFETY: as above.
         let requirements = unsafe { raw.get_buffer_memory_requirements(handle) };
         let allocation = device.allocate(&AllocationCreateDesc {
@@ -84,7 +85,8 @@ impl Buffer {
         };
         // SAFETY: memory and offset come from the allocator for exactly these requirements.
         let address = unsafe {
-            raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset()).context("vkBindBufferMemory")?;
+            raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset())
+                .context("vkBindBufferMemory")?;
             raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(handle))
         };
         device.name(handle, name);
@@ -128,7 +130,8 @@ impl Buffer {
     /// When the buffer is not host-visible or the range lies outside it: a mistake of the caller, not of its input.
     pub fn write(&self, offset: usize, bytes: &[u8]) {
         let mut allocation = crate::device::lock(&self.0.allocation);
-        let mapped = allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
+        let mapped =
+            allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
         mapped[offset..offset + bytes.len()].copy_from_slice(bytes);
     }
 
@@ -148,7 +151,10 @@ impl Buffer {
     pub(crate) fn mapped_elements<T: bytemuck::AnyBitPattern>(&self) -> Vec<T> {
         let allocation = crate::device::lock(&self.0.allocation);
         let mapped = allocation.as_ref().and_then(Allocation::mapped_slice).expect("a host-visible buffer");
-        mapped[..self.0.size as usize].chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
+        mapped[..self.0.size as usize]
+            .chunks_exact(size_of::<T>())
+            .map(bytemuck::pod_read_unaligned)
+            .collect()
     }
 
     /// Size in bytes.

@@ -11,7 +11,9 @@ pub enum Error {
     )]
     NoLoader(String),
     /// The loader found no driver at all.
-    #[error("no Vulkan driver found; run scripts/setup-vulkan.sh, or install your GPU's driver or Mesa's lavapipe")]
+    #[error(
+        "no Vulkan driver found; run scripts/setup-vulkan.sh, or install your GPU's driver or Mesa's lavapipe"
+    )]
     NoDriver,
     /// No device has what the frame needs.
     #[error("no usable Vulkan device: {0}; run scripts/setup-vulkan.sh to install Mesa's lavapipe")]
@@ -25,7 +27,9 @@ pub enum Error {
         available: String,
     },
     /// A validation run was asked for without the layers.
-    #[error("validation asked for, but VK_LAYER_KHRONOS_validation is not installed; run scripts/setup-vulkan.sh --tests")]
+    #[error(
+        "validation asked for, but VK_LAYER_KHRONOS_validation is not installed; run scripts/setup-vulkan.sh --tests"
+    )]
     NoValidationLayer,
     /// A Vulkan call failed.
     #[error("{call}: {result}")]

@@ -100,7 +100,8 @@ pub(crate) fn create_raw(
         .subresource_range(COLOR_RANGE);
     // SAFETY: memory and offset come from the allocator for exactly these requirements.
     let view = unsafe {
-        raw.bind_image_memory(handle, allocation.memory(), allocation.offset()).context("vkBindImageMemory")?;
+        raw.bind_image_memory(handle, allocation.memory(), allocation.offset())
+            .context("vkBindImageMemory")?;
         raw.create_image_view(&view_info, None).context("vkCreateImageView")?
     };
     device.name(handle, name);
@@ -108,7 +109,13 @@ pub(crate) fn create_raw(
 }
 
 /// Layout transition with full ordering, for set-up.
-pub(crate) fn transition(device: &Device, cmd: vk::CommandBuffer, image: vk::Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+pub(crate) fn transition(
+    device: &Device,
+    cmd: vk::CommandBuffer,
+    image: vk::Image,
+    from: vk::ImageLayout,
+    to: vk::ImageLayout,
+) {
     let barrier = [vk::ImageMemoryBarrier2::default()
         .image(image)
         .subresource_range(COLOR_RANGE)
@@ -119,7 +126,11 @@ pub(crate) fn transition(device: &Device, cmd: vk::CommandBuffer, image: vk::Ima
         .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
         .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
     // SAFETY: the command buffer is recording, the image is alive.
-    unsafe { device.raw().cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+    unsafe {
+        device
+            .raw()
+            .cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier))
+    };
 }
 
 impl Image {
@@ -145,7 +156,13 @@ impl Image {
             let zero = vk::ClearColorValue { uint32: [0; 4] };
             // SAFETY: recording, alive, in GENERAL layout.
             unsafe {
-                device.raw().cmd_clear_color_image(cmd, handle, vk::ImageLayout::GENERAL, &zero, &[COLOR_RANGE]);
+                device.raw().cmd_clear_color_image(
+                    cmd,
+                    handle,
+                    vk::ImageLayout::GENERAL,
+                    &zero,
+                    &[COLOR_RANGE],
+                );
             }
         })?;
         Ok(image)
@@ -191,12 +208,16 @@ impl Image {
     /// Texels as floats, `components()` per texel, in scan-line order. Integers are converted by value: exact up to 2^24.
     pub fn read_f32(&self) -> Result<Vec<f32>> {
         let bytes = self.read()?;
-        let u16s = |scale: f32| bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) * scale).collect();
+        let u16s = |scale: f32| {
+            bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) * scale).collect()
+        };
         Ok(match self.0.format {
             Format::R32F | Format::Rg32F | Format::Rgba32F => {
                 bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
             }
-            Format::Rgba16F => bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect(),
+            Format::Rgba16F => {
+                bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
+            }
             Format::Rg16Unorm | Format::Rgba16Unorm => u16s(1.0 / 65535.0),
             Format::R16Uint => u16s(1.0),
             Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
@@ -210,9 +231,15 @@ impl Image {
     pub fn read_u32(&self) -> Result<Vec<u32>> {
         let bytes = self.read()?;
         Ok(match self.0.format {
-            Format::R16Uint => bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect(),
-            Format::R32Uint | Format::Rg32Uint => bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect(),
-            other => return Err(Error::Unsupported(format!("{}: {other:?} texels are no integers", self.0.name))),
+            Format::R16Uint => {
+                bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect()
+            }
+            Format::R32Uint | Format::Rg32Uint => {
+                bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
+            }
+            other => {
+                return Err(Error::Unsupported(format!("{}: {other:?} texels are no integers", self.0.name)));
+            }
         })
     }
 

@@ -1,13 +1,20 @@
 //! Device, memory, kernels, the frame recorder, trace backends, capture files and metrics: what every stage stands on.
 
 pub mod buffer;
+pub mod channels;
 pub mod device;
 pub mod error;
+pub mod frame;
 pub mod image;
+pub mod kernel;
+pub mod test_support;
 pub mod texture;
 
 pub use buffer::{Buffer, Location};
+pub use channels::{ChannelImages, History};
 pub use device::{Device, DeviceOptions};
 pub use error::{Error, Result};
+pub use frame::{Frame, Recorder};
 pub use image::Image;
+pub use kernel::Kernel;
 pub use pt_shaders::{glam, gpu_struct};

@@ -51,7 +51,13 @@ pub struct SamplerDesc {
 
 impl Default for SamplerDesc {
     fn default() -> Self {
-        Self { wrap: [Wrap::Repeat; 2], mag_linear: true, min_linear: true, mip_linear: true, max_anisotropy: 8.0 }
+        Self {
+            wrap: [Wrap::Repeat; 2],
+            mag_linear: true,
+            min_linear: true,
+            mip_linear: true,
+            max_anisotropy: 8.0,
+        }
     }
 }
 
@@ -120,7 +126,10 @@ impl TextureTable {
         // SAFETY: valid device and create infos; the set is freed with its pool.
         let (pool, set) = unsafe {
             let pool = raw
-                .create_descriptor_pool(&vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes), None)
+                .create_descriptor_pool(
+                    &vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes),
+                    None,
+                )
                 .context("vkCreateDescriptorPool")?;
             let set = raw.allocate_descriptor_sets(
                 &vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts),
@@ -185,13 +194,19 @@ fn upload(device: &Device, desc: &TextureDesc<'_>) -> Result<Texture> {
     for (level, data) in desc.mips.iter().enumerate() {
         let [w, h] = level_extent(level);
         if data.len() != w as usize * h as usize * texel {
-            return Err(Error::Unsupported(format!("{}: mip {level} of {w}x{h} has {} bytes", desc.name, data.len())));
+            return Err(Error::Unsupported(format!(
+                "{}: mip {level} of {w}x{h} has {} bytes",
+                desc.name,
+                data.len()
+            )));
         }
     }
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
-    let (image, view, allocation) = create_raw(device, desc.name, format, desc.extent, desc.mips.len() as u32, usage)?;
+    let (image, view, allocation) =
+        create_raw(device, desc.name, format, desc.extent, desc.mips.len() as u32, usage)?;
     let mut texture = Texture { image, view, sampler: vk::Sampler::null(), allocation: Some(allocation) };
-    let result = fill(device, desc, image, level_extent).and_then(|()| create_sampler(device, &desc.sampler));
+    let result =
+        fill(device, desc, image, level_extent).and_then(|()| create_sampler(device.raw(), &desc.sampler));
     match result {
         Ok(sampler) => texture.sampler = sampler,
         Err(error) => {
@@ -202,7 +217,12 @@ fn upload(device: &Device, desc: &TextureDesc<'_>) -> Result<Texture> {
     Ok(texture)
 }
 
-fn fill(device: &Device, desc: &TextureDesc<'_>, image: vk::Image, extent: impl Fn(usize) -> [u32; 2]) -> Result<()> {
+fn fill(
+    device: &Device,
+    desc: &TextureDesc<'_>,
+    image: vk::Image,
+    extent: impl Fn(usize) -> [u32; 2],
+) -> Result<()> {
     let total: usize = desc.mips.iter().map(|m| m.len()).sum();
     let staging = Buffer::new(device, "texture staging", total as u64, Location::Upload)?;
     let mut regions = Vec::with_capacity(desc.mips.len());
@@ -224,7 +244,7 @@ fn fill(device: &Device, desc: &TextureDesc<'_>, image: vk::Image, extent: impl 
     })
 }
 
-pub(crate) fn create_sampler(device: &Device, desc: &SamplerDesc) -> Result<vk::Sampler> {
+pub(crate) fn create_sampler(raw: &ash::Device, desc: &SamplerDesc) -> Result<vk::Sampler> {
     let filter = |linear| if linear { vk::Filter::LINEAR } else { vk::Filter::NEAREST };
     let wrap = |wrap| match wrap {
         Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
@@ -235,14 +255,18 @@ pub(crate) fn create_sampler(device: &Device, desc: &SamplerDesc) -> Result<vk::
     let info = vk::SamplerCreateInfo::default()
         .mag_filter(filter(desc.mag_linear))
         .min_filter(filter(desc.min_linear))
-        .mipmap_mode(if desc.mip_linear { vk::SamplerMipmapMode::LINEAR } else { vk::SamplerMipmapMode::NEAREST })
+        .mipmap_mode(if desc.mip_linear {
+            vk::SamplerMipmapMode::LINEAR
+        } else {
+            vk::SamplerMipmapMode::NEAREST
+        })
         .address_mode_u(wrap(desc.wrap[0]))
         .address_mode_v(wrap(desc.wrap[1]))
         .anisotropy_enable(anisotropic)
         .max_anisotropy(if anisotropic { desc.max_anisotropy.min(16.0) } else { 1.0 })
         .max_lod(vk::LOD_CLAMP_NONE);
     // SAFETY: valid device and create info.
-    unsafe { device.raw().create_sampler(&info, None) }.context("vkCreateSampler")
+    unsafe { raw.create_sampler(&info, None) }.context("vkCreateSampler")
 }
 
 fn destroy(device: &Device, texture: &mut Texture) {

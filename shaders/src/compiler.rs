@@ -38,7 +38,9 @@ pub enum CompileError {
         source: std::io::Error,
     },
     /// An include was not found.
-    #[error("{file}:{line}: no header \"{header}\" beside the file, among the generated headers or in {shared}")]
+    #[error(
+        "{file}:{line}: no header \"{header}\" beside the file, among the generated headers or in {shared}"
+    )]
     NoHeader {
         /// Including file.
         file: String,
@@ -94,19 +96,24 @@ impl Kernels {
     }
 
     /// Compiles `folder` (relative to the crate) into `$OUT_DIR/kernels.rs`; on an error prints it and ends the build.
-    pub fn compile(self, folder: &str) {
+    pub fn compile(&self, folder: &str) {
+        self.compile_as(folder, "kernels.rs");
+    }
+
+    /// As [`Kernels::compile`] with another name for the table, for a second folder such as a crate's test kernels.
+    pub fn compile_as(&self, folder: &str, table: &str) {
         let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
         let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets OUT_DIR"));
         println!("cargo::rerun-if-changed={}", root.join(folder).display());
         println!("cargo::rerun-if-changed={}", shared_headers().display());
-        if let Err(error) = self.compile_into(&root.join(folder), &out) {
+        if let Err(error) = self.compile_into(&root.join(folder), &out, table) {
             eprintln!("{error}");
             process::exit(1);
         }
     }
 
     /// As [`Kernels::compile`] with explicit folders and errors as values.
-    pub fn compile_into(&self, folder: &Path, out: &Path) -> Result<(), CompileError> {
+    pub fn compile_into(&self, folder: &Path, out: &Path, table_name: &str) -> Result<(), CompileError> {
         let mut kernels: Vec<PathBuf> = fs::read_dir(folder)
             .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect())
             .map_err(|source| CompileError::Read { path: folder.into(), source })?;
@@ -122,7 +129,8 @@ impl Kernels {
                 Some("rmiss") => (ShaderStage::Miss, "Miss"),
                 Some("trace") => {
                     self.compile_trace(&path, &stem, out)?;
-                    let code = |variant: &str, stage: &str| shader_code(&stem, stage, &format!("{stem}.{variant}"));
+                    let code =
+                        |variant: &str, stage: &str| shader_code(&stem, stage, &format!("{stem}.{variant}"));
                     writeln!(
                         table,
                         "#[doc = \"`{stem}.trace`\"]\npub const {constant}: ::pt_shaders::TraceCode = \
@@ -139,11 +147,18 @@ impl Kernels {
             let spirv = self.compile_one(&path, "", None, stage.0)?;
             write_spirv(&out.join(format!("{stem}.{}.spv", stage.1)), &spirv)?;
             let code = shader_code(&stem, stage.1, &format!("{stem}.{}", stage.1));
-            let suffix = if stage.0 == ShaderStage::Compute { String::new() } else { format!("_{}", stage_suffix(stage.1)) };
-            writeln!(table, "#[doc = \"`{stem}`\"]\npub const {constant}{suffix}: ::pt_shaders::ShaderCode = {code};")
-                .expect("writing to a String");
+            let suffix = if stage.0 == ShaderStage::Compute {
+                String::new()
+            } else {
+                format!("_{}", stage_suffix(stage.1))
+            };
+            writeln!(
+                table,
+                "#[doc = \"`{stem}`\"]\npub const {constant}{suffix}: ::pt_shaders::ShaderCode = {code};"
+            )
+            .expect("writing to a String");
         }
-        let path = out.join("kernels.rs");
+        let path = out.join(table_name);
         fs::write(&path, table).map_err(|source| CompileError::Read { path, source })
     }
 
@@ -172,14 +187,18 @@ impl Kernels {
         if let Some(define) = define {
             writeln!(text, "#define {define} 1").expect("writing to a String");
         }
-        let source = fs::read_to_string(path).map_err(|source| CompileError::Read { path: path.into(), source })?;
+        let source =
+            fs::read_to_string(path).map_err(|source| CompileError::Read { path: path.into(), source })?;
         let mut seen = Vec::new();
         self.expand(&source, path, &mut seen, &mut text)?;
 
         let failed = |log: String| CompileError::Glsl { kernel: path.display().to_string(), variant, log };
         let compiler = glslang::Compiler::acquire().ok_or_else(|| failed("glslang did not start".into()))?;
         let options = CompilerOptions {
-            target: Target::Vulkan { version: VulkanVersion::Vulkan1_3, spirv_version: SpirvVersion::SPIRV1_5 },
+            target: Target::Vulkan {
+                version: VulkanVersion::Vulkan1_3,
+                spirv_version: SpirvVersion::SPIRV1_5,
+            },
             ..Default::default()
         };
         let source = ShaderSource::from(text);
@@ -189,7 +208,13 @@ impl Kernels {
     }
 
     /// Appends `source` to `text` with includes resolved; `#line` keeps messages at the original file and line.
-    fn expand(&self, source: &str, path: &Path, seen: &mut Vec<String>, text: &mut String) -> Result<(), CompileError> {
+    fn expand(
+        &self,
+        source: &str,
+        path: &Path,
+        seen: &mut Vec<String>,
+        text: &mut String,
+    ) -> Result<(), CompileError> {
         let file = path.display().to_string();
         writeln!(text, "#line 1 \"{file}\"").expect("writing to a String");
         for (index, line) in source.lines().enumerate() {
@@ -201,12 +226,13 @@ impl Kernels {
             let header = header.trim().trim_matches('"').to_owned();
             if !seen.contains(&header) {
                 seen.push(header.clone());
-                let (header_source, header_path) = self.find(&header, path).ok_or_else(|| CompileError::NoHeader {
-                    file: file.clone(),
-                    line: index + 1,
-                    header,
-                    shared: shared_headers(),
-                })?;
+                let (header_source, header_path) =
+                    self.find(&header, path).ok_or_else(|| CompileError::NoHeader {
+                        file: file.clone(),
+                        line: index + 1,
+                        header,
+                        shared: shared_headers(),
+                    })?;
                 self.expand(&header_source, &header_path, seen, text)?;
             }
             writeln!(text, "#line {} \"{file}\"", index + 2).expect("writing to a String");

@@ -64,6 +64,14 @@ pub trait GpuStruct: bytemuck::Pod {
     }
 }
 
+/// No push constants.
+impl GpuStruct for () {
+    const STRUCT_NAME: &'static str = "()";
+    fn fields() -> Vec<Field> {
+        Vec::new()
+    }
+}
+
 /// Declares a record once for host and GPU: a `repr(C)` Pod struct with a generated GLSL declaration.
 ///
 /// The crate that uses it needs `bytemuck` (with `derive`) as a dependency.

@@ -281,6 +281,35 @@ gpu_struct! {
     }
 }
 
+macro_rules! table {
+    ($($record:ident),* $(,)?) => {
+        /// Name, size and members of every record of this module, for the layout check against SPIR-V.
+        pub fn all() -> Vec<(&'static str, usize, Vec<crate::Field>)> {
+            vec![$((<$record as GpuStruct>::STRUCT_NAME, size_of::<$record>(), $record::fields())),*]
+        }
+
+        fn declarations() -> String {
+            [$($record::glsl()),*].concat()
+        }
+    };
+}
+
+// In order of use: a record stands after those that it contains.
+table! {
+    CameraRecord,
+    FrameRecord,
+    SceneRecord,
+    InstanceRecord,
+    MeshRecord,
+    VertexRecord,
+    BvhTriangle,
+    TextureSlot,
+    MaterialRecord,
+    LightRecord,
+    EmissiveRecord,
+    AliasRecord,
+}
+
 /// GLSL declarations and constants of this module (`records.glsl`).
 pub fn glsl() -> String {
     let constants = [
@@ -293,22 +322,8 @@ pub fn glsl() -> String {
         ("LIGHT_SPOT", LIGHT_SPOT),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),
     ];
-    let mut text: String = constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
-    for declaration in [
-        CameraRecord::glsl(),
-        FrameRecord::glsl(),
-        SceneRecord::glsl(),
-        InstanceRecord::glsl(),
-        MeshRecord::glsl(),
-        VertexRecord::glsl(),
-        BvhTriangle::glsl(),
-        TextureSlot::glsl(),
-        MaterialRecord::glsl(),
-        LightRecord::glsl(),
-        EmissiveRecord::glsl(),
-        AliasRecord::glsl(),
-    ] {
-        text.push_str(&declaration);
-    }
+    let mut text: String =
+        constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    text.push_str(&declarations());
     text
 }

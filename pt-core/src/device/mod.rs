@@ -7,6 +7,7 @@ pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
 use crate::error::{Error, Result, VkContext};
+use crate::texture::{SamplerDesc, Wrap};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
@@ -45,6 +46,8 @@ pub(crate) struct Inner {
     allocator: ManuallyDrop<Mutex<Allocator>>,
     one_off: Mutex<vk::CommandPool>,
     texture_layout: vk::DescriptorSetLayout,
+    /// Bilinear, clamped to the edge, no mips: for sampled screen-space images.
+    pub(crate) linear_sampler: vk::Sampler,
     info: DeviceInfo,
     pipelines: AtomicU64,
     allocations: AtomicU64,
@@ -57,6 +60,7 @@ pub(crate) struct Inner {
 pub(crate) struct Instance {
     pub(crate) raw: ash::Instance,
     validation: Option<validation::Messenger>,
+    debug_utils: bool,
     _entry: ash::Entry,
 }
 
@@ -64,15 +68,22 @@ impl Instance {
     fn new(validate: bool) -> Result<Self> {
         // SAFETY: libvulkan is trusted to be a Vulkan loader.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::NoLoader(e.to_string()))?;
-        let application = vk::ApplicationInfo::default().application_name(c"pt").api_version(vk::API_VERSION_1_3);
+        let application =
+            vk::ApplicationInfo::default().application_name(c"pt").api_version(vk::API_VERSION_1_3);
         let mut layers = Vec::new();
         let mut extensions = Vec::new();
+        // SAFETY: no preconditions.
+        let offered = unsafe { entry.enumerate_instance_extension_properties(None) }.unwrap_or_default();
+        let debug_utils =
+            validate || offered.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        if debug_utils {
+            extensions.push(ext::debug_utils::NAME.as_ptr());
+        }
         if validate {
             if !validation::layer_available(&entry) {
                 return Err(Error::NoValidationLayer);
             }
             layers.push(validation::LAYER.as_ptr());
-            extensions.push(ext::debug_utils::NAME.as_ptr());
         }
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
@@ -89,7 +100,7 @@ impl Instance {
             other => other.context("vkCreateInstance")?,
         };
         let validation = if validate { Some(validation::Messenger::new(&entry, &raw)?) } else { None };
-        Ok(Self { raw, validation, _entry: entry })
+        Ok(Self { raw, validation, debug_utils, _entry: entry })
     }
 }
 
@@ -125,14 +136,22 @@ impl Device {
             buffer_device_address: true,
             allocation_sizes: Default::default(),
         })
-        .map_err(|e| Error::Allocation { name: "allocator".into(), bytes: 0, reason: e.to_string() })?;
+        .map_err(|e| Error::Allocation {
+            name: "allocator".into(),
+            bytes: 0,
+            reason: e.to_string(),
+        })?;
         let pool_info = vk::CommandPoolCreateInfo::default()
             .queue_family_index(queue_family)
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY: valid device and create info.
         let one_off = unsafe { raw.create_command_pool(&pool_info, None) }.context("vkCreateCommandPool")?;
         let texture_layout = crate::texture::table_layout(&raw, capabilities.max_textures)?;
-        let debug_utils = options.validation.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let linear_sampler = crate::texture::create_sampler(
+            &raw,
+            &SamplerDesc { wrap: [Wrap::ClampToEdge; 2], max_anisotropy: 1.0, ..SamplerDesc::default() },
+        )?;
+        let debug_utils = instance.debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         let acceleration_structure = (capabilities.ray_query || capabilities.rt_pipeline)
             .then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
         let ray_tracing_pipeline =
@@ -147,6 +166,7 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             one_off: Mutex::new(one_off),
             texture_layout,
+            linear_sampler,
             info: candidate.info,
             pipelines: AtomicU64::new(0),
             allocations: AtomicU64::new(0),
@@ -280,6 +300,7 @@ impl Drop for Inner {
         // SAFETY: resources hold a clone of the device, so none is left; order: allocator, device, instance.
         unsafe {
             let _ = self.raw.device_wait_idle();
+            self.raw.destroy_sampler(self.linear_sampler, None);
             self.raw.destroy_descriptor_set_layout(self.texture_layout, None);
             self.raw.destroy_command_pool(*lock(&self.one_off), None);
             ManuallyDrop::drop(&mut self.allocator);

@@ -61,7 +61,8 @@ pub(super) struct Candidate {
 
 const MAX_TEXTURES: u32 = 4096;
 
-const RAY_TRACING_EXTENSIONS: [&CStr; 2] = [khr::acceleration_structure::NAME, khr::deferred_host_operations::NAME];
+const RAY_TRACING_EXTENSIONS: [&CStr; 2] =
+    [khr::acceleration_structure::NAME, khr::deferred_host_operations::NAME];
 
 /// The feature structs that the frame needs, chained anew by each caller (they point to each other).
 #[derive(Default)]
@@ -87,7 +88,10 @@ fn required(f: &mut Features) -> [(&'static str, &mut vk::Bool32); 14] {
         ("scalarBlockLayout", &mut f.v12.scalar_block_layout),
         ("runtimeDescriptorArray", &mut f.v12.runtime_descriptor_array),
         ("descriptorBindingPartiallyBound", &mut f.v12.descriptor_binding_partially_bound),
-        ("shaderSampledImageArrayNonUniformIndexing", &mut f.v12.shader_sampled_image_array_non_uniform_indexing),
+        (
+            "shaderSampledImageArrayNonUniformIndexing",
+            &mut f.v12.shader_sampled_image_array_non_uniform_indexing,
+        ),
         ("hostQueryReset", &mut f.v12.host_query_reset),
         ("timelineSemaphore", &mut f.v12.timeline_semaphore),
         ("uniformBufferStandardLayout", &mut f.v12.uniform_buffer_standard_layout),
@@ -99,8 +103,11 @@ fn required(f: &mut Features) -> [(&'static str, &mut vk::Bool32); 14] {
 pub(super) fn candidates(instance: &ash::Instance) -> Result<Vec<Candidate>> {
     // SAFETY: valid instance.
     let physical = unsafe { instance.enumerate_physical_devices() }.context("vkEnumeratePhysicalDevices")?;
-    let mut all: Vec<Candidate> = physical.into_iter().map(|p| examine(instance, p)).collect::<Result<_>>()?;
-    let rank = |kind: &str| ["discrete-gpu", "integrated-gpu", "virtual-gpu", "cpu", "other"].iter().position(|k| *k == kind);
+    let mut all: Vec<Candidate> =
+        physical.into_iter().map(|p| examine(instance, p)).collect::<Result<_>>()?;
+    let rank = |kind: &str| {
+        ["discrete-gpu", "integrated-gpu", "virtual-gpu", "cpu", "other"].iter().position(|k| *k == kind)
+    };
     all.sort_by_key(|c| (c.info.unusable.is_some(), rank(c.info.kind)));
     for (index, candidate) in all.iter_mut().enumerate() {
         candidate.info.index = index;
@@ -112,8 +119,10 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut rt = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
     let mut acceleration = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
-    let mut properties =
-        vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut rt).push_next(&mut acceleration);
+    let mut properties = vk::PhysicalDeviceProperties2::default()
+        .push_next(&mut driver)
+        .push_next(&mut rt)
+        .push_next(&mut acceleration);
     // SAFETY: valid handles, chained structs outlive the calls.
     let (memory, families, extensions) = unsafe {
         instance.get_physical_device_properties2(physical, &mut properties);
@@ -133,16 +142,21 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
     if new_enough {
         query_features(instance, physical, &mut supported);
     }
-    let ray_tracing = RAY_TRACING_EXTENSIONS.iter().all(|name| has(name)) && supported.acceleration.acceleration_structure != 0;
+    let ray_tracing = RAY_TRACING_EXTENSIONS.iter().all(|name| has(name))
+        && supported.acceleration.acceleration_structure != 0;
     let ray_query = ray_tracing && has(khr::ray_query::NAME) && supported.ray_query.ray_query != 0;
-    let rt_pipeline =
-        ray_tracing && has(khr::ray_tracing_pipeline::NAME) && supported.rt_pipeline.ray_tracing_pipeline != 0;
-    let missing: Vec<_> = required(&mut supported).iter().filter(|(_, v)| **v == 0).map(|(n, _)| *n).collect();
+    let rt_pipeline = ray_tracing
+        && has(khr::ray_tracing_pipeline::NAME)
+        && supported.rt_pipeline.ray_tracing_pipeline != 0;
+    let missing: Vec<_> =
+        required(&mut supported).iter().filter(|(_, v)| **v == 0).map(|(n, _)| *n).collect();
     // A family that also draws is the one that desktop tools can look into.
     let queue_family = (0u32..)
         .zip(&families)
         .filter(|(_, f)| f.queue_flags.contains(vk::QueueFlags::COMPUTE) && f.timestamp_valid_bits > 0)
-        .max_by_key(|(index, f)| (f.queue_flags.contains(vk::QueueFlags::GRAPHICS), std::cmp::Reverse(*index)))
+        .max_by_key(|(index, f)| {
+            (f.queue_flags.contains(vk::QueueFlags::GRAPHICS), std::cmp::Reverse(*index))
+        })
         .map(|(index, _)| index);
     let unusable = if !new_enough {
         Some("its driver has no Vulkan 1.3".to_owned())
@@ -175,7 +189,8 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
             vk::api_version_minor(version),
             vk::api_version_patch(version)
         ),
-        memory_bytes: memory.memory_heaps_as_slice()
+        memory_bytes: memory
+            .memory_heaps_as_slice()
             .iter()
             .filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
             .map(|h| h.size)

@@ -40,7 +40,8 @@ impl Messenger {
                 vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
             )
             .message_type(
-                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
             )
             .pfn_user_callback(Some(callback))
             .user_data((&raw const *log).cast_mut().cast());
@@ -71,7 +72,8 @@ unsafe extern "system" fn callback(
     // SAFETY: the layers pass valid data; `user` is the boxed log of `Messenger`.
     let (data, log) = unsafe { (&*data, &*user.cast_const().cast::<ValidationLog>()) };
     // SAFETY: a NUL-terminated string that lives during the call.
-    let message = unsafe { data.message_as_c_str() }.map_or("(no text)".into(), |m| m.to_string_lossy().into_owned());
+    let message =
+        unsafe { data.message_as_c_str() }.map_or("(no text)".into(), |m| m.to_string_lossy().into_owned());
     eprintln!("validation: {message}");
     super::lock(&log.0).push(message);
     vk::FALSE

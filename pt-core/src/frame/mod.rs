@@ -1,0 +1,9 @@
+//! The frame recorder. A pass says what it reads and what it writes; barriers, timestamps, debug labels and the pass
+//! table follow from that one declaration.
+
+mod hazards;
+mod pass;
+mod recorder;
+
+pub use pass::{Pass, PassInfo};
+pub use recorder::{Frame, FrameTiming, PassTiming, Recorder};

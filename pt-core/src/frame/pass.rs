@@ -1,0 +1,380 @@
+//! Declaration of one pass.
+
+use super::hazards::Touch;
+use super::recorder::Frame;
+use crate::buffer::Buffer;
+use crate::channels::ChannelImages;
+use crate::error::{Error, Result};
+use crate::image::Image;
+use crate::kernel::{Binding, BindingKind, Kernel};
+use crate::texture::TextureTable;
+use ash::vk;
+use pt_shaders::GpuStruct;
+use pt_shaders::channels::ChannelId;
+use std::collections::BTreeMap;
+
+/// A row of the pass table.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PassInfo {
+    /// Pass name.
+    pub name: String,
+    /// Kernel that it runs.
+    pub kernel: String,
+    /// Threads.
+    pub extent: [u32; 3],
+    /// Names of the resources that it reads.
+    pub reads: Vec<String>,
+    /// Names of the resources that it writes.
+    pub writes: Vec<String>,
+    /// Bytes that it moves when it touches every texel of its images and every byte of its buffers once.
+    pub bytes: u64,
+}
+
+/// What a frame in flight keeps alive.
+pub(crate) enum Keep {
+    Buffer(#[expect(dead_code, reason = "held, not used")] Buffer),
+    Image(#[expect(dead_code, reason = "held, not used")] Image),
+    Kernel(#[expect(dead_code, reason = "held, not used")] Kernel),
+    Textures(#[expect(dead_code, reason = "held, not used")] TextureTable),
+}
+
+/// A resource that can be bound by name.
+#[derive(Clone)]
+pub enum Resource {
+    /// A storage image.
+    Image(Image),
+    /// A uniform or storage buffer.
+    Buffer(Buffer),
+}
+
+impl From<&Image> for Resource {
+    fn from(image: &Image) -> Self {
+        Self::Image(image.clone())
+    }
+}
+
+impl From<&Buffer> for Resource {
+    fn from(buffer: &Buffer) -> Self {
+        Self::Buffer(buffer.clone())
+    }
+}
+
+impl Resource {
+    fn id(&self) -> u64 {
+        match self {
+            Self::Image(image) => image.id(),
+            Self::Buffer(buffer) => buffer.id(),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Image(image) => image.bytes(),
+            Self::Buffer(buffer) => buffer.size(),
+        }
+    }
+
+    fn keep(&self) -> Keep {
+        match self {
+            Self::Image(image) => Keep::Image(image.clone()),
+            Self::Buffer(buffer) => Keep::Buffer(buffer.clone()),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Use {
+    Read,
+    Write,
+    Update,
+    Sample,
+}
+
+/// A pass being declared. Errors are kept and returned by [`Pass::dispatch`].
+pub struct Pass<'f, 'r> {
+    frame: &'f mut Frame<'r>,
+    name: String,
+    kernel: &'f Kernel,
+    bound: BTreeMap<String, (Resource, Use)>,
+    /// Read through device addresses: no name, but a hazard all the same.
+    addressed: Vec<Resource>,
+    textures: Option<TextureTable>,
+    push: Vec<u8>,
+    problem: Option<String>,
+}
+
+impl<'f, 'r> Pass<'f, 'r> {
+    pub(super) fn new(frame: &'f mut Frame<'r>, name: &str, kernel: &'f Kernel) -> Self {
+        Self {
+            frame,
+            name: name.into(),
+            kernel,
+            bound: BTreeMap::new(),
+            addressed: Vec::new(),
+            textures: None,
+            push: Vec::new(),
+            problem: None,
+        }
+    }
+
+    fn bind(mut self, name: &str, resource: Resource, how: Use) -> Self {
+        if self.bound.insert(name.into(), (resource, how)).is_some() {
+            self.problem.get_or_insert(format!("\"{name}\" is bound twice"));
+        }
+        self
+    }
+
+    /// The kernel only reads it.
+    pub fn read<'a>(self, name: &str, resource: impl Into<Resource> + 'a) -> Self {
+        self.bind(name, resource.into(), Use::Read)
+    }
+
+    /// The kernel only writes it.
+    pub fn write<'a>(self, name: &str, resource: impl Into<Resource> + 'a) -> Self {
+        self.bind(name, resource.into(), Use::Write)
+    }
+
+    /// The kernel reads and writes it.
+    pub fn update<'a>(self, name: &str, resource: impl Into<Resource> + 'a) -> Self {
+        self.bind(name, resource.into(), Use::Update)
+    }
+
+    /// The kernel samples it (`sampler2D`) with a linear filter, clamped at the edge.
+    pub fn sample(self, name: &str, image: &Image) -> Self {
+        self.bind(name, image.into(), Use::Sample)
+    }
+
+    /// Channels that the kernel only reads.
+    pub fn reads(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
+        channels.iter().fold(self, |pass, &id| pass.read(&id.glsl_name(), images.current(id)))
+    }
+
+    /// Last frame's content of channels that the kernel reads.
+    pub fn reads_previous(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
+        channels.iter().fold(self, |pass, &id| pass.read(&id.glsl_name_prev(), images.previous(id)))
+    }
+
+    /// Channels that the kernel only writes.
+    pub fn writes(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
+        channels.iter().fold(self, |pass, &id| pass.write(&id.glsl_name(), images.current(id)))
+    }
+
+    /// Channels that the kernel reads and writes.
+    pub fn updates(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
+        channels.iter().fold(self, |pass, &id| pass.update(&id.glsl_name(), images.current(id)))
+    }
+
+    /// A buffer that the kernel reads through its device address.
+    pub fn addresses(mut self, buffer: &Buffer) -> Self {
+        self.addressed.push(buffer.into());
+        self
+    }
+
+    /// The bindless textures.
+    pub fn textures(mut self, table: &TextureTable) -> Self {
+        self.textures = Some(table.clone());
+        self
+    }
+
+    /// Push constants; the type is the one that the kernel was made with.
+    pub fn push<P: GpuStruct>(mut self, constants: &P) -> Self {
+        self.push = bytemuck::bytes_of(constants).to_vec();
+        self
+    }
+
+    /// Ends the declaration: checks it against the kernel's interface and records `extent` threads.
+    ///
+    /// # Errors
+    /// A binding that the kernel has not, one that it has and the pass lacks, a resource of the wrong kind or format, or
+    /// an access that the kernel's instructions contradict.
+    pub fn dispatch(self, extent: [u32; 3]) -> Result<()> {
+        let fail = |problem: String| Error::Pass {
+            pass: self.name.clone(),
+            kernel: self.kernel.name().into(),
+            problem,
+        };
+        self.check().map_err(fail)?;
+        let device = self.frame.device().clone();
+        let stage = self.kernel.stage();
+        let mut touches = Vec::new();
+        for (resource, how) in self.bound.values() {
+            touches.push((resource.id(), touch(stage, resource, *how)));
+        }
+        for resource in &self.addressed {
+            touches.push((resource.id(), touch(stage, resource, Use::Read)));
+        }
+        let sets = self.write_descriptors(&device)?;
+
+        let names = |keep: &dyn Fn(Use) -> bool| {
+            self.bound
+                .iter()
+                .filter(|(_, (_, how))| keep(*how))
+                .map(|(name, _)| name.clone())
+                .collect::<Vec<_>>()
+        };
+        let moved = |how: Use| if how == Use::Update { 2 } else { 1 };
+        let info = PassInfo {
+            name: self.name.clone(),
+            kernel: self.kernel.name().into(),
+            extent,
+            reads: names(&|how| how != Use::Write),
+            writes: names(&|how| matches!(how, Use::Write | Use::Update)),
+            bytes: self.bound.values().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
+        };
+        let mut keep: Vec<_> =
+            self.bound.values().map(|(r, _)| r).chain(&self.addressed).map(Resource::keep).collect();
+        keep.push(Keep::Kernel(self.kernel.clone()));
+        keep.extend(self.textures.clone().map(Keep::Textures));
+        let (kernel, push) = (self.kernel, &self.push);
+        self.frame.encode(info, &touches, keep, |_, cmd| {
+            // SAFETY: recording; the sets were made from the kernel's layouts; the slot keeps the kernel.
+            unsafe { kernel.encode(cmd, &sets, push, extent) };
+        })
+    }
+
+    fn check(&self) -> std::result::Result<(), String> {
+        if let Some(problem) = &self.problem {
+            return Err(problem.clone());
+        }
+        let reflection = self.kernel.reflection();
+        if self.push.len() != reflection.push_size as usize {
+            return Err(format!(
+                "{} bytes of push constants given, the kernel has {}",
+                self.push.len(),
+                reflection.push_size
+            ));
+        }
+        if reflection.textures && self.textures.is_none() {
+            return Err("the kernel uses textures[], the pass binds no texture table".into());
+        }
+        for binding in reflection.bindings.values() {
+            let (resource, how) = self
+                .bound
+                .get(&binding.name)
+                .ok_or_else(|| format!("the kernel's binding \"{}\" is not bound", binding.name))?;
+            check_binding(binding, resource, *how)?;
+        }
+        match self.bound.keys().find(|name| !reflection.bindings.values().any(|b| b.name == **name)) {
+            Some(name) => {
+                let known: Vec<_> = reflection.bindings.values().map(|b| b.name.as_str()).collect();
+                Err(format!("the kernel has no binding \"{name}\"; it has {}", known.join(", ")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn write_descriptors(&self, device: &crate::device::Device) -> Result<Vec<(u32, vk::DescriptorSet)>> {
+        let reflection = self.kernel.reflection();
+        let layouts = self.kernel.layout().sets;
+        let mut used: Vec<u32> = reflection.bindings.keys().map(|(set, _)| *set).collect();
+        used.dedup();
+        let wanted: Vec<_> = used.iter().map(|&set| layouts[set as usize]).collect();
+        let handles = if wanted.is_empty() { Vec::new() } else { self.frame.descriptor_sets(&wanted)? };
+        let mut sets: Vec<_> = used.into_iter().zip(handles).collect();
+
+        for binding in reflection.bindings.values() {
+            let (resource, _) = &self.bound[&binding.name];
+            let set =
+                sets.iter().find(|(index, _)| *index == binding.set).map(|(_, set)| *set).unwrap_or_default();
+            let write = vk::WriteDescriptorSet::default()
+                .dst_set(set)
+                .dst_binding(binding.binding)
+                .descriptor_type(binding.kind.descriptor_type());
+            match resource {
+                Resource::Image(image) => {
+                    let info = [vk::DescriptorImageInfo {
+                        sampler: match binding.kind {
+                            BindingKind::Sampled => device.inner().linear_sampler,
+                            _ => vk::Sampler::null(),
+                        },
+                        image_view: image.view(),
+                        image_layout: vk::ImageLayout::GENERAL,
+                    }];
+                    // SAFETY: the set belongs to this frame and is not in use yet.
+                    unsafe { device.raw().update_descriptor_sets(&[write.image_info(&info)], &[]) };
+                }
+                Resource::Buffer(buffer) => {
+                    let info = [vk::DescriptorBufferInfo {
+                        buffer: buffer.handle(),
+                        offset: 0,
+                        range: vk::WHOLE_SIZE,
+                    }];
+                    // SAFETY: as above.
+                    unsafe { device.raw().update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
+                }
+            }
+        }
+        if reflection.textures {
+            sets.extend(self.textures.as_ref().map(|table| (crate::texture::TEXTURE_SET, table.set())));
+        }
+        Ok(sets)
+    }
+}
+
+fn check_binding(binding: &Binding, resource: &Resource, how: Use) -> std::result::Result<(), String> {
+    let name = &binding.name;
+    match (binding.kind, resource) {
+        (BindingKind::Uniform | BindingKind::Storage, Resource::Buffer(_)) => {}
+        (BindingKind::Sampled, Resource::Image(_)) if how == Use::Sample => return Ok(()),
+        (BindingKind::Image(format), Resource::Image(image)) => {
+            if spirv_format(image.format()) != format {
+                return Err(format!(
+                    "\"{name}\" is declared {format:?} in the kernel, the image is {:?}",
+                    image.format()
+                ));
+            }
+        }
+        (kind, Resource::Image(_)) => {
+            return Err(format!("\"{name}\" is {kind:?} in the kernel, an image is bound"));
+        }
+        (kind, Resource::Buffer(_)) => {
+            return Err(format!("\"{name}\" is {kind:?} in the kernel, a buffer is bound"));
+        }
+    }
+    let access = binding.access;
+    if access.unknown {
+        return Ok(());
+    }
+    let actual = match (access.read, access.write) {
+        (true, false) => Use::Read,
+        (false, true) => Use::Write,
+        (true, true) => Use::Update,
+        (false, false) => return Ok(()),
+    };
+    if actual == how {
+        return Ok(());
+    }
+    Err(format!("\"{name}\" is declared as {how:?}, the kernel's instructions {actual:?} it"))
+}
+
+fn spirv_format(format: pt_shaders::channels::Format) -> spirq::ty::ImageFormat {
+    use pt_shaders::channels::Format as F;
+    use spirq::ty::ImageFormat as I;
+    match format {
+        F::R32F => I::R32f,
+        F::Rg32F => I::Rg32f,
+        F::Rgba32F => I::Rgba32f,
+        F::Rgba16F => I::Rgba16f,
+        F::Rg16Unorm => I::Rg16,
+        F::Rgba16Unorm => I::Rgba16,
+        F::Rgba8Unorm => I::Rgba8,
+        F::R32Uint => I::R32ui,
+        F::Rg32Uint => I::Rg32ui,
+        F::R16Uint => I::R16ui,
+    }
+}
+
+fn touch(stage: vk::PipelineStageFlags2, resource: &Resource, how: Use) -> Touch {
+    use vk::AccessFlags2 as A;
+    let read = match (resource, how) {
+        (_, Use::Sample) => A::SHADER_SAMPLED_READ,
+        (Resource::Buffer(_), Use::Read) => A::SHADER_STORAGE_READ | A::UNIFORM_READ,
+        _ => A::SHADER_STORAGE_READ,
+    };
+    let access = match how {
+        Use::Read | Use::Sample => read,
+        Use::Write => A::SHADER_STORAGE_WRITE,
+        Use::Update => A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE,
+    };
+    Touch { stage, access, write: matches!(how, Use::Write | Use::Update) }
+}

@@ -1,0 +1,130 @@
+//! The frame recorder and kernels: declared accesses, reflected names, counters.
+
+use pt_core::test_support::TestDevice;
+use pt_core::{Buffer, ChannelImages, Kernel, Location, Recorder};
+use pt_shaders::channels::{MOTION, VIEW_DEPTH};
+
+mod records {
+    include!("common/records.rs");
+}
+mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
+}
+use records::TestPush;
+
+struct Setup {
+    images: ChannelImages,
+    sums: Buffer,
+    fill: Kernel,
+    double: Kernel,
+}
+
+fn setup(device: &TestDevice) -> Setup {
+    Setup {
+        images: ChannelImages::new(device, [37, 11], [VIEW_DEPTH, MOTION]).unwrap(),
+        sums: Buffer::from_slice(device, "sums", &[0u32; 16]).unwrap(),
+        fill: Kernel::compute::<TestPush>(device, &kernels::FILL).unwrap(),
+        double: Kernel::compute::<()>(device, &kernels::DOUBLE_DEPTH).unwrap(),
+    }
+}
+
+const EXTENT: [u32; 3] = [38, 11, 1];
+
+#[test]
+fn passes_see_each_others_writes() {
+    let device = TestDevice::open();
+    let s = setup(&device);
+    let mut recorder = Recorder::new(&device).unwrap();
+    for frame_index in 0..4 {
+        let mut frame = recorder.begin().unwrap();
+        frame.upload(&s.sums, bytemuck::bytes_of(&[0u32; 16])).unwrap();
+        let offset = frame_index as f32;
+        frame
+            .pass("fill", &s.fill)
+            .writes(&s.images, &[VIEW_DEPTH])
+            .push(&TestPush { offset })
+            .dispatch(EXTENT)
+            .unwrap();
+        for _ in 0..2 {
+            let pass = frame.pass("double", &s.double);
+            pass.updates(&s.images, &[VIEW_DEPTH]).update("sums", &s.sums).dispatch(EXTENT).unwrap();
+        }
+        frame.submit().unwrap();
+    }
+    let timings = recorder.finish().unwrap();
+    assert_eq!(timings.iter().map(|t| t.frame).collect::<Vec<_>>(), [0, 1, 2, 3]);
+    assert_eq!(timings[3].passes.len(), 4);
+    assert_eq!((timings[3].created.pipelines, timings[3].created.allocations), (0, 0));
+
+    let depth = s.images.current(VIEW_DEPTH).read_f32().unwrap();
+    let expected: Vec<f32> =
+        (0..11).flat_map(|y| (0..38).map(move |x| 4.0 * (x as f32 + 1000.0 * y as f32 + 3.0))).collect();
+    assert_eq!(depth, expected);
+    let total: u32 = s.sums.read::<u32>().unwrap().iter().sum();
+    assert_eq!(total, expected.iter().map(|&d| (d / 2.0 + d) as u32).sum::<u32>());
+
+    let table = recorder.pass_table();
+    assert_eq!(table[2].reads, ["ch_view_depth", "sums"]);
+    assert_eq!(table[1].writes, ["ch_view_depth"]);
+}
+
+#[test]
+fn wrong_declarations_are_errors() {
+    let device = TestDevice::open();
+    let s = setup(&device);
+    let mut recorder = Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    let push = TestPush { offset: 0.0 };
+    let message = |result: pt_core::Result<()>| result.unwrap_err().to_string();
+
+    let missing = message(frame.pass("p", &s.fill).push(&push).dispatch(EXTENT));
+    assert!(missing.contains("\"ch_view_depth\" is not bound"), "{missing}");
+    let misspelt = message(
+        frame
+            .pass("p", &s.fill)
+            .writes(&s.images, &[VIEW_DEPTH])
+            .write("ch_view_deph", s.images.current(VIEW_DEPTH))
+            .push(&push)
+            .dispatch(EXTENT),
+    );
+    assert!(misspelt.contains("no binding \"ch_view_deph\"; it has ch_view_depth"), "{misspelt}");
+    let wrong_access =
+        message(frame.pass("p", &s.fill).reads(&s.images, &[VIEW_DEPTH]).push(&push).dispatch(EXTENT));
+    assert!(wrong_access.contains("declared as Read, the kernel's instructions Write it"), "{wrong_access}");
+    let half_access = message(
+        frame.pass("p", &s.double).writes(&s.images, &[VIEW_DEPTH]).update("sums", &s.sums).dispatch(EXTENT),
+    );
+    assert!(half_access.contains("declared as Write, the kernel's instructions Update it"), "{half_access}");
+    let wrong_format = message(
+        frame
+            .pass("p", &s.fill)
+            .write("ch_view_depth", s.images.current(MOTION))
+            .push(&push)
+            .dispatch(EXTENT),
+    );
+    assert!(wrong_format.contains("the image is Rgba32F"), "{wrong_format}");
+    let wrong_kind =
+        message(frame.pass("p", &s.fill).write("ch_view_depth", &s.sums).push(&push).dispatch(EXTENT));
+    assert!(wrong_kind.contains("a buffer is bound"), "{wrong_kind}");
+    let no_push = message(frame.pass("p", &s.fill).writes(&s.images, &[VIEW_DEPTH]).dispatch(EXTENT));
+    assert!(no_push.contains("0 bytes of push constants given"), "{no_push}");
+    frame.submit().unwrap();
+}
+
+#[test]
+fn disagreeing_records_are_errors() {
+    let device = TestDevice::open();
+    let message = |r: pt_core::Result<Kernel>| r.err().expect("an error").to_string();
+    let record = message(Kernel::compute::<()>(&device, &kernels::WRONG_RECORD));
+    assert!(record.contains("FrameRecord: GLSL has member `seed` at byte 0"), "{record}");
+    let push = message(Kernel::compute::<()>(&device, &kernels::FILL));
+    assert!(push.contains("push constants have 4 bytes"), "{push}");
+}
+
+#[test]
+fn host_visible_buffers_round_trip() {
+    let device = TestDevice::open();
+    let buffer = Buffer::new(&device, "upload", 16, Location::Upload).unwrap();
+    buffer.write(4, bytemuck::bytes_of(&[1u32, 2, 3]));
+    assert_eq!(&buffer.read::<u32>().unwrap()[1..], [1, 2, 3]);
+}
