@@ -39,10 +39,8 @@ impl Messenger {
             .message_severity(
                 vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
             )
-            .message_type(
-                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
-                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
-            )
+            // Not PERFORMANCE: it advises against GENERAL layout, which is a decision here.
+            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
             .pfn_user_callback(Some(callback))
             .user_data((&raw const *log).cast_mut().cast());
         // SAFETY: the log outlives the messenger (dropped after it below).
