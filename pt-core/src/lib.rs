@@ -7,6 +7,8 @@ pub mod error;
 pub mod frame;
 pub mod image;
 pub mod kernel;
+pub mod pack;
+pub mod rng;
 pub mod test_support;
 pub mod texture;
 

@@ -1,1 +1,38 @@
-//! (being built)
+//! Scenes on the CPU: everything that describes what is to be rendered, and everything that fills it.
+//!
+//! [`Scene`] is the one description that the rest of the workbench consumes. It is filled by [`load`] (glTF 2.0,
+//! `.gltf` and `.glb`), by [`builtin`] (scenes made by code), or by either through [`open`]. Lat-long environments
+//! come from `.hdr` and `.exr` files, or from code, through [`Environment`].
+//!
+//! Axes and units are those of glTF: +Y up, right-handed, metres, radiance and KHR_lights_punctual intensities used
+//! one to one. Colours are linear with Rec. 709 primaries.
+#![deny(missing_docs)]
+
+mod builtin;
+mod camera;
+mod environment;
+mod error;
+mod framing;
+mod import;
+mod light;
+mod material;
+mod mesh;
+mod motion;
+mod scene;
+mod sky;
+mod texture;
+
+pub use builtin::{BUILTIN, builtin};
+pub use camera::{Camera, CameraKey, CameraPath, Projection};
+pub use environment::{Environment, EnvironmentImage, MAX_ENVIRONMENT_SIDE};
+pub use error::SceneError;
+pub use framing::automatic_camera;
+pub use glam;
+pub use import::{LoadOptions, MAX_TEXTURE_SIDE, SUPPORTED_EXTENSIONS, load, open};
+pub use light::{Light, LightKind};
+pub use material::{AlphaMode, Material, TextureRef};
+pub use mesh::Mesh;
+pub use motion::Motion;
+pub use scene::{Bounds, Instance, Scene, Statistics};
+pub use sky::{default_sky, default_sun};
+pub use texture::{Filter, MipLevel, Sampler, Texture, Wrap, linear_from_srgb, srgb_from_linear};

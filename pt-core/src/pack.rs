@@ -1,0 +1,45 @@
+//! Host twins of shaders/glsl/pack.glsl: octahedral unit vectors (Cigolle et al. 2014).
+
+use glam::{Vec2, Vec3, Vec4};
+
+fn octahedral_encode(n: Vec3) -> Vec2 {
+    let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
+    if n.z >= 0.0 {
+        return p;
+    }
+    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
+    Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
+}
+
+fn octahedral_decode(p: Vec2) -> Vec3 {
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let t = (-z).max(0.0);
+    let fold = |x: f32| if x >= 0.0 { x - t } else { x + t };
+    Vec3::new(fold(p.x), fold(p.y), z).normalize()
+}
+
+/// Packs a unit vector into 2 x 16 bit. Never 0, which means "no surface".
+pub fn pack_unit_vector(n: Vec3) -> u32 {
+    let q = (octahedral_encode(n).clamp(Vec2::NEG_ONE, Vec2::ONE) * 32767.0).round() + 32768.0;
+    q.x as u32 | (q.y as u32) << 16
+}
+
+/// Inverse of [`pack_unit_vector`]; the angle to the original is below 1e-4 rad.
+pub fn unpack_unit_vector(word: u32) -> Vec3 {
+    let q = Vec2::new((word & 0xffff) as f32, (word >> 16) as f32);
+    octahedral_decode((q - 32768.0) / 32767.0)
+}
+
+/// Packs a unit tangent with the bitangent's sign (`w`, negative or not) into 16 + 15 + 1 bit.
+pub fn pack_tangent(tangent: Vec4) -> u32 {
+    let p = octahedral_encode(tangent.truncate()).clamp(Vec2::NEG_ONE, Vec2::ONE);
+    let x = ((p.x * 32767.0).round() + 32768.0) as u32;
+    let y = ((p.y * 16383.0).round() + 16384.0) as u32;
+    x | y << 16 | u32::from(tangent.w < 0.0) << 31
+}
+
+/// Packs linear RGBA in 0..1 into four bytes, red lowest (`unpackUnorm4x8`).
+pub fn pack_unorm4x8(c: Vec4) -> u32 {
+    let q = (c.clamp(Vec4::ZERO, Vec4::ONE) * 255.0).round();
+    q.x as u32 | (q.y as u32) << 8 | (q.z as u32) << 16 | (q.w as u32) << 24
+}

@@ -1,0 +1,126 @@
+use std::time::Duration;
+
+use glam::{Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
+use obvhs::ray::{Ray, RayHit};
+use obvhs::triangle::Triangle;
+
+use crate::{Bounds, Camera, Scene};
+
+/// Vertical field of view of automatic cameras, radians (exterior and interior).
+const EXTERIOR_YFOV: f32 = 0.7;
+const INTERIOR_YFOV: f32 = 1.05;
+
+/// A camera for a scene that has none.
+///
+/// From the centre of the bounding box, rays go out to all sides. If at least 80 % of those within 30 degrees of the horizon
+/// and at least 80 % of those further down see the *front* of a surface, and the surfaces are on average further
+/// away than a fifth of the mean horizontal half extent, the scene is a room seen from within
+/// (inside a solid object rays meet backs). Then the camera stands near one end of the room's longest horizontal
+/// axis, at eye height (1.65 m over the floor under the centre, kept within 10 to 40 % of the room's height), and looks along that
+/// axis to the other end.
+///
+/// Otherwise the camera looks at the centre from the front, right and above, from so far away that the bounding sphere
+/// is in view for any aspect of at least 1. An empty scene is looked at as if it were a unit box.
+pub fn automatic_camera(scene: &Scene) -> Camera {
+    let Some(bounds) = scene.bounds().filter(|b| b.size().is_finite()) else {
+        return exterior(&Bounds { min: Vec3::splat(-0.5), max: Vec3::splat(0.5) });
+    };
+    let rays = Rays::new(scene);
+    if rays.are_inside_a_room(&bounds) { rays.interior(&bounds) } else { exterior(&bounds) }
+}
+
+fn exterior(bounds: &Bounds) -> Camera {
+    let radius = (0.5 * bounds.size().length()).max(1e-3);
+    let distance = radius / (0.5 * EXTERIOR_YFOV).sin();
+    let from = Vec3::new(0.55, 0.35, 1.0).normalize();
+    Camera::look_at("automatic", bounds.center() + distance * from, bounds.center(), EXTERIOR_YFOV)
+}
+
+/// All triangles of a scene in world space, ready for rays.
+struct Rays {
+    triangles: Vec<Triangle>,
+    bvh: CwBvh,
+}
+
+impl Rays {
+    fn new(scene: &Scene) -> Self {
+        let mut triangles = Vec::new();
+        for instance in &scene.instances {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            // A mirroring transform turns fronts into backs; glTF keeps the front the front.
+            let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
+            for t in 0..mesh.triangle_count() {
+                let [v0, v1, v2] =
+                    mesh.triangle(t).map(|p| Vec3A::from(instance.world_from_object.transform_point3(p)));
+                triangles.push(if mirrored {
+                    Triangle { v0, v1: v2, v2: v1 }
+                } else {
+                    Triangle { v0, v1, v2 }
+                });
+            }
+        }
+        let bvh =
+            build_cwbvh_from_tris(&triangles, BvhBuildParams::fastest_build(), &mut Duration::default());
+        Self { triangles, bvh }
+    }
+
+    /// Distance to the first surface, and whether its front is seen.
+    fn trace(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
+        let mut hit = RayHit::none();
+        let ray = Ray::new_inf(origin.into(), direction.into());
+        let triangle = |id: usize| &self.triangles[self.bvh.primitive_indices[id] as usize];
+        if !self.bvh.ray_traverse(ray, &mut hit, |ray, id| triangle(id).intersect(ray)) {
+            return None;
+        }
+        let t = triangle(hit.primitive_id as usize);
+        let normal = (t.v1 - t.v0).cross(t.v2 - t.v0);
+        Some((hit.t, normal.dot(direction.into()) < 0.0))
+    }
+
+    fn are_inside_a_room(&self, bounds: &Bounds) -> bool {
+        let (mut level, mut level_seen, mut down, mut down_seen) = (0, 0, 0, 0);
+        let mut distance = 0.0;
+        for direction in sphere_directions(512) {
+            let front = self.trace(bounds.center(), direction).filter(|&(_, front)| front);
+            distance += front.map_or(0.0, |(t, _)| t);
+            if direction.y < -0.5 {
+                down += 1;
+                down_seen += usize::from(front.is_some());
+            } else if direction.y <= 0.5 {
+                level += 1;
+                level_seen += usize::from(front.is_some());
+            }
+        }
+        let (share_level, share_down) = (level_seen as f32 / level as f32, down_seen as f32 / down as f32);
+        let seen = (level_seen + down_seen).max(1) as f32;
+        let half_extent = 0.25 * (bounds.size().x + bounds.size().z);
+        share_level >= 0.8 && share_down >= 0.8 && distance / seen >= 0.2 * half_extent
+    }
+
+    fn interior(&self, bounds: &Bounds) -> Camera {
+        let (center, size) = (bounds.center(), bounds.size());
+        let floor = self.trace(center, Vec3::NEG_Y).map_or(bounds.min.y, |(t, _)| center.y - t);
+        let height = bounds.max.y - floor;
+        let eye_level = center.with_y(floor + 1.65f32.clamp(0.1 * height, 0.4 * height));
+        let axis = if size.x >= size.z { Vec3::X } else { Vec3::Z };
+        let free = |direction| self.trace(eye_level, direction).map_or(0.5 * size.dot(axis), |(t, _)| t);
+        // Stand at the end that is further away, so that more of the room lies ahead.
+        let (ahead, behind) = (free(-axis), free(axis));
+        let (axis, behind) = if behind >= ahead { (axis, behind) } else { (-axis, ahead) };
+        let eye = eye_level + axis * (0.85 * behind);
+        Camera::look_at("automatic", eye, eye_level - axis * ahead.min(behind), INTERIOR_YFOV)
+    }
+}
+
+/// A spherical Fibonacci lattice (Gonzalez 2010): `n` directions spread evenly.
+fn sphere_directions(n: usize) -> impl Iterator<Item = Vec3> {
+    let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
+    (0..n).map(move |i| {
+        let y = 1.0 - (2 * i + 1) as f32 / n as f32;
+        let (sin, cos) = (golden * i as f32).sin_cos();
+        let r = (1.0 - y * y).sqrt();
+        Vec3::new(r * cos, y, r * sin)
+    })
+}

@@ -1,0 +1,115 @@
+//! glTF 2.0 into [`Scene`]. The `gltf` crate parses the JSON into typed structs; everything that follows an index or
+//! reads bytes is checked here, because the crate's own accessors panic on files that break the format.
+
+mod accessor;
+mod document;
+mod materials;
+mod meshes;
+mod nodes;
+
+use std::path::{Path, PathBuf};
+
+pub use materials::MAX_TEXTURE_SIDE;
+
+use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
+use document::Document;
+
+/// The glTF extensions that are honoured. A file that requires another is refused; one that merely uses another is
+/// loaded without it, with a notice.
+pub const SUPPORTED_EXTENSIONS: &[&str] = &[
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// What [`load`] and [`open`] do besides reading the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadOptions {
+    /// Lat-long `.hdr` or `.exr` that becomes the environment, in place of the scene's own.
+    pub environment: Option<PathBuf>,
+    /// Turns the environment about +Y, radians; see [`Environment::rotation`]. Added to the scene's own.
+    pub environment_rotation: f32,
+    /// Factor on the environment, >= 0.
+    pub environment_intensity: f32,
+    /// Give a scene without any light [`default_sky`] and [`default_sun`].
+    pub default_sky: bool,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self { environment: None, environment_rotation: 0.0, environment_intensity: 1.0, default_sky: true }
+    }
+}
+
+/// Loads a scene by the name of a built-in one or, failing that, from a glTF file.
+pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
+    match builtin(name_or_path) {
+        Some(scene) => finish(scene, options),
+        None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
+            load(name_or_path, options)
+        }
+        None => {
+            let names: Vec<_> = crate::BUILTIN.iter().map(|(name, _)| *name).collect();
+            let what = format!("neither a file nor a built-in scene ({})", names.join(", "));
+            Err(SceneError::file(Path::new(name_or_path), what))
+        }
+    }
+}
+
+/// Loads the default scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which
+/// may be embedded, or files in the folder of the scene or below.
+///
+/// Left for later, with a notice: animation, skins (shown in their bind pose), morph targets (shown undeformed).
+pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let path = path.as_ref();
+    let document = Document::read(path)?;
+    let mut scene = Scene {
+        name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+        ..Scene::default()
+    };
+    note_unsupported(&document, &mut scene.notices);
+    materials::read(&document, &mut scene)?;
+    let meshes = meshes::read(&document, &mut scene)?;
+    nodes::read(&document, &meshes, &mut scene)?;
+    finish(scene, options).map_err(|error| match error {
+        SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
+        other => other,
+    })
+}
+
+fn note_unsupported(document: &Document, notices: &mut Vec<String>) {
+    let root = &document.root;
+    for name in root.extensions_used.iter().filter(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str())) {
+        notices.push(format!("extension {name} is ignored"));
+    }
+    if !root.animations.is_empty() {
+        notices.push(format!("{} animation(s) ignored; nodes rest", root.animations.len()));
+    }
+    if !root.skins.is_empty() {
+        notices.push(format!("{} skin(s) ignored; meshes keep their bind pose", root.skins.len()));
+    }
+    if root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()) {
+        notices.push("morph targets ignored; meshes are undeformed".into());
+    }
+}
+
+/// What every scene goes through: the environment asked for, light where there is none, the invariants.
+fn finish(mut scene: Scene, options: &LoadOptions) -> Result<Scene, SceneError> {
+    if let Some(file) = &options.environment {
+        scene.environment = Environment::load(file)?;
+    } else if options.default_sky && scene.is_unlit() {
+        scene.environment = default_sky();
+        scene.lights.push(default_sun());
+        scene.notices.push("no lights in the scene: default sky and sun added".into());
+    }
+    scene.environment.rotation += options.environment_rotation;
+    scene.environment.intensity *= options.environment_intensity;
+    scene.validate()?;
+    Ok(scene)
+}

@@ -1,0 +1,152 @@
+use glam::{Affine2, Vec3, Vec4};
+
+/// How alpha (base colour factor x texture x vertex colour) acts on visibility.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    #[default]
+    Opaque,
+    /// Present where alpha >= `cutoff`, absent elsewhere.
+    Mask {
+        /// Threshold, 0..1.
+        cutoff: f32,
+    },
+    /// Alpha is coverage, 0..1.
+    Blend,
+}
+
+/// Use of a texture by a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`crate::Scene::textures`].
+    pub texture: u32,
+    /// 0 for [`crate::Mesh::uv0`], 1 for [`crate::Mesh::uv1`].
+    pub uv_set: u32,
+    /// KHR_texture_transform: texture coordinate = `transform` x mesh coordinate.
+    pub transform: Affine2,
+}
+
+impl TextureRef {
+    /// The texture with coordinates `uv0`, not transformed.
+    pub fn new(texture: u32) -> Self {
+        Self { texture, uv_set: 0, transform: Affine2::IDENTITY }
+    }
+}
+
+/// A surface, in the terms of glTF 2.0 metallic-roughness and its KHR extensions. Every texture multiplies the
+/// factor beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name from the file, for messages.
+    pub name: String,
+    /// Linear base colour and alpha.
+    pub base_color: Vec4,
+    /// sRGB colour, linear alpha.
+    pub base_color_texture: Option<TextureRef>,
+    /// 0 dielectric .. 1 metal; texture channel B.
+    pub metallic: f32,
+    /// Perceptual roughness 0..1 (GGX alpha is its square); texture channel G.
+    pub roughness: f32,
+    /// Roughness in G, metallic in B, linear.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    /// Tangent-space normal map, linear.
+    pub normal_texture: Option<TextureRef>,
+    /// Scale of the normal map's x and y.
+    pub normal_scale: f32,
+    /// Emitted radiance (factor x strength), linear. Leaves the front face, and the back face when `double_sided`.
+    pub emissive: Vec3,
+    /// sRGB factor on `emissive`.
+    pub emissive_texture: Option<TextureRef>,
+    /// What alpha means.
+    pub alpha_mode: AlphaMode,
+    /// Shaded, and emitting, on both faces.
+    pub double_sided: bool,
+    /// Seen by the camera with its base colour, not lit (KHR_materials_unlit).
+    pub unlit: bool,
+    /// Share of the light that passes into the dielectric base instead of being diffused, 0..1.
+    pub transmission: f32,
+    /// Index of refraction, >= 1.
+    pub ior: f32,
+    /// 0: a thin sheet that does not bend light. Above: the mesh bounds a solid (metres; only > 0 matters here).
+    pub thickness: f32,
+    /// Transmittance after `attenuation_distance` inside the solid, linear.
+    pub attenuation_color: Vec3,
+    /// Metres; infinite means a clear medium.
+    pub attenuation_distance: f32,
+    /// Strength of the dielectric specular lobe (KHR_materials_specular), 0..1.
+    pub specular: f32,
+    /// F0 tint of the dielectric specular lobe, linear.
+    pub specular_color: Vec3,
+}
+
+impl Default for Material {
+    /// The glTF default material: white, metallic 1, roughness 1.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 1.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha_mode: AlphaMode::Opaque,
+            double_sided: false,
+            unlit: false,
+            transmission: 0.0,
+            ior: 1.5,
+            thickness: 0.0,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
+            specular: 1.0,
+            specular_color: Vec3::ONE,
+        }
+    }
+}
+
+impl Material {
+    /// A rough dielectric of the given linear colour.
+    pub fn diffuse(name: &str, color: Vec3) -> Self {
+        Self { name: name.into(), base_color: color.extend(1.0), metallic: 0.0, ..Self::default() }
+    }
+
+    /// A pure Lambertian surface: no specular lobe at all.
+    pub fn lambertian(name: &str, albedo: Vec3) -> Self {
+        Self { specular: 0.0, ..Self::diffuse(name, albedo) }
+    }
+
+    /// A metal with the given normal-incidence reflectance.
+    pub fn metal(name: &str, f0: Vec3, roughness: f32) -> Self {
+        Self { name: name.into(), base_color: f0.extend(1.0), roughness, ..Self::default() }
+    }
+
+    /// A single-sided lamp: emits `radiance`, reflects nothing.
+    pub fn lamp(name: &str, radiance: Vec3) -> Self {
+        Self { emissive: radiance, ..Self::lambertian(name, Vec3::ZERO) }
+    }
+
+    /// Whether triangles of this material emit light.
+    pub fn is_emissive(&self) -> bool {
+        self.emissive.max_element() > 0.0
+    }
+
+    /// Whether visibility has to look at alpha: MASK and BLEND.
+    pub fn is_masked(&self) -> bool {
+        self.alpha_mode != AlphaMode::Opaque
+    }
+
+    /// The textures in use, with the names of their slots.
+    pub fn textures(&self) -> impl Iterator<Item = (&'static str, TextureRef)> {
+        [
+            ("base_color_texture", self.base_color_texture),
+            ("metallic_roughness_texture", self.metallic_roughness_texture),
+            ("normal_texture", self.normal_texture),
+            ("emissive_texture", self.emissive_texture),
+        ]
+        .into_iter()
+        .filter_map(|(slot, texture)| texture.map(|t| (slot, t)))
+    }
+}

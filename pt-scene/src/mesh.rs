@@ -1,0 +1,168 @@
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::{Material, SceneError};
+
+/// Triangles with their vertices, in object space. All vertex arrays have the same length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Name from the file, for messages.
+    pub name: String,
+    /// Metres.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals.
+    pub normals: Vec<Vec3>,
+    /// Unit tangents (xyz) with the sign (w, +1 or -1) of bitangent = w cross(normal, tangent).
+    pub tangents: Vec<Vec4>,
+    /// First texture coordinates, v down; zero where the file has none.
+    pub uv0: Vec<Vec2>,
+    /// Second texture coordinates; zero where the file has none.
+    pub uv1: Vec<Vec2>,
+    /// Linear RGBA that multiplies the base colour; white where the file has none.
+    pub colors: Vec<Vec4>,
+    /// Vertices of each triangle, counter-clockwise seen from the front.
+    pub indices: Vec<[u32; 3]>,
+    /// Material of each triangle, an index into [`crate::Scene::materials`].
+    pub triangle_materials: Vec<u32>,
+    /// Triangles from here on have alpha to be looked at ([`Material::is_masked`]); those before have none.
+    pub first_masked: usize,
+}
+
+impl Mesh {
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Corners of a triangle, object space.
+    pub fn triangle(&self, triangle: usize) -> [Vec3; 3] {
+        self.indices[triangle].map(|v| self.positions[v as usize])
+    }
+
+    /// Sorts triangles into opaque and masked ones, each in their former order, and sets `first_masked`.
+    pub(crate) fn sort_by_opacity(&mut self, materials: &[Material]) {
+        let masked = |t: usize| materials[self.triangle_materials[t] as usize].is_masked();
+        let (mut order, rest): (Vec<usize>, Vec<usize>) = (0..self.indices.len()).partition(|&t| !masked(t));
+        self.first_masked = order.len();
+        order.extend(rest);
+        self.indices = order.iter().map(|&t| self.indices[t]).collect();
+        self.triangle_materials = order.iter().map(|&t| self.triangle_materials[t]).collect();
+    }
+
+    /// Appends another mesh's vertices and triangles; both count as unsorted afterwards.
+    pub(crate) fn append(&mut self, other: &Mesh) {
+        let base = self.positions.len() as u32;
+        self.positions.extend_from_slice(&other.positions);
+        self.normals.extend_from_slice(&other.normals);
+        self.tangents.extend_from_slice(&other.tangents);
+        self.uv0.extend_from_slice(&other.uv0);
+        self.uv1.extend_from_slice(&other.uv1);
+        self.colors.extend_from_slice(&other.colors);
+        self.indices.extend(other.indices.iter().map(|t| t.map(|v| v + base)));
+        self.triangle_materials.extend_from_slice(&other.triangle_materials);
+    }
+
+    /// Gives every triangle its own three vertices and the geometric normal, as glTF wants where normals are missing.
+    pub(crate) fn flat_shade(&mut self) {
+        fn unshare<T: Copy>(values: &mut Vec<T>, corners: &[u32]) {
+            *values = corners.iter().map(|&v| values[v as usize]).collect();
+        }
+        let corners: Vec<u32> = self.indices.iter().flatten().copied().collect();
+        unshare(&mut self.positions, &corners);
+        unshare(&mut self.tangents, &corners);
+        unshare(&mut self.uv0, &corners);
+        unshare(&mut self.uv1, &corners);
+        unshare(&mut self.colors, &corners);
+        self.indices = (0..self.indices.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        self.normals = self
+            .positions
+            .chunks_exact(3)
+            .flat_map(|p| [(p[1] - p[0]).cross(p[2] - p[0]).normalize_or(Vec3::Y); 3])
+            .collect();
+    }
+
+    /// Tangents from the derivatives of a set of texture coordinates: per-triangle dP/du and dP/dv summed at the
+    /// vertices, made orthogonal to the normal. Where the coordinates are degenerate, any tangent that is orthogonal.
+    pub(crate) fn compute_tangents(&mut self, second_uv_set: bool) {
+        let uv = if second_uv_set { &self.uv1 } else { &self.uv0 };
+        let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); self.positions.len()];
+        for corners in &self.indices {
+            let [a, b, c] = corners.map(|v| v as usize);
+            let (e1, e2) = (self.positions[b] - self.positions[a], self.positions[c] - self.positions[a]);
+            let (d1, d2) = (uv[b] - uv[a], uv[c] - uv[a]);
+            // Without the division by the determinant the sum is weighted by the area in the texture; its sign stays.
+            let sign = d1.perp_dot(d2).signum();
+            let along_u = (e1 * d2.y - e2 * d1.y) * sign;
+            let along_v = (e2 * d1.x - e1 * d2.x) * sign;
+            for v in [a, b, c] {
+                sums[v].0 += along_u;
+                sums[v].1 += along_v;
+            }
+        }
+        self.tangents = sums.iter().zip(&self.normals).map(|(&(u, v), &n)| tangent(n, u, v)).collect();
+    }
+
+    pub(crate) fn check(
+        &self,
+        materials: &[Material],
+        fail: &dyn Fn(String) -> SceneError,
+    ) -> Result<(), SceneError> {
+        let name = &self.name;
+        let vertices = self.positions.len();
+        let lengths =
+            [self.normals.len(), self.tangents.len(), self.uv0.len(), self.uv1.len(), self.colors.len()];
+        if lengths.iter().any(|&n| n != vertices) {
+            return Err(fail(format!(
+                "mesh {name}: attribute arrays differ in length: {vertices}, {lengths:?}"
+            )));
+        }
+        if self.triangle_materials.len() != self.indices.len() || self.first_masked > self.indices.len() {
+            return Err(fail(format!("mesh {name}: per-triangle arrays differ in length")));
+        }
+        for v in 0..vertices {
+            let finite = self.positions[v].is_finite()
+                && self.normals[v].is_finite()
+                && self.tangents[v].is_finite()
+                && self.uv0[v].is_finite()
+                && self.uv1[v].is_finite()
+                && self.colors[v].is_finite();
+            if !finite {
+                return Err(fail(format!("mesh {name}: vertex {v} is not finite")));
+            }
+            if (self.normals[v].length() - 1.0).abs() > 1e-2 {
+                return Err(fail(format!(
+                    "mesh {name}: normal {v} is not of unit length: {}",
+                    self.normals[v]
+                )));
+            }
+        }
+        for (t, corners) in self.indices.iter().enumerate() {
+            if corners.iter().any(|&v| v as usize >= vertices) {
+                return Err(fail(format!("mesh {name}: triangle {t} names a vertex past {vertices}")));
+            }
+            let Some(material) = materials.get(self.triangle_materials[t] as usize) else {
+                return Err(fail(format!(
+                    "mesh {name}: triangle {t} names a material past {}",
+                    materials.len()
+                )));
+            };
+            if material.is_masked() != (t >= self.first_masked) {
+                return Err(fail(format!("mesh {name}: triangle {t} is on the wrong side of first_masked")));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn tangent(normal: Vec3, along_u: Vec3, along_v: Vec3) -> Vec4 {
+    let projected = along_u - normal * normal.dot(along_u);
+    match projected.try_normalize() {
+        // Texture v runs down, the green channel of a normal map up: the bitangent points to smaller v.
+        Some(t) => t.extend(if normal.cross(t).dot(along_v) > 0.0 { -1.0 } else { 1.0 }),
+        None => normal.any_orthonormal_vector().extend(1.0),
+    }
+}

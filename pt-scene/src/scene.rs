@@ -1,0 +1,280 @@
+use glam::{Affine3A, Vec3};
+
+use crate::{
+    AlphaMode, Camera, Environment, Light, LightKind, Material, Mesh, Motion, Projection, SceneError, Texture,
+};
+
+/// Everything that is to be rendered.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// File name or name of the built-in scene.
+    pub name: String,
+    /// Shapes, in object space.
+    pub meshes: Vec<Mesh>,
+    /// Placed meshes.
+    pub instances: Vec<Instance>,
+    /// Surfaces, named by triangles.
+    pub materials: Vec<Material>,
+    /// Images, named by materials.
+    pub textures: Vec<Texture>,
+    /// Punctual lights, world space. Emissive triangles are found through materials.
+    pub lights: Vec<Light>,
+    /// Cameras of the file; may be empty, see [`Scene::default_camera`].
+    pub cameras: Vec<Camera>,
+    /// Light from infinitely far away.
+    pub environment: Environment,
+    /// What the loader left out or changed, one sentence each.
+    pub notices: Vec<String>,
+}
+
+/// A mesh in the world, now and in the previous frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instance {
+    /// Name from the file, for messages.
+    pub name: String,
+    /// Index into [`Scene::meshes`].
+    pub mesh: u32,
+    /// Transform now; invertible, may mirror.
+    pub world_from_object: Affine3A,
+    /// Transform in the previous frame, for motion vectors.
+    pub world_from_object_prev: Affine3A,
+    /// How it moves; [`Scene::set_time`] applies it.
+    pub motion: Option<Motion>,
+}
+
+impl Instance {
+    /// An instance that stands still.
+    pub fn new(name: &str, mesh: u32, world_from_object: Affine3A) -> Self {
+        Self {
+            name: name.into(),
+            mesh,
+            world_from_object,
+            world_from_object_prev: world_from_object,
+            motion: None,
+        }
+    }
+
+    /// An instance that moves, at time 0.
+    pub fn moving(name: &str, mesh: u32, motion: Motion) -> Self {
+        Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
+    }
+}
+
+/// An axis-aligned box, world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Smallest corner.
+    pub min: Vec3,
+    /// Largest corner.
+    pub max: Vec3,
+}
+
+impl Bounds {
+    /// The middle.
+    pub fn center(&self) -> Vec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Edge lengths.
+    pub fn size(&self) -> Vec3 {
+        self.max - self.min
+    }
+}
+
+/// Counts of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Triangles in memory.
+    pub triangles: usize,
+    /// Triangles counted once per instance.
+    pub instanced_triangles: usize,
+    /// Of these, emitting ones.
+    pub emissive_triangles: usize,
+    /// Of these, masked or blended ones.
+    pub masked_triangles: usize,
+    /// Bytes of texels, without mip levels.
+    pub texture_bytes: usize,
+}
+
+impl Scene {
+    /// Bounding box of all instances where they are now; `None` without any vertex.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let mut points = self.instances.iter().flat_map(|instance| {
+            let mesh = &self.meshes[instance.mesh as usize];
+            let corners = mesh.indices.iter().flatten();
+            corners.map(|&v| instance.world_from_object.transform_point3(mesh.positions[v as usize]))
+        });
+        let first = points.next()?;
+        Some(
+            points.fold(Bounds { min: first, max: first }, |b, p| Bounds {
+                min: b.min.min(p),
+                max: b.max.max(p),
+            }),
+        )
+    }
+
+    /// Moves instances with a [`Motion`] to where they are at `now`, and their previous transforms to where they
+    /// were at `previous` (seconds). Cameras are evaluated by [`Camera::at`].
+    pub fn set_time(&mut self, now: f64, previous: f64) {
+        for instance in &mut self.instances {
+            match &instance.motion {
+                Some(motion) => {
+                    instance.world_from_object = motion.at(now);
+                    instance.world_from_object_prev = motion.at(previous);
+                }
+                None => instance.world_from_object_prev = instance.world_from_object,
+            }
+        }
+    }
+
+    /// The first camera of the scene, or one that frames it by the rule of [`crate::automatic_camera`].
+    pub fn default_camera(&self) -> Camera {
+        self.cameras.first().cloned().unwrap_or_else(|| crate::automatic_camera(self))
+    }
+
+    /// Whether nothing lights the scene: no punctual light, no emissive triangle, a black environment.
+    pub fn is_unlit(&self) -> bool {
+        self.lights.is_empty() && self.environment.is_black() && self.statistics().emissive_triangles == 0
+    }
+
+    /// Counts.
+    pub fn statistics(&self) -> Statistics {
+        let mut s = Statistics {
+            triangles: self.meshes.iter().map(Mesh::triangle_count).sum(),
+            texture_bytes: self.textures.iter().map(|t| t.texels.len()).sum(),
+            ..Statistics::default()
+        };
+        for instance in &self.instances {
+            let mesh = &self.meshes[instance.mesh as usize];
+            let emits = |&&m: &&u32| self.materials[m as usize].is_emissive();
+            s.instanced_triangles += mesh.triangle_count();
+            s.emissive_triangles += mesh.triangle_materials.iter().filter(emits).count();
+            s.masked_triangles += mesh.triangle_count() - mesh.first_masked;
+        }
+        s
+    }
+
+    /// Checks every invariant that consumers rely on: indices in range, arrays of equal length, finite and physical
+    /// values, masked triangles sorted to the end. Run by [`crate::load`].
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let fail = |what: String| SceneError::Inconsistent { scene: self.name.clone(), what };
+        self.meshes.iter().try_for_each(|mesh| mesh.check(&self.materials, &fail))?;
+        for instance in &self.instances {
+            if instance.mesh as usize >= self.meshes.len() {
+                return Err(fail(format!(
+                    "instance {}: mesh {} does not exist",
+                    instance.name, instance.mesh
+                )));
+            }
+            for transform in [instance.world_from_object, instance.world_from_object_prev] {
+                if !is_invertible(&transform) {
+                    return Err(fail(format!(
+                        "instance {}: transform is not finite and invertible",
+                        instance.name
+                    )));
+                }
+            }
+        }
+        self.materials.iter().try_for_each(|m| check_material(m, self.textures.len()).map_err(fail))?;
+        for t in &self.textures {
+            if t.width == 0 || t.height == 0 || t.texels.len() != t.width as usize * t.height as usize * 4 {
+                return Err(fail(format!(
+                    "texture {}: {} bytes for {}x{}",
+                    t.name,
+                    t.texels.len(),
+                    t.width,
+                    t.height
+                )));
+            }
+        }
+        self.lights.iter().try_for_each(|light| check_light(light).map_err(fail))?;
+        self.cameras.iter().try_for_each(|camera| check_camera(camera).map_err(fail))?;
+        self.environment.check().map_err(|what| fail(format!("environment: {what}")))
+    }
+}
+
+/// Finite, with a determinant that leaves room for an inverse in single precision.
+pub(crate) fn is_invertible(transform: &Affine3A) -> bool {
+    let determinant = transform.matrix3.determinant();
+    transform.is_finite() && determinant.is_normal() && transform.inverse().is_finite()
+}
+
+fn check_material(m: &Material, textures: usize) -> Result<(), String> {
+    let unit = |slot: &str, x: f32| {
+        if (0.0..=1.0).contains(&x) {
+            Ok(())
+        } else {
+            Err(format!("material {}: {slot} {x} is not in 0..1", m.name))
+        }
+    };
+    unit("metallic", m.metallic)?;
+    unit("roughness", m.roughness)?;
+    unit("transmission", m.transmission)?;
+    unit("specular", m.specular)?;
+    if let AlphaMode::Mask { cutoff } = m.alpha_mode
+        && !(cutoff >= 0.0 && cutoff.is_finite())
+    {
+        return Err(format!("material {}: alpha cutoff {cutoff} is negative or not finite", m.name));
+    }
+    let physical = m.base_color.is_finite()
+        && m.base_color.min_element() >= 0.0
+        && m.emissive.is_finite()
+        && m.emissive.min_element() >= 0.0
+        && m.specular_color.is_finite()
+        && m.specular_color.min_element() >= 0.0
+        && m.attenuation_color.is_finite()
+        && m.attenuation_color.min_element() >= 0.0
+        && m.attenuation_distance > 0.0
+        && m.thickness >= 0.0
+        && m.thickness.is_finite()
+        && m.normal_scale.is_finite()
+        && m.ior >= 1.0
+        && m.ior.is_finite();
+    if !physical {
+        return Err(format!("material {}: a factor is negative, not finite, or below its range", m.name));
+    }
+    for (slot, texture) in m.textures() {
+        if texture.texture as usize >= textures || texture.uv_set > 1 || !texture.transform.is_finite() {
+            return Err(format!(
+                "material {}: {slot} names texture {} and UV set {}",
+                m.name, texture.texture, texture.uv_set
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_light(light: &Light) -> Result<(), String> {
+    let cone = match light.kind {
+        LightKind::Spot { inner, outer } => {
+            (0.0..outer).contains(&inner) && outer <= std::f32::consts::FRAC_PI_2 + 1e-4
+        }
+        LightKind::Point | LightKind::Directional => true,
+    };
+    let physical = light.intensity.is_finite()
+        && light.intensity.min_element() >= 0.0
+        && light.position.is_finite()
+        && light.direction.is_normalized()
+        && (0.0..f32::INFINITY).contains(&light.radius)
+        && (0.0..std::f32::consts::FRAC_PI_2).contains(&light.angular_radius);
+    if cone && physical {
+        Ok(())
+    } else {
+        Err(format!("light {}: a value is out of range: {light:?}", light.name))
+    }
+}
+
+fn check_camera(camera: &Camera) -> Result<(), String> {
+    let projection = match camera.projection {
+        Projection::Perspective { yfov } => yfov > 0.0 && yfov < std::f32::consts::PI,
+        Projection::Orthographic { ymag } => ymag > 0.0 && ymag.is_finite(),
+    };
+    let m = camera.world_from_camera.matrix3;
+    let rigid = camera.world_from_camera.is_finite() && (m.determinant() - 1.0).abs() < 1e-3;
+    let lens = camera.lens_radius >= 0.0 && camera.lens_radius.is_finite() && camera.focus_distance > 0.0;
+    if projection && rigid && lens {
+        Ok(())
+    } else {
+        Err(format!("camera {}: a value is out of range: {camera:?}", camera.name))
+    }
+}
