@@ -84,7 +84,7 @@ fn every_kind_of_leaf_is_set() {
     assert_eq!(set("label=two words = fine").label, "two words = fine");
     assert_eq!(set("post.exposure=2").post.exposure, 2.0);
     assert_eq!(set("post.exposure = 1e-3").post.exposure, 1e-3);
-    assert_eq!(set("post.bloom=false").post.bloom, false);
+    assert!(!set("post.bloom=false").post.bloom);
     assert_eq!(set("post.operator=reinhard").post.operator, Operator::Reinhard);
     assert_eq!(set("post.operator=none").post.operator, Operator::None);
     assert_eq!(set("post.clamp=3").post.clamp, Some(3.0));
