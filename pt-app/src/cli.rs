@@ -155,8 +155,8 @@ pub struct CompareArgs {
     pub a: PathBuf,
     /// Its reference, of the same size.
     pub b: PathBuf,
-    /// What to measure: relmse, mse, psnr, flip, energy.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = Metric::ALL.map(MetricName), hide_possible_values = true)]
+    /// What to measure; the formulas are printed with the values.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "relmse,mse,psnr,flip,energy")]
     pub metric: Vec<MetricName>,
     /// Only this rectangle, cut out before measuring; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]

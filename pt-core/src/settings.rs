@@ -327,10 +327,10 @@ fn unknown(tree: &Value, key: &str) -> SettingsError {
         }
     }
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
-    // A slip in the whole key, or the right name without or under the wrong table.
+    // A slip in the whole key, or the right name without or under the wrong table; among the latter the likest table.
     let distance = |candidate: &str| {
         let whole = strsim::damerau_levenshtein(candidate, key);
-        whole.min(strsim::damerau_levenshtein(&last(candidate), &last(key)) + 1)
+        (whole.min(strsim::damerau_levenshtein(&last(candidate), &last(key)) + 1), whole)
     };
     let closest = leaves(tree).into_iter().map(|(candidate, _)| candidate).min_by_key(|key| distance(key));
     SettingsError::UnknownKey {

@@ -26,8 +26,14 @@ struct Post {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Camera {
+    exposure: f32,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Params {
     bounces: u8,
+    camera: Camera,
     seed: u64,
     label: String,
     post: Post,
@@ -44,7 +50,7 @@ impl Default for Params {
             clamp: None,
             tint: [1.0, 1.0, 1.0],
         };
-        Self { bounces: 2, seed: 0, label: "plain".into(), post }
+        Self { bounces: 2, camera: Camera { exposure: 1.0 }, seed: 0, label: "plain".into(), post }
     }
 }
 
@@ -110,8 +116,12 @@ fn unknown_keys_name_the_closest_and_the_table() {
         r#"unknown key "post.expsure", closest: "post.exposure" ("post" has: bloom, clamp, exposure, max_ev, min_ev, operator, tint)"#
     );
     let without_table = refused("exposure=1");
-    assert!(without_table.contains(r#"closest: "post.exposure""#), "{without_table}");
-    assert!(without_table.contains("the top level has: bounces, label, post, seed"), "{without_table}");
+    assert!(without_table.contains(r#"closest: "camera.exposure""#), "{without_table}");
+    assert!(
+        without_table.contains("the top level has: bounces, camera, label, post, seed"),
+        "{without_table}"
+    );
+    assert!(refused("pots.exposure=1").contains(r#"closest: "post.exposure""#), "the likest table");
     assert!(refused("pots.bloom=true").contains(r#"closest: "post.bloom""#));
     assert!(refused("bounces.deep=1").contains(r#"unknown key "bounces.deep""#));
     assert!(refused("post=1").contains(r#"key "post" is a table, set one of its keys: bloom"#));
@@ -200,6 +210,7 @@ fn listing_shows_key_value_and_type() {
         listed,
         [
             "bounces = 2 (integer)",
+            "camera.exposure = 1.0 (number)",
             "label = \"plain\" (string)",
             "post.bloom = true (boolean)",
             "post.clamp = none (optional)",
