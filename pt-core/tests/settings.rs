@@ -116,7 +116,7 @@ fn unknown_keys_name_the_closest_and_the_table() {
         r#"unknown key "post.expsure", closest: "post.exposure" ("post" has: bloom, clamp, exposure, max_ev, min_ev, operator, tint)"#
     );
     let without_table = refused("exposure=1");
-    assert!(without_table.contains(r#"closest: "camera.exposure""#), "{without_table}");
+    assert!(without_table.contains(r#"closest: "post.exposure""#), "{without_table}");
     assert!(
         without_table.contains("the top level has: bounces, camera, label, post, seed"),
         "{without_table}"
