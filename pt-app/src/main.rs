@@ -1,2 +1,27 @@
-//! The `pt` program.
-fn main() {}
+//! The `pt` program. Exit codes: 0 done, 1 a check failed, 2 usage or environment.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+use pt_app::cli::{Cli, Command};
+use pt_app::console::{Console, one_line, print_error, usage_error};
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage_error(&error),
+    };
+    let mut out = Console::stdout();
+    let outcome = match &cli.command {
+        Command::Compare(args) => pt_app::compare::run(args, &mut out),
+    };
+    match outcome.and_then(|passed| Ok(out.flush().map(|()| passed)?)) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(error) => {
+            print_error(&one_line(&error));
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,14 +1,18 @@
 //! Device, memory, kernels, the frame recorder, trace backends, capture files and metrics: what every stage stands on.
 
+pub mod atomic_file;
 pub mod buffer;
 pub mod channels;
 pub mod device;
 pub mod error;
 pub mod frame;
 pub mod image;
+pub mod image_file;
 pub mod kernel;
+pub mod metrics;
 pub mod pack;
 pub mod rng;
+pub mod settings;
 pub mod test_support;
 pub mod texture;
 

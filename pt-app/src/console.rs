@@ -1,0 +1,120 @@
+//! What the program prints, and how it fails.
+
+use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
+use std::process::ExitCode;
+
+/// A writer that goes on quietly when the reader has left (`pt compare A B | head -1`): the work and its exit code do
+/// not depend on who listens. Other errors, such as a full disk, are passed on.
+#[derive(Debug)]
+pub struct Console<W> {
+    inner: W,
+}
+
+impl Console<BufWriter<StdoutLock<'static>>> {
+    /// Standard output, buffered: call `flush` at the end.
+    pub fn stdout() -> Self {
+        Self::new(BufWriter::new(io::stdout().lock()))
+    }
+}
+
+impl<W: Write> Console<W> {
+    /// Wraps any writer.
+    pub fn new(inner: W) -> Self {
+        Self { inner }
+    }
+}
+
+impl<W: Write> Write for Console<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.inner.write(bytes) {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(bytes.len()),
+            other => other,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self.inner.flush() {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+            other => other,
+        }
+    }
+}
+
+/// The chain of causes as one line, joined with `: `.
+pub fn one_line(error: &anyhow::Error) -> String {
+    join_lines(&format!("{error:#}"))
+}
+
+/// Prints `error: MESSAGE` to standard error; says nothing when that is closed.
+pub fn print_error(message: &str) {
+    let _ = writeln!(io::stderr(), "error: {message}");
+}
+
+/// Prints `warning: MESSAGE` to standard error; says nothing when that is closed.
+pub fn print_warning(message: &str) {
+    let _ = writeln!(io::stderr(), "warning: {message}");
+}
+
+/// Prints help and version as clap lays them out (exit code 0), a usage error as one line (exit code 2).
+pub fn usage_error(error: &clap::Error) -> ExitCode {
+    use clap::error::ErrorKind;
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            let mut out = Console::stdout();
+            let printed = write!(out, "{}", error.render()).and_then(|()| out.flush());
+            if printed.is_ok() { ExitCode::SUCCESS } else { ExitCode::from(2) }
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            print_error("a command is missing, see --help");
+            ExitCode::from(2)
+        }
+        _ => {
+            print_error(&usage_line(&error.render().to_string()));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// The message and hints of a clap error without its usage block, on one line.
+fn usage_line(rendered: &str) -> String {
+    let message = rendered.split("\n\nUsage:").next().unwrap_or_default();
+    let message = message.split("\n\nFor more information").next().unwrap_or_default();
+    let message = message.strip_prefix("error: ").unwrap_or(message);
+    format!("{} (see --help)", join_lines(message))
+}
+
+fn join_lines(text: &str) -> String {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Fails(ErrorKind);
+
+    impl Write for Fails {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(self.0.into())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Err(self.0.into())
+        }
+    }
+
+    #[test]
+    fn a_closed_pipe_is_quiet_and_a_full_disk_is_not() {
+        let mut closed = Console::new(Fails(ErrorKind::BrokenPipe));
+        closed.write_all(b"text").unwrap();
+        closed.flush().unwrap();
+        let mut full = Console::new(Fails(ErrorKind::StorageFull));
+        full.write_all(b"text").unwrap_err();
+        full.flush().unwrap_err();
+    }
+
+    #[test]
+    fn causes_are_joined() {
+        let error = anyhow::anyhow!("no such\n  device").context("cannot start");
+        assert_eq!(one_line(&error), "cannot start: no such device");
+    }
+}

@@ -1,0 +1,155 @@
+//! What the command line takes and refuses.
+
+use std::path::PathBuf;
+
+use clap::{CommandFactory, Parser};
+use pt_app::cli::{
+    AovSelection, BackendChoice, BenchArgs, BenchCommand, CameraChoice, Cli, ImageSize, InfoArgs, LookAt,
+    RenderArgs,
+};
+use pt_core::image_file::OutputFormat;
+
+#[derive(Debug, Parser)]
+struct Render {
+    #[command(flatten)]
+    args: RenderArgs,
+}
+
+fn render(line: &str) -> Result<RenderArgs, String> {
+    let words = ["render"].into_iter().chain(line.split_whitespace());
+    Render::try_parse_from(words).map(|render| render.args).map_err(|error| error.to_string())
+}
+
+fn refused(line: &str) -> String {
+    render(&format!("{line} cornell -o a.png")).unwrap_err()
+}
+
+#[test]
+fn the_command_tree_is_sound() {
+    Cli::command().debug_assert();
+    Render::command().debug_assert();
+}
+
+#[test]
+fn render_defaults() {
+    let args = render("cornell -o out/a.png").unwrap();
+    assert_eq!(args.scene, "cornell");
+    assert_eq!(args.output, PathBuf::from("out/a.png"));
+    assert_eq!(args.size, ImageSize { width: 1280, height: 720 });
+    assert_eq!((args.frames, args.seed, args.time, args.fps), (1, 0, 0.0, 60.0));
+    assert_eq!((args.env_rotation, args.env_intensity, args.vfov), (0.0, 1.0, 50.0));
+    assert_eq!(args.backend, BackendChoice::Auto);
+    assert!(!args.accumulate && !args.validation && args.set.is_empty());
+    assert!(args.camera.is_none() && args.look.is_none() && args.aov.is_none() && args.timings.is_none());
+}
+
+#[test]
+fn render_takes_every_flag() {
+    let args = render(
+        "a.gltf --env sky.hdr --env-rotation -30 --env-intensity 2.5 --size 640x360 --frames 8 --accumulate \
+         --look -1,2,3,0,0,-4.5 --vfov 40 --time 1.5 --fps 24 --seed 18446744073709551615 --backend rt-pipeline \
+         --device llvm --profile fast --set post.output=display --set a.b=-1 --aov normal,view_depth \
+         --timings t.json --validation -o a.exr",
+    )
+    .unwrap();
+    assert_eq!(args.env, Some("sky.hdr".into()));
+    assert_eq!((args.env_rotation, args.env_intensity), (-30.0, 2.5));
+    assert_eq!(args.size, ImageSize { width: 640, height: 360 });
+    assert_eq!(args.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
+    assert_eq!((args.vfov, args.time, args.fps, args.seed), (40.0, 1.5, 24.0, u64::MAX));
+    assert_eq!(args.backend, BackendChoice::RtPipeline);
+    assert_eq!(args.set, ["post.output=display", "a.b=-1"]);
+    assert_eq!(args.aov, Some(AovSelection::Named(vec!["normal".into(), "view_depth".into()])));
+    assert_eq!(args.timings, Some("t.json".into()));
+    assert!(args.accumulate && args.validation && args.frames == 8);
+    assert_eq!((args.device.as_deref(), args.profile.as_deref()), (Some("llvm"), Some("fast")));
+    let camera = |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.unwrap();
+    assert_eq!(camera("2"), CameraChoice::Index(2));
+    assert_eq!(camera("Front"), CameraChoice::Name("Front".into()));
+    assert_eq!(render("a.glb -o a.exr --aov all").unwrap().aov, Some(AovSelection::All));
+}
+
+#[test]
+fn render_refuses_what_cannot_be() {
+    for size in ["0x0", "0x10", "10x0", "100000x100000", "16385x1"] {
+        let message = refused(&format!("--size {size}"));
+        assert!(message.contains(&format!("image size {size} is out of range")), "{message}");
+    }
+    for size in ["640", "640x", "x360", "640*360", "99999999999999999999x1"] {
+        assert!(refused(&format!("--size {size}")).contains("expected WIDTHxHEIGHT"), "{size}");
+    }
+    for look in ["1,2,3,4,5", "1,2,3,4,5,6,7", "1,2,3,4,5,nan", "1,2,3,4,5,", "a,b,c,d,e,f"] {
+        assert!(refused(&format!("--look {look}")).contains("six finite numbers"), "{look}");
+    }
+    assert!(refused("--look 1,2,3,1,2,3").contains("the same point"));
+    assert!(refused("--look 1,2,3,4,5,6 --camera 0").contains("cannot be used with"));
+    assert!(refused("--vfov 40").contains("--look"));
+    for vfov in ["0", "180", "-5", "nan"] {
+        assert!(
+            refused(&format!("--look 1,2,3,4,5,6 --vfov {vfov}")).contains("between 0 and 180"),
+            "{vfov}"
+        );
+    }
+    let backend = refused("--backend cuda");
+    for known in ["auto", "compute", "ray-query", "rt-pipeline"] {
+        assert!(backend.contains(known), "{backend}");
+    }
+    assert!(refused("--frames 0").contains("0 is not in 1.."));
+    assert!(refused("--fps 0").contains("above 0"));
+    assert!(refused("--time inf").contains("finite"));
+    assert!(refused("--env-intensity -1").contains("0 or more"));
+    assert!(refused("--env-rotation north").contains("finite"));
+    assert!(refused("--set exposure").contains("stage.key=value"));
+    assert!(refused("--set =1").contains("stage.key=value"));
+    assert!(refused("--aov normal,,albedo").contains("separated by commas"));
+    assert!(render("cornell").unwrap_err().contains("--output"));
+    assert!(render("-o a.png").unwrap_err().contains("<SCENE>"));
+}
+
+#[test]
+fn outputs_are_checked_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let check =
+        |line: &str| render(&format!("cornell {line}")).unwrap().check_outputs().map_err(|e| e.to_string());
+    assert_eq!(check(&format!("-o {}", at("a.png"))), Ok(OutputFormat::Png));
+    assert_eq!(check(&format!("-o {} --aov all", at("a.exr"))), Ok(OutputFormat::Exr));
+    let refused = |line: String, expected: &str| {
+        let message = check(&line).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    };
+    refused(format!("-o {}", at("a.jpg")), "use one of: png, exr");
+    refused(format!("-o {}", at("missing/a.png")), "does not exist, create it first");
+    refused(format!("-o {} --aov all", at("a.png")), "--aov needs an EXR output");
+    refused(format!("-o {} --timings {}", at("a.png"), at("missing/t.json")), "does not exist");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the checks leave nothing behind");
+}
+
+#[test]
+fn help_is_grouped_and_shows_defaults() {
+    let help = Render::command().render_long_help().to_string();
+    for part in
+        ["Output:", "Scene:", "Camera:", "Frame:", "Device:", "[default: 1280x720]", "[default: auto]"]
+    {
+        assert!(help.contains(part), "{part} is not in\n{help}");
+    }
+}
+
+#[test]
+fn the_smaller_commands() {
+    #[derive(Debug, Parser)]
+    struct Info {
+        #[command(flatten)]
+        args: InfoArgs,
+    }
+    #[derive(Debug, Parser)]
+    struct Bench {
+        #[command(flatten)]
+        args: BenchArgs,
+    }
+    assert!(Info::try_parse_from(["info", "--json"]).unwrap().args.json);
+    let bench = Bench::try_parse_from(["bench", "trace", "gallery", "--json", "rows.json"]).unwrap();
+    let BenchCommand::Trace(trace) = bench.args.command;
+    assert_eq!((trace.scene.as_str(), trace.json), ("gallery", Some("rows.json".into())));
+    Bench::try_parse_from(["bench", "rays", "gallery"]).unwrap_err();
+}

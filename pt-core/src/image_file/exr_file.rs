@@ -1,0 +1,180 @@
+//! [`LayeredImage`] to and from OpenEXR bytes.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, LineOrder, Text};
+use exr::prelude as ex;
+use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+
+use super::{Channel, Layer, LayeredImage, Samples, check_size};
+
+/// Front of the names of our header attributes.
+const ATTRIBUTE_PREFIX: &str = "pt.";
+
+/// Longest channel and attribute name, bytes (OpenEXR long names).
+const MAX_NAME: usize = 255;
+
+pub(super) fn encode(image: &LayeredImage) -> Result<Vec<u8>, String> {
+    check_size(image.width.into(), image.height.into()).map_err(|error| error.to_string())?;
+    let channels = named_channels(image)?;
+    let list = channels.into_iter().map(|(name, samples)| {
+        let samples = match samples {
+            Samples::F16(samples) => ex::FlatSamples::F16(samples.clone()),
+            Samples::F32(samples) => ex::FlatSamples::F32(samples.clone()),
+            Samples::U32(samples) => ex::FlatSamples::U32(samples.clone()),
+        };
+        ex::AnyChannel::new(text(&name), samples)
+    });
+    let encoding = ex::Encoding {
+        compression: ex::Compression::ZIP16,
+        blocks: ex::Blocks::ScanLines,
+        // Blocks are compressed on several threads; this makes the writer put them in order.
+        line_order: LineOrder::Increasing,
+    };
+    let size = ex::Vec2(image.width as usize, image.height as usize);
+    let mut attributes = ex::LayerAttributes::default();
+    for (key, value) in &image.metadata {
+        let name = format!("{ATTRIBUTE_PREFIX}{key}");
+        check_name("metadata key", &name)?;
+        attributes.other.insert(text(&name), AttributeValue::Text(text(value)));
+    }
+    let layer = ex::Layer::new(size, attributes, encoding, ex::AnyChannels::sort(list.collect()));
+    let mut bytes = Cursor::new(Vec::new());
+    ex::Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
+    sort_header_attributes(bytes.into_inner()).ok_or_else(|| "the EXR writer made no valid header".into())
+}
+
+/// All channels under their full names, sorted.
+fn named_channels(image: &LayeredImage) -> Result<BTreeMap<String, &Samples>, String> {
+    let expected = image.width as usize * image.height as usize;
+    let mut named = BTreeMap::new();
+    for layer in &image.layers {
+        for Channel { name, samples } in &layer.channels {
+            let full = if layer.name.is_empty() { name.clone() } else { format!("{}.{name}", layer.name) };
+            check_name("channel", &full)?;
+            if name.is_empty() || name.contains('.') {
+                return Err(format!(
+                    "channel {full:?}: the name within the layer must not be empty or hold a dot"
+                ));
+            }
+            if samples.len() != expected {
+                let (width, height, found) = (image.width, image.height, samples.len());
+                return Err(format!(
+                    "channel {full:?} has {found} samples, {width}x{height} pixels need {expected}"
+                ));
+            }
+            if named.insert(full.clone(), samples).is_some() {
+                return Err(format!("channel {full:?} is there twice"));
+            }
+        }
+    }
+    if named.is_empty() { Err("the image has no channels".into()) } else { Ok(named) }
+}
+
+fn check_name(what: &str, name: &str) -> Result<(), String> {
+    if name.len() > MAX_NAME || name.contains('\0') {
+        return Err(format!("{what} {name:?} must have at most {MAX_NAME} bytes and no zero byte"));
+    }
+    Ok(())
+}
+
+/// EXR text is bytes; UTF-8 passes through unchanged.
+fn text(content: &str) -> Text {
+    Text::from_slice_unchecked(content.as_bytes())
+}
+
+/// Sorts the attributes of a single-part file by name, as the OpenEXR library itself writes them.
+///
+/// The exr crate keeps custom attributes in a hash map and writes them in its random order. Sorting moves no byte
+/// behind the header, so the offset table stays valid. `None` when the bytes are no EXR header.
+fn sort_header_attributes(mut file: Vec<u8>) -> Option<Vec<u8>> {
+    /// Magic number and version field.
+    const START: usize = 8;
+    let string_end = |from: usize| Some(from + file.get(from..)?.iter().position(|&byte| byte == 0)?);
+    let mut attributes: BTreeMap<&[u8], &[u8]> = BTreeMap::new();
+    let mut at = START;
+    while *file.get(at)? != 0 {
+        let name_end = string_end(at)?;
+        let type_end = string_end(name_end + 1)?;
+        let size = file.get(type_end + 1..type_end + 5)?.try_into().ok()?;
+        let end = type_end + 5 + usize::try_from(i32::from_le_bytes(size)).ok()?;
+        attributes.insert(&file[at..name_end], file.get(at..end)?);
+        at = end;
+    }
+    let sorted = attributes.into_values().collect::<Vec<_>>().concat();
+    if sorted.len() != at - START {
+        return None;
+    }
+    file[START..at].copy_from_slice(&sorted);
+    Some(file)
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<LayeredImage, String> {
+    // The header alone first: a size out of range is refused before memory is set aside for it.
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let size = meta.headers.first().ok_or("the file has no parts")?.layer_size;
+    check_size(size.0 as u64, size.1 as u64).map_err(|error| error.to_string())?;
+    if let Some(other) = meta.headers.iter().find(|header| header.layer_size != size) {
+        let other = other.layer_size;
+        return Err(format!("its parts differ in size ({}x{} and {}x{})", size.0, size.1, other.0, other.1));
+    }
+    let subsampled = |channel: &&exr::meta::attribute::ChannelDescription| channel.sampling != ex::Vec2(1, 1);
+    if let Some(channel) = meta.headers.iter().flat_map(|header| &header.channels.list).find(subsampled) {
+        return Err(format!("channel {:?} is subsampled, which is not supported", channel.name.to_string()));
+    }
+
+    let file = ex::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    let mut image = LayeredImage {
+        width: size.0 as u32,
+        height: size.1 as u32,
+        layers: Vec::new(),
+        metadata: BTreeMap::new(),
+    };
+    let multi_part = file.layer_data.len() > 1;
+    let mut layers: BTreeMap<String, Vec<Channel>> = BTreeMap::new();
+    read_attributes(&file.attributes.other, &mut image.metadata);
+    for part in file.layer_data {
+        read_attributes(&part.attributes.other, &mut image.metadata);
+        let part_name = part.attributes.layer_name.filter(|_| multi_part).map(|name| lossy(&name));
+        for channel in part.channel_data.list {
+            let mut full = lossy(&channel.name);
+            if let Some(part) = part_name.as_ref().filter(|part| !full.starts_with(&format!("{part}."))) {
+                full = format!("{part}.{full}");
+            }
+            let (layer, name) = full.rsplit_once('.').unwrap_or(("", &full));
+            let samples = match channel.sample_data {
+                ex::FlatSamples::F16(samples) => Samples::F16(samples),
+                ex::FlatSamples::F32(samples) => Samples::F32(samples),
+                ex::FlatSamples::U32(samples) => Samples::U32(samples),
+            };
+            layers.entry(layer.into()).or_default().push(Channel { name: name.into(), samples });
+        }
+    }
+    image.layers = layers.into_iter().map(|(name, channels)| Layer { name, channels }).collect();
+    Ok(image)
+}
+
+fn lossy(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
+fn read_attributes<'a>(
+    attributes: impl IntoIterator<Item = (&'a Text, &'a AttributeValue)>,
+    metadata: &mut BTreeMap<String, String>,
+) {
+    for (name, value) in attributes {
+        if let (Some(key), AttributeValue::Text(value)) = (lossy(name).strip_prefix(ATTRIBUTE_PREFIX), value)
+        {
+            metadata.insert(key.into(), lossy(value));
+        }
+    }
+}

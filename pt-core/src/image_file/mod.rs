@@ -1,0 +1,255 @@
+//! Images on disk: multi-layer EXR, 8-bit sRGB PNG, and a reader of all supported kinds into linear RGB.
+//!
+//! Row 0 is the top. All writes go through [`crate::atomic_file`], and the same content gives the same bytes.
+
+mod exr_file;
+mod linear;
+mod png_file;
+mod srgb;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use half::f16;
+
+pub use linear::{ImageState, LinearImage};
+pub use png_file::{PixelLayout, write_png};
+pub use srgb::{srgb_decode, srgb_encode, srgb_encode_8bit};
+
+use crate::atomic_file::{FileError, check_writable};
+
+/// The largest width and height, in pixels, of any image that is rendered, written or read.
+/// Vulkan 1.3 devices in use offer 2D images up to 16384 on a side; a larger request is a slip of the keyboard.
+pub const MAX_IMAGE_SIDE: u32 = 16384;
+
+/// Metadata key that tells scene-linear radiance (value `scene`, also meant when the key is absent) from
+/// tone-mapped linear values for a display (value `display`, nominal range 0 to 1).
+pub const IMAGE_STATE_KEY: &str = "imageState";
+
+/// Why an image could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageFileError {
+    /// The file system refused.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Width or height outside 1 to [`MAX_IMAGE_SIDE`].
+    #[error("image size {width}x{height} is out of range, each side must be 1 to {MAX_IMAGE_SIDE} pixels")]
+    Size {
+        /// Width asked for, pixels.
+        width: u64,
+        /// Height asked for, pixels.
+        height: u64,
+    },
+    /// The extension does not name a kind of image that is supported here.
+    #[error("{}: unknown image extension {extension:?}, use one of: {expected}", path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+        /// What follows the last dot of its name, empty without one.
+        extension: String,
+        /// The supported extensions.
+        expected: &'static str,
+    },
+    /// The content is damaged or of a kind that is not supported.
+    #[error("cannot read {}: {reason}", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The image in memory breaks a rule of the file format.
+    #[error("cannot write {}: {reason}", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// Which rule.
+        reason: String,
+    },
+}
+
+/// Checks a size against 1 to [`MAX_IMAGE_SIDE`].
+///
+/// # Errors
+/// [`ImageFileError::Size`].
+pub fn check_size(width: u64, height: u64) -> Result<(), ImageFileError> {
+    let allowed = 1..=u64::from(MAX_IMAGE_SIDE);
+    if allowed.contains(&width) && allowed.contains(&height) {
+        Ok(())
+    } else {
+        Err(ImageFileError::Size { width, height })
+    }
+}
+
+/// The kinds of image file that are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutputFormat {
+    /// 8 bits, sRGB.
+    Png,
+    /// Linear floating point, any number of layers.
+    Exr,
+}
+
+impl OutputFormat {
+    /// The kind that the extension of `path` names, in either case.
+    ///
+    /// # Errors
+    /// [`ImageFileError::Extension`].
+    pub fn of(path: &Path) -> Result<Self, ImageFileError> {
+        match extension(path).as_str() {
+            "png" => Ok(Self::Png),
+            "exr" => Ok(Self::Exr),
+            other => Err(ImageFileError::Extension {
+                path: path.into(),
+                extension: other.into(),
+                expected: "png, exr",
+            }),
+        }
+    }
+}
+
+/// Checks before rendering that an image can be written to `path`: known extension, folder there and writable,
+/// not a directory. Returns the format to write.
+///
+/// # Errors
+/// [`ImageFileError`] as the write itself would report it.
+pub fn check_output(path: &Path) -> Result<OutputFormat, ImageFileError> {
+    let format = OutputFormat::of(path)?;
+    check_writable(path)?;
+    Ok(format)
+}
+
+/// Lower-case extension, empty without one.
+fn extension(path: &Path) -> String {
+    path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// The samples of one channel, row by row from the top, width x height of them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// 16-bit floating point.
+    F16(Vec<f16>),
+    /// 32-bit floating point.
+    F32(Vec<f32>),
+    /// 32-bit unsigned integers (identifiers, packed fields).
+    U32(Vec<u32>),
+}
+
+impl Samples {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F16(samples) => samples.len(),
+            Self::F32(samples) => samples.len(),
+            Self::U32(samples) => samples.len(),
+        }
+    }
+
+    /// True without samples.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The samples as f32; integers above 2^24 are rounded.
+    pub fn to_f32(&self) -> Vec<f32> {
+        match self {
+            Self::F16(samples) => samples.iter().map(|sample| sample.to_f32()).collect(),
+            Self::F32(samples) => samples.clone(),
+            Self::U32(samples) => samples.iter().map(|&sample| sample as f32).collect(),
+        }
+    }
+}
+
+/// One named plane of samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name within the layer (`R`, `X`, ...), without a dot.
+    pub name: String,
+    /// The values.
+    pub samples: Samples,
+}
+
+/// Channels that belong together. In the file its channels are called `layer.channel`, those of the unnamed
+/// layer just `channel`, so that any viewer shows the unnamed layer's R, G, B.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// Name, empty for the main layer; may contain dots.
+    pub name: String,
+    /// The channels.
+    pub channels: Vec<Channel>,
+}
+
+impl Layer {
+    /// A layer of f32 channels from interleaved pixels of `stride` values each, of which the first
+    /// `channels.len()` are taken (RGBA read back from a GPU image as a layer of X, Y, Z: stride 4, 3 names).
+    ///
+    /// # Panics
+    /// When `stride` is smaller than the number of channels.
+    pub fn from_interleaved(name: &str, channels: &[&str], stride: usize, values: &[f32]) -> Self {
+        assert!(stride >= channels.len(), "{} channels do not fit a stride of {stride}", channels.len());
+        let plane = |index: usize| values.chunks_exact(stride).map(|pixel| pixel[index]).collect();
+        let channels = channels
+            .iter()
+            .enumerate()
+            .map(|(index, &name)| Channel { name: name.into(), samples: Samples::F32(plane(index)) })
+            .collect();
+        Self { name: name.into(), channels }
+    }
+}
+
+/// An image of any number of layers and channels, all of one size, with text attributes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayeredImage {
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The layers. Files keep channels sorted by full name, so reading returns them in that order.
+    pub layers: Vec<Layer>,
+    /// Text attributes (camera, seed, parameters, device, driver, version ...), stored in the header of an EXR
+    /// as string attributes called `pt.KEY`; the prefix keeps them clear of the names that OpenEXR reserves.
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl LayeredImage {
+    /// An image without layers.
+    ///
+    /// # Errors
+    /// [`ImageFileError::Size`].
+    pub fn new(width: u32, height: u32) -> Result<Self, ImageFileError> {
+        check_size(width.into(), height.into())?;
+        Ok(Self { width, height, layers: Vec::new(), metadata: BTreeMap::new() })
+    }
+
+    /// The layer of this name (empty: the main layer).
+    pub fn layer(&self, name: &str) -> Option<&Layer> {
+        self.layers.iter().find(|layer| layer.name == name)
+    }
+
+    /// The samples of `channel` in `layer`.
+    pub fn channel(&self, layer: &str, channel: &str) -> Option<&Samples> {
+        let channels = &self.layer(layer)?.channels;
+        channels.iter().find(|candidate| candidate.name == channel).map(|channel| &channel.samples)
+    }
+
+    /// Writes a single-part scan-line EXR, ZIP compressed (lossless), atomically. The same content gives the same
+    /// bytes: no time stamps, blocks in increasing order, header attributes sorted by name.
+    ///
+    /// # Errors
+    /// [`ImageFileError`]; nothing is left under `path` unless the file is complete.
+    pub fn write_exr(&self, path: &Path) -> Result<(), ImageFileError> {
+        let bytes =
+            exr_file::encode(self).map_err(|reason| ImageFileError::Encode { path: path.into(), reason })?;
+        Ok(crate::atomic_file::write_atomic(path, &bytes)?)
+    }
+
+    /// Reads an EXR: all flat parts at their largest resolution. In a multi-part file the name of the part becomes
+    /// the front of the layer name. Of the attributes only `pt.*` are kept.
+    ///
+    /// # Errors
+    /// [`ImageFileError`]: not there, damaged, deep data, subsampled channels, parts of different sizes, too large.
+    pub fn read_exr(path: &Path) -> Result<Self, ImageFileError> {
+        exr_file::decode(&crate::atomic_file::read(path)?)
+            .map_err(|reason| ImageFileError::Decode { path: path.into(), reason })
+    }
+}
