@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::Parser;
 use pt_app::cli::{Cli, Command};
 use pt_app::console::{Console, one_line, print_error, usage_error};
@@ -16,7 +17,7 @@ fn main() -> ExitCode {
     let outcome = match &cli.command {
         Command::Compare(args) => pt_app::compare::run(args, &mut out),
     };
-    match outcome.and_then(|passed| Ok(out.flush().map(|()| passed)?)) {
+    match outcome.and_then(|passed| out.flush().context("cannot write to standard output").map(|()| passed)) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(error) => {

@@ -4,7 +4,7 @@ use crate::image_file::{ImageState, LinearImage, srgb_encode};
 
 /// What [`display_values`] does, in one line for reports.
 pub const DISPLAY_TRANSFORM: &str = "display values: sRGB codes, 0 to 1; scene-referred input is first scaled by \
-    s = 0.18 / exp(mean(log Y_b)) over reference pixels with Y_b > 0, then x / (1 + x) per channel \
+    s = 0.18 / exp(mean(log Y_b)) over pixels of b with Y_b > 0 (of a, when b is display-referred), then x / (1 + x) per channel \
     (display-referred input is not)";
 
 /// Grey to which the average of a scene is brought (the key of Reinhard et al. 2002).
@@ -14,7 +14,7 @@ const KEY: f64 = 0.18;
 ///
 /// Display-referred images are clamped and encoded. Scene-referred ones are first exposed and compressed by the global
 /// operator of Reinhard et al. 2002, "Photographic tone reproduction for digital images", eq. 1 to 3. The exposure comes
-/// from the reference alone and serves both, so that a difference in brightness stays one. Black pixels (background) do
+/// from the reference alone (from `a` when the reference is display-referred) and serves both, so that a difference in brightness stays one. Black pixels (background) do
 /// not count towards it.
 pub fn display_values(a: &LinearImage, b: &LinearImage) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let metered = if b.state == ImageState::SceneReferred { b } else { a };
