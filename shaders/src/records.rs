@@ -7,6 +7,11 @@ use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 /// "No index": an absent texture, a miss, an unlit cluster.
 pub const NONE: u32 = u32::MAX;
 
+/// `InstanceRecord::mask`: stops light.
+pub const MASK_OPAQUE: u32 = 1;
+/// `InstanceRecord::mask`: lets light through (KHR_materials_transmission); shadow rays pass it by.
+pub const MASK_TRANSMISSIVE: u32 = 2;
+
 gpu_struct! {
     /// One view. Perspective: `half_extent` = tangent of half the field of view; orthographic: half the image in metres.
     pub struct CameraRecord {
@@ -314,6 +319,8 @@ table! {
 pub fn glsl() -> String {
     let constants = [
         ("NONE", NONE),
+        ("MASK_OPAQUE", MASK_OPAQUE),
+        ("MASK_TRANSMISSIVE", MASK_TRANSMISSIVE),
         ("MATERIAL_DOUBLE_SIDED", MATERIAL_DOUBLE_SIDED),
         ("MATERIAL_MASK", MATERIAL_MASK),
         ("MATERIAL_BLEND", MATERIAL_BLEND),

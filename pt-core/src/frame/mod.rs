@@ -4,6 +4,8 @@
 mod hazards;
 mod pass;
 mod recorder;
+mod uniforms;
 
 pub use pass::{Pass, PassInfo};
 pub use recorder::{Frame, FrameTiming, PassTiming, Recorder};
+pub use uniforms::Uniforms;

@@ -1,0 +1,11 @@
+//! Compiles the kernels of `shaders/`.
+
+use pt_shaders::GpuStruct;
+
+#[path = "src/records.rs"]
+mod records;
+
+fn main() {
+    let header = records::PrimaryPush::glsl();
+    pt_shaders::compiler::Kernels::new().header("gbuffer_records.glsl", header).compile("shaders");
+}

@@ -1,0 +1,15 @@
+//! Push constants of this crate's kernels, for host and GPU.
+
+pt_shaders::gpu_struct! {
+    /// Push constants of `primary_rays.trace`.
+    pub struct PrimaryPush {
+        /// Sub-pixel offset of the whole frame, pixels in [-0.5, 0.5].
+        pub jitter: [f32; 2],
+        /// 1: every pixel draws its own offset instead.
+        pub jitter_per_pixel: u32,
+        /// 2^bias on texture gradients.
+        pub lod_scale: f32,
+        /// Instances that the rays see.
+        pub mask: u32,
+    }
+}

@@ -1,0 +1,93 @@
+//! From scene types to GPU records.
+
+use crate::{AlphaMode, Instance, Material, Mesh, TextureRef};
+use glam::{Affine3A, Vec4};
+use pt_core::pack::{pack_tangent, pack_unit_vector, pack_unorm4x8};
+use pt_shaders::records::{
+    InstanceRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
+    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
+};
+
+fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
+    let Some(TextureRef { texture, uv_set, transform }) = texture else {
+        return TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
+    };
+    let (m, t) = (transform.matrix2, transform.translation);
+    let transform = [[m.x_axis.x, m.y_axis.x, t.x], [m.x_axis.y, m.y_axis.y, t.y]];
+    TextureSlot { texture, uv_set, transform }
+}
+
+pub(super) fn material(m: &Material) -> MaterialRecord {
+    let mut flags = 0;
+    let mut alpha_cutoff = 0.0;
+    match m.alpha_mode {
+        AlphaMode::Opaque => {}
+        AlphaMode::Mask { cutoff } => (flags, alpha_cutoff) = (MATERIAL_MASK, cutoff),
+        AlphaMode::Blend => flags = MATERIAL_BLEND,
+    }
+    if m.double_sided {
+        flags |= MATERIAL_DOUBLE_SIDED;
+    }
+    if m.unlit {
+        flags |= MATERIAL_UNLIT;
+    }
+    MaterialRecord {
+        base_color: m.base_color,
+        emissive: m.emissive,
+        metallic: m.metallic,
+        roughness: m.roughness,
+        normal_scale: m.normal_scale,
+        alpha_cutoff,
+        ior: m.ior,
+        transmission: m.transmission,
+        thickness: m.thickness,
+        specular: m.specular,
+        attenuation_distance: if m.attenuation_distance.is_finite() { m.attenuation_distance } else { 0.0 },
+        specular_color: m.specular_color,
+        flags,
+        attenuation_color: m.attenuation_color,
+        pad: 0,
+        base_color_texture: texture_slot(m.base_color_texture),
+        metallic_roughness_texture: texture_slot(m.metallic_roughness_texture),
+        normal_texture: texture_slot(m.normal_texture),
+        emissive_texture: texture_slot(m.emissive_texture),
+    }
+}
+
+pub(super) fn vertices(mesh: &Mesh) -> impl Iterator<Item = VertexRecord> {
+    (0..mesh.positions.len()).map(|i| VertexRecord {
+        normal: pack_unit_vector(mesh.normals[i]),
+        tangent: pack_tangent(mesh.tangents[i]),
+        uv0: mesh.uv0[i].to_array(),
+        uv1: mesh.uv1[i].to_array(),
+        color: pack_unorm4x8(mesh.colors[i]),
+    })
+}
+
+fn rows(transform: &Affine3A) -> [Vec4; 3] {
+    let m = transform.matrix3;
+    let t = transform.translation;
+    std::array::from_fn(|r| Vec4::new(m.x_axis[r], m.y_axis[r], m.z_axis[r], t[r]))
+}
+
+pub(super) fn instance(instance: &Instance, mask: u32) -> InstanceRecord {
+    InstanceRecord {
+        world_from_object: rows(&instance.world_from_object),
+        object_from_world: rows(&instance.world_from_object.inverse()),
+        world_from_object_prev: rows(&instance.world_from_object_prev),
+        mesh: instance.mesh,
+        mask,
+        mirrored: u32::from(instance.world_from_object.matrix3.determinant() < 0.0),
+        pad: 0,
+    }
+}
+
+/// A mesh lets shadow rays through only when all of it transmits.
+pub(super) fn visibility_mask(mesh: &Mesh, materials: &[Material]) -> u32 {
+    let transmits = |&m: &u32| materials[m as usize].transmission > 0.0 && materials[m as usize].metallic < 1.0;
+    if !mesh.triangle_materials.is_empty() && mesh.triangle_materials.iter().all(transmits) {
+        MASK_TRANSMISSIVE
+    } else {
+        MASK_OPAQUE
+    }
+}
