@@ -1,0 +1,118 @@
+//! The whole frame, in the order in which light reaches the screen.
+
+use crate::params::FrameParams;
+use pt_checkerboard::Interleave;
+use pt_core::channels::field_width;
+use pt_core::frame::Uniforms;
+use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Device, Frame, Result};
+use pt_denoise::Composite;
+use pt_gbuffer::PrimaryRays;
+use pt_lights::{DirectLighting, LightTables};
+use pt_post::{Accumulate, Exposure, ToneMap};
+use pt_scene::Camera;
+use pt_scene::gpu::{GpuScene, camera_record};
+use pt_shaders::channels::{self, ChannelId};
+use pt_shaders::glam::UVec2;
+use pt_shaders::records::{CameraRecord, FrameRecord};
+
+/// The stages with the images that pass between them.
+pub struct FullFrame {
+    uniforms: Uniforms<FrameRecord>,
+    images: ChannelImages,
+    previous_camera: Option<CameraRecord>,
+    primary: PrimaryRays,
+    direct: DirectLighting,
+    composite: Composite,
+    interleave: Interleave,
+    accumulate: Option<Accumulate>,
+    exposure: Exposure,
+    tone_map: ToneMap,
+}
+
+impl FullFrame {
+    /// Compiles the kernels and allocates the images for a frame of `size` pixels.
+    pub fn new(device: &Device, backend: TraceBackend, size: [u32; 2], accumulate: bool) -> Result<Self> {
+        let accumulate = if accumulate { Some(Accumulate::new(device)?) } else { None };
+        let needed = [
+            PrimaryRays::WRITES,
+            DirectLighting::WRITES,
+            Composite::WRITES,
+            Interleave::WRITES,
+            ToneMap::WRITES,
+            if accumulate.is_some() { Accumulate::UPDATES } else { &[] },
+        ];
+        Ok(Self {
+            uniforms: Uniforms::new(device, "frame_uniforms")?,
+            images: ChannelImages::new(device, size, needed.into_iter().flatten().copied())?,
+            previous_camera: None,
+            primary: PrimaryRays::new(device, backend)?,
+            direct: DirectLighting::new(device, backend)?,
+            composite: Composite::new(device)?,
+            interleave: Interleave::new(device)?,
+            accumulate,
+            exposure: Exposure::new(device)?,
+            tone_map: ToneMap::new(device)?,
+        })
+    }
+
+    /// Records one frame.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        lights: &LightTables,
+        camera: &Camera,
+        seed: u32,
+        params: &FrameParams,
+    ) -> Result<()> {
+        if self.previous_camera.is_some() {
+            self.images.swap();
+        }
+        let images = &self.images;
+        let camera = self.camera(camera, params);
+        let uniforms = FrameRecord {
+            camera,
+            camera_prev: self.previous_camera.replace(camera).unwrap_or(camera),
+            size: UVec2::from_array(images.size()),
+            field_width: field_width(images.size()[0]),
+            frame_index: frame.index(),
+            seed,
+            pad: [0; 3],
+        };
+        self.uniforms.upload(frame, &uniforms)?;
+
+        self.primary.record(frame, scene, &self.uniforms, images, &params.gbuffer)?;
+        self.direct.record(frame, scene, lights, &self.uniforms, images, &params.lights)?;
+        self.composite.record(frame, images, &params.denoise)?;
+        self.interleave.record(frame, images, &params.checkerboard)?;
+        if let Some(accumulate) = &self.accumulate {
+            accumulate.record(frame, images)?;
+        }
+        self.exposure.record(frame, images, self.radiance_channel(), &params.post)?;
+        self.tone_map.record(frame, images, self.radiance_channel(), &self.exposure, &params.post)
+    }
+
+    /// All channels, as the last frame left them.
+    pub fn images(&self) -> &ChannelImages {
+        &self.images
+    }
+
+    /// The channel that holds the picture as linear scene radiance.
+    pub fn radiance_channel(&self) -> ChannelId {
+        if self.accumulate.is_some() { channels::ACCUMULATED } else { channels::FLAT_COLOR }
+    }
+
+    /// The exposure stage, for its result.
+    pub fn exposure(&self) -> &Exposure {
+        &self.exposure
+    }
+
+    fn camera(&self, camera: &Camera, params: &FrameParams) -> CameraRecord {
+        let mut record = camera_record(camera, self.images.size());
+        let lens = &params.gbuffer;
+        record.lens_radius = if lens.depth_of_field { lens.lens_radius.unwrap_or(record.lens_radius) } else { 0.0 };
+        record.focus_distance = lens.focus_distance.unwrap_or(record.focus_distance);
+        record
+    }
+}

@@ -1,0 +1,187 @@
+//! `pt render`: frames of a scene, the last one (or the mean of all) written to files.
+
+use crate::aov;
+use crate::cli::RenderArgs;
+use crate::frame::FullFrame;
+use crate::params::{self, FrameParams};
+use crate::progress::Progress;
+use crate::session::{Session, choose_camera};
+use anyhow::{Context, Result};
+use pt_core::Recorder;
+use pt_core::atomic_file::write_atomic;
+use pt_core::frame::FrameTiming;
+use pt_core::image_file::{IMAGE_STATE_KEY, Layer, LayeredImage, OutputFormat, PixelLayout, write_png};
+use pt_scene::{Camera, LoadOptions};
+use pt_shaders::channels::{self, ChannelId};
+use serde_json::json;
+use std::io::Write;
+use std::path::Path;
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown names, files that can't be read or written, a device that can't do it.
+pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
+    let formats = args.check_outputs()?;
+    let params = params::resolve(args.profile.as_deref(), &args.set)?;
+    let options = LoadOptions {
+        environment: args.env.clone(),
+        environment_rotation: args.env_rotation.to_radians(),
+        environment_intensity: args.env_intensity,
+        ..LoadOptions::default()
+    };
+    let scene = pt_scene::open(&args.scene, &options)?;
+    for notice in &scene.notices {
+        crate::console::print_warning(notice);
+    }
+    let camera = choose_camera(&scene, args.camera.as_ref(), args.look, args.vfov)?;
+    let mut session = Session::open(args.device.as_deref(), args.validation, scene, args.backend)?;
+    let size = [args.size.width, args.size.height];
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate)?;
+    let aovs = aov::select(args.aov.as_ref(), full.images())?;
+
+    let timings = render(args, &params, &camera, &mut session, &mut full)?;
+    session.check_validation()?;
+
+    let metadata = Metadata { args, params: &params, session: &session, camera: &camera };
+    for (path, format) in args.output.iter().zip(formats) {
+        match format {
+            OutputFormat::Png => write_display(path, &full)?,
+            OutputFormat::Exr => write_exr(path, &full, &aovs, &metadata)?,
+        }
+    }
+    if let Some(path) = &args.timings {
+        write_timings(path, &timings, &metadata)?;
+    }
+    summary(&timings, &session, size, out)
+}
+
+fn render(
+    args: &RenderArgs,
+    params: &FrameParams,
+    camera: &Camera,
+    session: &mut Session,
+    full: &mut FullFrame,
+) -> Result<Vec<FrameTiming>> {
+    let seed = (args.seed as u32) ^ ((args.seed >> 32) as u32).wrapping_mul(0x9e37_79b9);
+    let mut recorder = Recorder::new(&session.device)?;
+    let mut progress = Progress::new(args.frames);
+    let mut previous = args.time;
+    for index in 0..args.frames {
+        // A mean of frames shows one instant; without it time goes on.
+        let time = if args.accumulate { args.time } else { args.time + f64::from(index) / args.fps };
+        session.scene.set_time(time, previous);
+        let mut frame = recorder.begin()?;
+        session.gpu.update(&mut frame, &session.scene)?;
+        full.record(&mut frame, &session.gpu, &session.lights, &camera.at(time), seed, params)?;
+        frame.submit()?;
+        previous = time;
+        progress.step();
+    }
+    let timings = recorder.finish()?;
+    progress.finish();
+    Ok(timings)
+}
+
+fn write_display(path: &Path, full: &FullFrame) -> Result<()> {
+    let [width, height] = full.images().size();
+    let bytes = full.images().current(channels::DISPLAY).read()?;
+    let rgb: Vec<u8> = bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    Ok(write_png(path, width, height, PixelLayout::Rgb, &rgb)?)
+}
+
+struct Metadata<'a> {
+    args: &'a RenderArgs,
+    params: &'a FrameParams,
+    session: &'a Session,
+    camera: &'a Camera,
+}
+
+fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metadata<'_>) -> Result<()> {
+    let display = metadata.params.post.output == pt_post::Output::Display;
+    let [width, height] = full.images().size();
+    let mut file = LayeredImage::new(width, height)?;
+    let channel = if display { channels::DISPLAY } else { full.radiance_channel() };
+    file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.images().current(channel).read_f32()?));
+    for &id in aovs {
+        file.layers.push(aov::layer(full.images(), id)?);
+    }
+    if display {
+        file.metadata.insert(IMAGE_STATE_KEY.into(), "display".into());
+    }
+    let Metadata { args, params, session, camera } = metadata;
+    let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
+    put("scene", session.scene.name.clone());
+    put("camera", format!("{camera:?}"));
+    put("time", args.time.to_string());
+    put("frames", args.frames.to_string());
+    put("accumulate", args.accumulate.to_string());
+    put("seed", args.seed.to_string());
+    put("params", serde_json::to_string(params)?);
+    put("exposure", full.exposure().factor()?.to_string());
+    put("device", session.device.info().name.clone());
+    put("driver", format!("{} {}", session.device.info().driver, session.device.info().driver_version));
+    put("backend", session.gpu.backend().to_string());
+    put("version", env!("CARGO_PKG_VERSION").into());
+    Ok(file.write_exr(path)?)
+}
+
+/// Frames whose times count: the first two compile kernels and fill caches.
+fn warm(timings: &[FrameTiming]) -> &[FrameTiming] {
+    if timings.len() > 2 { &timings[2..] } else { timings }
+}
+
+/// The `q` quantile of unsorted values.
+fn quantile(mut values: Vec<f64>, q: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(((values.len().saturating_sub(1)) as f64 * q).round() as usize).copied().unwrap_or(0.0)
+}
+
+fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) -> Result<()> {
+    let counted = warm(timings);
+    let passes: Vec<_> = counted.first().map_or(Vec::new(), |frame| {
+        (0..frame.passes.len())
+            .map(|i| {
+                let name = &frame.passes[i].pass;
+                let times: Vec<_> = counted
+                    .iter()
+                    .filter_map(|f| f.passes.get(i).filter(|p| p.pass == *name).map(|p| p.ms))
+                    .collect();
+                json!({ "pass": name, "median_ms": quantile(times.clone(), 0.5), "p95_ms": quantile(times, 0.95) })
+            })
+            .collect()
+    });
+    let frame_ms: Vec<_> = counted.iter().map(|f| f.gpu_ms).collect();
+    let info = metadata.session.device.info();
+    let document = json!({
+        "scene": metadata.session.scene.name,
+        "size": [metadata.args.size.width, metadata.args.size.height],
+        "device": info.name,
+        "driver": format!("{} {}", info.driver, info.driver_version),
+        "backend": metadata.session.gpu.backend().to_string(),
+        "warm_up_frames": timings.len() - counted.len(),
+        "frame": { "median_ms": quantile(frame_ms.clone(), 0.5), "p95_ms": quantile(frame_ms, 0.95) },
+        "passes": passes,
+        "frames": timings,
+    });
+    let text = serde_json::to_string_pretty(&document)?;
+    write_atomic(path, text.as_bytes()).with_context(|| "cannot write the timings".to_owned())
+}
+
+fn summary(timings: &[FrameTiming], session: &Session, size: [u32; 2], out: &mut impl Write) -> Result<bool> {
+    let counted = warm(timings);
+    let frame_ms = quantile(counted.iter().map(|f| f.gpu_ms).collect(), 0.5);
+    let primary = counted.iter().flat_map(|f| &f.passes).filter(|p| p.pass == "primary rays").map(|p| p.ms).collect();
+    let rays = f64::from(2 * pt_core::channels::field_width(size[0])) * f64::from(size[1]);
+    let mrays = rays / quantile(primary, 0.5).max(1e-9) * 1e-3;
+    writeln!(
+        out,
+        "{}x{}, {} frames: {frame_ms:.3} ms/frame, {mrays:.1} Mrays/s (primary), {}, {}",
+        size[0],
+        size[1],
+        timings.len(),
+        session.device_line(),
+        session.gpu.backend(),
+    )?;
+    Ok(true)
+}

@@ -1,0 +1,97 @@
+//! What the commands that run the frame have in common: device, scene, camera.
+
+use crate::cli::{BackendChoice, CameraChoice, LookAt};
+use anyhow::{Result, bail};
+use pt_core::trace::TraceBackend;
+use pt_core::{Device, DeviceOptions};
+use pt_lights::LightTables;
+use pt_scene::gpu::GpuScene;
+use pt_scene::{Camera, Scene};
+use pt_shaders::glam::Vec3;
+
+/// A scene on a device, ready to be rendered.
+pub struct Session {
+    /// The device.
+    pub device: Device,
+    /// The scene on the host; its instances move.
+    pub scene: Scene,
+    /// The scene on the device.
+    pub gpu: GpuScene,
+    /// Its light lists.
+    pub lights: LightTables,
+}
+
+impl Session {
+    /// Opens the device, then uploads the scene.
+    ///
+    /// # Errors
+    /// No device, or a scene that does not fit.
+    pub fn open(device: Option<&str>, validation: bool, scene: Scene, backend: BackendChoice) -> Result<Self> {
+        let device = Device::open(&DeviceOptions { device: device.map(str::to_owned), validation })?;
+        let mut gpu = GpuScene::new(&device, &scene, backend.into())?;
+        let lights = LightTables::new(&device, &scene)?;
+        lights.fill(gpu.record_mut());
+        Ok(Self { device, scene, gpu, lights })
+    }
+
+    /// Device and driver in one line.
+    pub fn device_line(&self) -> String {
+        let info = self.device.info();
+        format!("{} ({} {})", info.name, info.driver, info.driver_version)
+    }
+
+    /// Fails with what the validation layers said, if they ran and said anything.
+    ///
+    /// # Errors
+    /// Any message.
+    pub fn check_validation(&self) -> Result<()> {
+        match self.device.validation().map(|log| log.messages()) {
+            Some(messages) if !messages.is_empty() => {
+                bail!("the validation layers said {} times, first: {}", messages.len(), messages[0])
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl From<BackendChoice> for TraceBackend {
+    fn from(choice: BackendChoice) -> Self {
+        match choice {
+            BackendChoice::Auto => Self::Auto,
+            BackendChoice::Compute => Self::Compute,
+            BackendChoice::RayQuery => Self::RayQuery,
+            BackendChoice::RtPipeline => Self::RtPipeline,
+        }
+    }
+}
+
+/// The camera that the arguments name.
+///
+/// # Errors
+/// A name or index that the scene does not have, with those it has.
+pub fn choose_camera(
+    scene: &Scene,
+    choice: Option<&CameraChoice>,
+    look: Option<LookAt>,
+    vfov_degrees: f32,
+) -> Result<Camera> {
+    if let Some(LookAt { eye, target }) = look {
+        return Ok(Camera::look_at("look", Vec3::from(eye), Vec3::from(target), vfov_degrees.to_radians()));
+    }
+    let found = match choice {
+        None => return Ok(scene.default_camera()),
+        Some(CameraChoice::Index(index)) => scene.cameras.get(*index),
+        Some(CameraChoice::Name(name)) => scene.cameras.iter().find(|camera| camera.name == *name),
+    };
+    if let Some(camera) = found {
+        return Ok(camera.clone());
+    }
+    let wanted = match choice {
+        Some(CameraChoice::Index(index)) => index.to_string(),
+        Some(CameraChoice::Name(name)) => name.clone(),
+        None => String::new(),
+    };
+    let names: Vec<_> = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} \"{}\"", c.name)).collect();
+    let there = if names.is_empty() { "none".into() } else { names.join(", ") };
+    bail!("camera {wanted}: {} has no such camera; it has {there}", scene.name)
+}
