@@ -13,6 +13,7 @@ mod camera;
 mod environment;
 mod error;
 mod framing;
+pub mod gpu;
 mod import;
 mod light;
 mod material;

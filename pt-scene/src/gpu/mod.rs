@@ -1,0 +1,181 @@
+//! The scene on the device: geometry, materials, textures, acceleration structure.
+
+mod camera;
+mod records;
+mod textures;
+
+pub use camera::camera_record;
+
+use crate::Scene;
+use glam::{UVec3, Vec2};
+use pt_core::frame::{Pass, Uniforms};
+use pt_core::texture::TextureTable;
+use pt_core::trace::{AccelStructure, InstancePlacement, MeshGeometry, TraceBackend};
+use pt_core::{Buffer, Device, Frame, Location, Result};
+use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
+
+/// A scene whose instances may move from frame to frame; everything else is fixed.
+pub struct GpuScene {
+    backend: TraceBackend,
+    accel: AccelStructure,
+    textures: TextureTable,
+    uniforms: Uniforms<SceneRecord>,
+    record: SceneRecord,
+    uploaded_record: Option<SceneRecord>,
+    instances: Buffer,
+    instance_records: Vec<InstanceRecord>,
+    placements: Vec<InstancePlacement>,
+    masks: Vec<u32>,
+    /// Reached through addresses; held so that they live as long as the scene.
+    tables: Vec<Buffer>,
+}
+
+/// All meshes' arrays of one kind in one buffer, with the byte offset of each mesh.
+struct Arena<T> {
+    data: Vec<T>,
+    offsets: Vec<u64>,
+}
+
+impl<T: bytemuck::NoUninit> Arena<T> {
+    fn collect<I: IntoIterator<Item = T>>(meshes: impl Iterator<Item = I>) -> Self {
+        let (mut data, mut offsets) = (Vec::new(), Vec::new());
+        for mesh in meshes {
+            offsets.push((data.len() * size_of::<T>()) as u64);
+            data.extend(mesh);
+        }
+        Self { data, offsets }
+    }
+
+    fn upload(&self, device: &Device, name: &str) -> Result<Buffer> {
+        Buffer::from_slice(device, name, &self.data)
+    }
+}
+
+impl GpuScene {
+    /// Uploads the scene and builds its acceleration structures for `backend` (`Auto` measures on this scene).
+    pub fn new(device: &Device, scene: &Scene, backend: TraceBackend) -> Result<Self> {
+        let meshes = &scene.meshes;
+        let positions = Arena::collect(meshes.iter().map(|m| m.positions.iter().copied()));
+        let vertices = Arena::collect(meshes.iter().map(|m| records::vertices(m)));
+        let indices = Arena::collect(meshes.iter().map(|m| m.indices.iter().map(|&i| UVec3::from_array(i))));
+        let materials = Arena::collect(meshes.iter().map(|m| m.triangle_materials.iter().copied()));
+        let position_buffer = positions.upload(device, "positions")?;
+        let vertex_buffer = vertices.upload(device, "vertices")?;
+        let index_buffer = indices.upload(device, "indices")?;
+        let material_index_buffer = materials.upload(device, "triangle materials")?;
+
+        let geometry: Vec<_> = meshes
+            .iter()
+            .map(|m| MeshGeometry {
+                positions: &m.positions,
+                indices: bytemuck::cast_slice(&m.indices),
+                first_masked: m.first_masked as u32,
+            })
+            .collect();
+        let masks: Vec<_> = scene
+            .instances
+            .iter()
+            .map(|i| records::visibility_mask(&meshes[i.mesh as usize], &scene.materials))
+            .collect();
+        let accel = AccelStructure::new(device, &geometry, scene.instances.len())?;
+        let mesh_records: Vec<_> = meshes
+            .iter()
+            .enumerate()
+            .map(|(i, mesh)| {
+                let mut record = MeshRecord {
+                    bvh_nodes: 0,
+                    bvh_triangles: 0,
+                    positions: position_buffer.address() + positions.offsets[i],
+                    vertices: vertex_buffer.address() + vertices.offsets[i],
+                    indices: index_buffer.address() + indices.offsets[i],
+                    triangle_materials: material_index_buffer.address() + materials.offsets[i],
+                    first_masked: mesh.first_masked as u32,
+                    triangle_count: mesh.triangle_count() as u32,
+                };
+                accel.fill_mesh(i, &mut record);
+                record
+            })
+            .collect();
+        let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
+        let material_records: Vec<_> = scene.materials.iter().map(records::material).collect();
+        let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
+        let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;
+        let instances = Buffer::new(device, "instances", instance_bytes, Location::Device)?;
+
+        let environment = &scene.environment;
+        let mut record = SceneRecord {
+            instances: instances.address(),
+            meshes: mesh_buffer.address(),
+            materials: material_buffer.address(),
+            instance_count: scene.instances.len() as u32,
+            environment_texture: scene.textures.len() as u32,
+            environment_size: [environment.image.width, environment.image.height].into(),
+            environment_rotation: Vec2::new(environment.rotation.cos(), environment.rotation.sin()),
+            environment_intensity: if environment.is_black() { 0.0 } else { environment.intensity },
+            ..bytemuck::Zeroable::zeroed()
+        };
+        accel.fill_scene(&mut record);
+        Ok(Self {
+            backend,
+            accel,
+            textures: textures::table(device, scene)?,
+            uniforms: Uniforms::new(device, "scene_uniforms")?,
+            record,
+            uploaded_record: None,
+            instances,
+            instance_records: Vec::new(),
+            placements: Vec::new(),
+            masks,
+            tables: vec![
+                position_buffer,
+                vertex_buffer,
+                index_buffer,
+                material_index_buffer,
+                mesh_buffer,
+                material_buffer,
+            ],
+        })
+    }
+
+    /// The backend in use, never `Auto`.
+    pub fn backend(&self) -> TraceBackend {
+        self.backend
+    }
+
+    /// The record that kernels see, for tables that other crates add.
+    pub fn record_mut(&mut self) -> &mut SceneRecord {
+        &mut self.record
+    }
+
+    /// Brings the device up to date with the instances' transforms; without change it records nothing.
+    pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene) -> Result<()> {
+        let records = scene.instances.iter().zip(&self.masks).map(|(i, &mask)| records::instance(i, mask));
+        if !records.clone().eq(self.instance_records.iter().copied()) {
+            let moved = !self.instance_records.iter().map(|r| r.world_from_object).eq(records.clone().map(|r| r.world_from_object));
+            self.instance_records.clear();
+            self.instance_records.extend(records);
+            frame.upload(&self.instances, bytemuck::cast_slice(&self.instance_records))?;
+            if moved {
+                self.placements.clear();
+                self.placements.extend(scene.instances.iter().zip(&self.masks).map(|(i, &mask)| InstancePlacement {
+                    mesh: i.mesh,
+                    mask,
+                    world_from_object: i.world_from_object,
+                }));
+                self.accel.update(frame, &self.placements)?;
+            }
+        }
+        if self.uploaded_record != Some(self.record) {
+            self.uniforms.upload(frame, &self.record)?;
+            self.uploaded_record = Some(self.record);
+        }
+        Ok(())
+    }
+
+    /// Binds everything that `scene.glsl` and `trace.glsl` need.
+    pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
+        let pass = pass.read("scene_uniforms", self.uniforms.buffer()).textures(&self.textures).addresses(&self.instances);
+        let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
+        self.accel.bind(pass)
+    }
+}
