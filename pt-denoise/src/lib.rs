@@ -7,6 +7,7 @@
 
 pub mod oracle;
 mod records;
+pub mod texels;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
