@@ -96,3 +96,54 @@ pub fn display_code(radiance: f32, scale: f32, tonemap: Tonemap) -> f64 {
     }
     255.0 * srgb_encode(tone_curve(f64::from(radiance) * f64::from(scale), tonemap))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// IEC 61966-2-1 in both branches, at their seam and at its worked values.
+    #[test]
+    fn srgb_at_known_values() {
+        for (linear, code) in [(0.0, 0.0), (0.001, 0.01292), (0.18, 0.461_356), (0.214_041, 0.5), (1.0, 1.0)]
+        {
+            assert!((srgb_encode(linear) - code).abs() < 1e-6, "{linear}");
+        }
+        assert!((srgb_encode(0.0031308) - srgb_encode(0.003_130_801)).abs() < 1e-6);
+    }
+
+    /// Values of the fitted curve worked out by hand from its five published coefficients.
+    #[test]
+    fn aces_at_known_values() {
+        let known = [
+            (0.0, 0.0),
+            (0.18, 0.086724 / 0.324932),
+            (0.5, 0.6425 / 1.0425),
+            (1.0, 2.54 / 3.16),
+            (2.0, 10.1 / 11.04),
+        ];
+        for (x, y) in known {
+            assert!(
+                (tone_curve(x, Tonemap::Aces) - y).abs() < 1e-12,
+                "{x}: {}",
+                tone_curve(x, Tonemap::Aces)
+            );
+        }
+        assert_eq!(tone_curve(1.0, Tonemap::Reinhard), 0.5);
+    }
+
+    #[test]
+    fn curves_rise_and_stay_in_range() {
+        for tonemap in [Tonemap::Aces, Tonemap::Reinhard, Tonemap::None] {
+            let mut last = -1e-12;
+            for step in 0..20_000 {
+                let y = tone_curve(10f64.powf(f64::from(step) / 2000.0 - 5.0), tonemap);
+                assert!(
+                    y >= last && (0.0..=1.0).contains(&y),
+                    "{tonemap:?} at step {step}: {y} after {last}"
+                );
+                last = y;
+            }
+            assert_eq!(tone_curve(f64::INFINITY, tonemap).min(0.999), 0.999);
+        }
+    }
+}
