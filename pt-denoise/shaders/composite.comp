@@ -1,0 +1,29 @@
+// Demodulated light back to radiance, on the split extent:
+//   color = (hf * albedo + spec * max(0.01, F0)) * throughput, then the transparent layer "over" it.
+// Where there is no surface only the transparent layer counts.
+#include "channels.glsl"
+#include "composite_push.glsl"
+#include "reflectance.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+layout(push_constant, scalar) uniform Push { CompositePush push; };
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(ch_color)))) return;
+
+    vec3 color = vec3(0.0);
+    // The word is an integer in a float image: small indices are denormal numbers and must not meet arithmetic.
+    if (floatBitsToUint(imageLoad(ch_shading_position, p).w) != 0u) {
+        vec4 base = imageLoad(ch_base_color, p);
+        float metallic = imageLoad(ch_metallic_roughness, p).x;
+        vec3 albedo = push.use_albedo != 0u ? vec3(push.albedo) : diffuse_albedo(base.rgb, metallic);
+        vec3 f0 = specular_f0(base.rgb, metallic, base.a);
+        vec3 diffuse = imageLoad(ch_color_hf, p).rgb * albedo * push.scale_hf;
+        vec3 specular = imageLoad(ch_color_spec, p).rgb * demodulation(f0) * push.scale_spec;
+        color = (diffuse + specular) * imageLoad(ch_throughput, p).rgb;
+    }
+    vec4 overlay = imageLoad(ch_transparent, p);
+    color = color * (1.0 - overlay.a) + overlay.rgb * push.scale_overlay;
+    imageStore(ch_color, p, vec4(color, float(imageLoad(ch_view_direction, p).y)));
+}

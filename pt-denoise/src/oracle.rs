@@ -1,0 +1,57 @@
+//! The composite on the CPU: what `composite.comp` is tested against.
+
+use crate::DenoiseParams;
+
+/// F0 of a dielectric with an index of refraction of 1.5 (glTF 2.0, appendix B).
+const DIELECTRIC_F0: f64 = 0.04;
+
+/// What the composite reads at one pixel, in the units of the channels of the same names.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pixel {
+    /// Direct diffuse light.
+    pub color_hf: [f32; 3],
+    /// Direct specular light, demodulated.
+    pub color_spec: [f32; 3],
+    /// Base colour and specular factor.
+    pub base_color: [f32; 4],
+    /// Metalness.
+    pub metallic: f32,
+    /// Material index + 1, or 0 for no surface.
+    pub material: u32,
+    /// Checkerboard flags.
+    pub flags: u32,
+    /// Path throughput.
+    pub throughput: [f32; 3],
+    /// Premultiplied layer in front.
+    pub transparent: [f32; 4],
+}
+
+/// Diffuse albedo.
+pub fn diffuse_albedo(base_color: f64, metallic: f64) -> f64 {
+    base_color * (1.0 - metallic)
+}
+
+/// Specular reflectance at normal incidence.
+pub fn specular_f0(base_color: f64, metallic: f64, specular: f64) -> f64 {
+    DIELECTRIC_F0 * specular * (1.0 - metallic) + base_color * metallic
+}
+
+/// Radiance, and the flags in alpha.
+pub fn composite(pixel: &Pixel, params: &DenoiseParams) -> [f64; 4] {
+    let overlay = pixel.transparent.map(f64::from);
+    let mut out = [0.0, 0.0, 0.0, f64::from(pixel.flags)];
+    for i in 0..3 {
+        let base = f64::from(pixel.base_color[i]);
+        let metallic = f64::from(pixel.metallic);
+        let mut light = 0.0;
+        if pixel.material != 0 {
+            let albedo = params.fixed_albedo.map_or(diffuse_albedo(base, metallic), f64::from);
+            let f0 = specular_f0(base, metallic, f64::from(pixel.base_color[3]));
+            light += f64::from(pixel.color_hf[i]) * albedo * f64::from(params.scale_hf);
+            light += f64::from(pixel.color_spec[i]) * f0.max(0.01) * f64::from(params.scale_spec);
+            light *= f64::from(pixel.throughput[i]);
+        }
+        out[i] = light * (1.0 - overlay[3]) + overlay[i] * f64::from(params.scale_overlay);
+    }
+    out
+}

@@ -1,0 +1,137 @@
+//! The composite kernel against its oracle and against closed forms.
+
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+use pt_core::test_support::TestDevice;
+use pt_core::{ChannelImages, Recorder};
+use pt_denoise::oracle::{Pixel, composite};
+use pt_denoise::{Composite, DenoiseParams, texels};
+use pt_shaders::channels::{
+    BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
+    TRANSPARENT, VIEW_DIRECTION,
+};
+
+/// Runs the kernel over `pixels`, one frame of the given size; returns colours in the order of the split image.
+fn run(device: &TestDevice, size: [u32; 2], pixels: &mut [Pixel], params: &DenoiseParams) -> Vec<[f32; 4]> {
+    let images = ChannelImages::new(device, size, [Composite::READS, Composite::WRITES].concat()).unwrap();
+    let write = |id: ChannelId, texel: &dyn Fn(&Pixel) -> Vec<f32>| {
+        let values: Vec<f32> = pixels.iter().flat_map(texel).collect();
+        images.current(id).write(&texels::encode(id.channel().format, &values)).unwrap();
+    };
+    let rgb0 = |v: [f32; 3]| vec![v[0], v[1], v[2], 0.0];
+    write(COLOR_HF, &|p| rgb0(p.color_hf));
+    write(COLOR_SPEC, &|p| rgb0(p.color_spec));
+    write(BASE_COLOR, &|p| p.base_color.to_vec());
+    write(METALLIC_ROUGHNESS, &|p| vec![p.metallic, 0.5]);
+    write(SHADING_POSITION, &|p| vec![1.0, 2.0, 3.0, f32::from_bits(p.material)]);
+    write(VIEW_DIRECTION, &|p| vec![7.0, p.flags as f32]);
+    write(THROUGHPUT, &|p| rgb0(p.throughput));
+    write(TRANSPARENT, &|p| p.transparent.to_vec());
+    // The oracle gets what the images hold after rounding to their formats.
+    let read = |id: ChannelId| images.current(id).read_f32().unwrap();
+    let (base, metal, throughput) = (read(BASE_COLOR), read(METALLIC_ROUGHNESS), read(THROUGHPUT));
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        pixel.base_color.copy_from_slice(&base[4 * i..4 * i + 4]);
+        pixel.metallic = metal[2 * i];
+        pixel.throughput.copy_from_slice(&throughput[4 * i..4 * i + 3]);
+    }
+
+    let stage = Composite::new(device).unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    stage.record(&mut frame, &images, params).unwrap();
+    frame.submit().unwrap();
+    read(COLOR).chunks_exact(4).map(|t| [t[0], t[1], t[2], t[3]]).collect()
+}
+
+fn split_pixels(size: [u32; 2]) -> usize {
+    (size[0].div_ceil(2) * 2 * size[1]) as usize
+}
+
+fn pixel() -> impl Strategy<Value = Pixel> {
+    let hdr = || prop_oneof![Just(0.0f32), (-4.0f32..4.0).prop_map(|e| 10f32.powf(e))];
+    let unit = || prop_oneof![Just(0.0f32), Just(1.0), 0.0f32..1.0];
+    let light = || [hdr(), hdr(), hdr()];
+    // Material word: none, small indices (denormal as floats), the largest.
+    let material = prop_oneof![Just(0u32), 1u32..100, Just(0x7f7f_ffff)];
+    let base = [unit(), unit(), unit(), unit()];
+    let overlay = (light(), unit()).prop_map(|(c, a)| [c[0], c[1], c[2], a]);
+    (light(), light(), base, unit(), material, 0u32..8, [unit(), unit(), unit()], overlay).prop_map(
+        |(color_hf, color_spec, base_color, metallic, material, flags, throughput, transparent)| Pixel {
+            color_hf,
+            color_spec,
+            base_color,
+            metallic,
+            material,
+            flags,
+            throughput,
+            transparent,
+        },
+    )
+}
+
+#[test]
+fn kernel_agrees_with_the_oracle() {
+    let device = TestDevice::open();
+    let mut runner = TestRunner::deterministic();
+    let altered =
+        DenoiseParams { scale_hf: 0.5, scale_spec: 3.0, scale_overlay: 0.25, fixed_albedo: Some(0.7) };
+    for size in [[1, 1], [3, 1], [17, 5], [31, 33], [64, 16]] {
+        for params in [DenoiseParams::default(), altered.clone()] {
+            let strategy = prop::collection::vec(pixel(), split_pixels(size));
+            let mut pixels = strategy.new_tree(&mut runner).unwrap().current();
+            let gpu = run(&device, size, &mut pixels, &params);
+            for (got, pixel) in gpu.iter().zip(&pixels) {
+                let want = composite(pixel, &params);
+                for (g, w) in got.iter().zip(want) {
+                    // All terms are positive except 1 - a, which is exact enough: about eight roundings of 6e-8.
+                    let error = (f64::from(*g) - w).abs();
+                    assert!(error <= 2e-6 * w.abs() + 1e-7, "{pixel:?}: {got:?}, oracle {want:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn closed_forms() {
+    let device = TestDevice::open();
+    let surface = Pixel {
+        color_hf: [2.0; 3],
+        color_spec: [10.0; 3],
+        base_color: [0.5, 0.25, 0.0, 1.0],
+        material: 1,
+        flags: 1,
+        throughput: [1.0; 3],
+        ..Default::default()
+    };
+    let metal = Pixel { metallic: 1.0, ..surface };
+    // F0 = 0: the specular channel is demodulated by 0.01.
+    let matte = Pixel { base_color: [0.5, 0.5, 0.5, 0.0], ..surface };
+    let veiled = Pixel { transparent: [3.0, 3.0, 3.0, 0.5], ..surface };
+    let sky = Pixel {
+        material: 0,
+        flags: 5,
+        transparent: [7.0, 8.0, 9.0, 1.0],
+        color_hf: [f32::NAN; 3],
+        ..surface
+    };
+    let background = Pixel { material: 0, ..surface };
+    let mut pixels = [surface, metal, matte, veiled, sky, background];
+    let colors = run(&device, [6, 1], &mut pixels, &DenoiseParams::default());
+    let expected = [
+        [1.4, 0.9, 0.4, 1.0],
+        [5.0, 2.5, 0.1, 1.0],
+        [1.1, 1.1, 1.1, 1.0],
+        [3.7, 3.45, 3.2, 1.0],
+        [7.0, 8.0, 9.0, 5.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    for (got, want) in colors.iter().zip(&expected) {
+        for (g, w) in got.iter().zip(want) {
+            // 16-bit base colour: half a step of 1/65535, times the light of 10.
+            assert!((g - w).abs() < 1e-4, "{colors:?}, expected {expected:?}");
+        }
+    }
+}
