@@ -68,12 +68,12 @@ impl Default for PrimaryParams {
 
 impl Validate for PrimaryParams {
     fn validate(&self) -> Result<(), InvalidValue> {
-        check_range("texture_lod_bias", self.texture_lod_bias, -8.0..=8.0)?;
+        check_range("texture_lod_bias", self.texture_lod_bias, -8.0..=8.0, "mip levels")?;
         if let Some(radius) = self.lens_radius {
-            check_range("lens_radius", radius, 0.0..=1.0)?;
+            check_range("lens_radius", radius, 0.0..=1.0, "m")?;
         }
         if let Some(distance) = self.focus_distance {
-            check_range("focus_distance", distance, 1e-3..=1e6)?;
+            check_range("focus_distance", distance, 1e-3..=1e6, "m")?;
         }
         Ok(())
     }
@@ -121,8 +121,8 @@ impl PrimaryRays {
         let [width, height] = images.size();
         let push = PrimaryPush {
             jitter: match params.jitter {
-                Jitter::Halton => halton(frame.index()),
-                Jitter::None | Jitter::Pixel => [0.0; 2],
+                Jitter::Halton => halton(frame.index()).into(),
+                Jitter::None | Jitter::Pixel => glam::Vec2::ZERO,
             },
             jitter_per_pixel: u32::from(params.jitter == Jitter::Pixel),
             lod_scale: params.texture_lod_bias.exp2(),

@@ -4,7 +4,7 @@ pt_shaders::gpu_struct! {
     /// Push constants of `primary_rays.trace`.
     pub struct PrimaryPush {
         /// Sub-pixel offset of the whole frame, pixels in [-0.5, 0.5].
-        pub jitter: [f32; 2],
+        pub jitter: pt_shaders::glam::Vec2,
         /// 1: every pixel draws its own offset instead.
         pub jitter_per_pixel: u32,
         /// 2^bias on texture gradients.

@@ -52,11 +52,11 @@ pub enum CompileError {
         shared: PathBuf,
     },
     /// glslang's messages, already as file:line.
-    #[error("{kernel}{variant}:\n{log}")]
+    #[error("{kernel}, compiled as {variant}:\n{log}")]
     Glsl {
         /// Kernel file.
         kernel: String,
-        /// Which trace backend, or empty.
+        /// Which trace backend, or the kernel's own stage.
         variant: &'static str,
         /// Messages.
         log: String,
@@ -144,7 +144,7 @@ impl Kernels {
                 }
                 _ => continue,
             };
-            let spirv = self.compile_one(&path, "", None, stage.0)?;
+            let spirv = self.compile_one(&path, stage.1, None, stage.0)?;
             write_spirv(&out.join(format!("{stem}.{}.spv", stage.1)), &spirv)?;
             let code = shader_code(&stem, stage.1, &format!("{stem}.{}", stage.1));
             let suffix = if stage.0 == ShaderStage::Compute {
