@@ -39,11 +39,27 @@ pub(super) fn scene() -> Scene {
 
     let mut shape = Shape::default();
     // A tenth of a millimetre under the ceiling: the published data put both in one plane.
-    shape.flat(&[[343.0, 548.7, 227.0], [343.0, 548.7, 332.0], [213.0, 548.7, 332.0], [213.0, 548.7, 227.0]].map(point), lamp);
+    shape.flat(
+        &[[343.0, 548.7, 227.0], [343.0, 548.7, 332.0], [213.0, 548.7, 332.0], [213.0, 548.7, 227.0]]
+            .map(point),
+        lamp,
+    );
     place(&mut scene, "lamp", shape);
 
-    block(&mut scene, "short block", 165.0, [[130.0, 65.0], [82.0, 225.0], [240.0, 272.0], [290.0, 114.0]], white);
-    block(&mut scene, "tall block", 330.0, [[423.0, 247.0], [265.0, 296.0], [314.0, 456.0], [472.0, 406.0]], white);
+    block(
+        &mut scene,
+        "short block",
+        165.0,
+        [[130.0, 65.0], [82.0, 225.0], [240.0, 272.0], [290.0, 114.0]],
+        white,
+    );
+    block(
+        &mut scene,
+        "tall block",
+        330.0,
+        [[423.0, 247.0], [265.0, 296.0], [314.0, 456.0], [472.0, 406.0]],
+        white,
+    );
 
     // 35 mm focal length, 25 mm film: yfov = 2 atan(12.5 / 35).
     let eye = point([278.0, 273.0, -800.0]);

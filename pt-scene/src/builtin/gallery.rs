@@ -10,7 +10,9 @@ use glam::{Affine3A, Quat, Vec2, Vec3};
 use super::shapes::{Arch, Shape};
 use super::{add_material, add_mesh, gallery_art as art, place};
 use crate::sky::sky;
-use crate::{AlphaMode, Camera, CameraKey, CameraPath, Instance, Light, Material, Motion, Scene, Texture, TextureRef};
+use crate::{
+    AlphaMode, Camera, CameraKey, CameraPath, Instance, Light, Material, Motion, Scene, Texture, TextureRef,
+};
 
 const BAYS: usize = 6;
 const BAY: f32 = 4.0;
@@ -69,7 +71,8 @@ fn palette(scene: &mut Scene) -> Palette {
         let base_color_texture = add(scene, texture);
         add_material(scene, Material { base_color_texture, ..material })
     };
-    let masked = |m: Material| Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, double_sided: true, ..m };
+    let masked =
+        |m: Material| Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, double_sided: true, ..m };
     let [floor_color, floor_roughness] = art::floor();
     let [plaster_color, plaster_relief] = art::plaster();
     let [carpet_color, carpet_weave] = art::carpet();
@@ -81,12 +84,20 @@ fn palette(scene: &mut Scene) -> Palette {
     let leaf = textured(art::leaf(), masked(white("leaf", 0.5)));
     let brass = Material::metal("screen", Vec3::new(0.75, 0.55, 0.28), 0.4);
     let screen = textured(art::screen(), masked(brass));
-    let paintings = [art::landscape(), art::abstraction(), art::waves()].map(|t| textured(t, white("painting", 0.5)));
+    let paintings =
+        [art::landscape(), art::abstraction(), art::waves()].map(|t| textured(t, white("painting", 0.5)));
     scene.materials[floor as usize].metallic_roughness_texture = add(scene, floor_roughness);
     scene.materials[plaster as usize].normal_texture = add(scene, plaster_relief);
     scene.materials[carpet as usize].normal_texture = add(scene, carpet_weave);
     let grooves = add(scene, art::brushed());
-    let panels = [(1.0, 0.18, 0.10), (1.0, 0.52, 0.10), (0.20, 0.9, 0.28), (0.08, 0.62, 1.0), (0.28, 0.20, 1.0), (1.0, 0.12, 0.62)];
+    let panels = [
+        (1.0, 0.09, 0.04),
+        (1.0, 0.42, 0.04),
+        (0.08, 0.85, 0.18),
+        (0.03, 0.55, 1.0),
+        (0.22, 0.12, 1.0),
+        (1.0, 0.05, 0.5),
+    ];
     Palette {
         floor,
         stone,
@@ -98,26 +109,38 @@ fn palette(scene: &mut Scene) -> Palette {
         paintings,
         gold: add_material(scene, Material::metal("gold", Vec3::new(1.0, 0.71, 0.29), 0.28)),
         copper: add_material(scene, Material::metal("copper", Vec3::new(0.93, 0.52, 0.38), 0.35)),
-        steel: add_material(scene, Material { normal_texture: grooves, ..Material::metal("brushed steel", Vec3::new(0.56, 0.57, 0.58), 0.38) }),
+        steel: add_material(
+            scene,
+            Material {
+                normal_texture: grooves,
+                ..Material::metal("brushed steel", Vec3::new(0.56, 0.57, 0.58), 0.38)
+            },
+        ),
         mirror: add_material(scene, Material::metal("mirror", Vec3::splat(0.94), 0.0)),
-        glass: add_material(scene, Material {
-            transmission: 1.0,
-            roughness: 0.0,
-            thickness: 1.0,
-            attenuation_color: Vec3::new(0.75, 0.95, 0.9),
-            attenuation_distance: 0.8,
-            ..Material::diffuse("glass", Vec3::ONE)
-        }),
-        tinted: add_material(scene, Material {
-            transmission: 1.0,
-            roughness: 0.0,
-            double_sided: true,
-            ..Material::diffuse("tinted pane", Vec3::new(0.35, 0.75, 0.85))
-        }),
+        glass: add_material(
+            scene,
+            Material {
+                transmission: 1.0,
+                roughness: 0.0,
+                thickness: 1.0,
+                attenuation_color: Vec3::new(0.75, 0.95, 0.9),
+                attenuation_distance: 0.8,
+                ..Material::diffuse("glass", Vec3::ONE)
+            },
+        ),
+        tinted: add_material(
+            scene,
+            Material {
+                transmission: 1.0,
+                roughness: 0.0,
+                double_sided: true,
+                ..Material::diffuse("tinted pane", Vec3::new(0.35, 0.75, 0.85))
+            },
+        ),
         ground: add_material(scene, Material::diffuse("ground", Vec3::new(0.36, 0.38, 0.26))),
-        cove: add_material(scene, Material::lamp("cove", 7.0 * Vec3::new(1.0, 0.72, 0.45))),
-        bulb: add_material(scene, Material::lamp("bulb", 26.0 * Vec3::new(1.0, 0.74, 0.46))),
-        panels: panels.map(|c| add_material(scene, Material::lamp("panel", 9.0 * Vec3::from(c)))),
+        cove: add_material(scene, Material::lamp("cove", 14.0 * Vec3::new(1.0, 0.72, 0.45))),
+        bulb: add_material(scene, Material::lamp("bulb", 28.0 * Vec3::new(1.0, 0.74, 0.46))),
+        panels: panels.map(|c| add_material(scene, Material::lamp("panel", 3.2 * Vec3::from(c)))),
     }
 }
 
@@ -134,9 +157,17 @@ fn hall(scene: &mut Scene, p: &Palette) {
     shell.quad(Vec3::new(-0.95, 0.012, 8.4), Vec3::X * 1.9, Vec3::Z * -17.0, Vec2::new(1.0, 9.0), p.carpet);
 
     // Outer walls: windows to the sun on the left, shallow niches' worth of wall on the right.
-    let windows: Vec<Arch> =
-        (0..BAYS).map(|i| Arch { center: (i as f32 + 0.5) * BAY, half_width: 1.05, sill: 0.9, spring: 4.2 }).collect();
-    shell.wall(Vec3::new(-WALL, 0.0, END), Vec3::NEG_Z, Vec2::new(length, CORNICE), 0.35, &windows, p.plaster);
+    let windows: Vec<Arch> = (0..BAYS)
+        .map(|i| Arch { center: (i as f32 + 0.5) * BAY, half_width: 1.05, sill: 0.9, spring: 4.2 })
+        .collect();
+    shell.wall(
+        Vec3::new(-WALL, 0.0, END),
+        Vec3::NEG_Z,
+        Vec2::new(length, CORNICE),
+        0.35,
+        &windows,
+        p.plaster,
+    );
     shell.wall(Vec3::new(WALL, 0.0, -END), Vec3::Z, Vec2::new(length, CORNICE), 0.35, &[], p.plaster);
 
     // Ends: a great doorway with a screen at the far one, a plain wall at the near one.
@@ -147,8 +178,9 @@ fn hall(scene: &mut Scene, p: &Palette) {
     shell.quad(Vec3::new(-1.7, 0.0, -END - 0.3), Vec3::X * 3.4, Vec3::Y * 5.0, Vec2::new(4.0, 5.9), p.screen);
 
     // Arcades, aisle ceilings, cornices.
-    let arches: Vec<Arch> =
-        (0..BAYS).map(|i| Arch { center: (i as f32 + 0.5) * BAY, half_width: 1.62, sill: CAPITAL, spring: CAPITAL }).collect();
+    let arches: Vec<Arch> = (0..BAYS)
+        .map(|i| Arch { center: (i as f32 + 0.5) * BAY, half_width: 1.62, sill: CAPITAL, spring: CAPITAL })
+        .collect();
     for side in [-1.0, 1.0] {
         let (origin, along) = if side < 0.0 {
             (Vec3::new(-NAVE, 0.0, END), Vec3::NEG_Z)
@@ -157,7 +189,13 @@ fn hall(scene: &mut Scene, p: &Palette) {
         };
         arcade(&mut shell, origin, along, length, &arches, p.stone);
         let (low, high) = if side < 0.0 { (-WALL, -NAVE - ARCADE) } else { (NAVE + ARCADE, WALL) };
-        shell.quad(Vec3::new(low, CORNICE, -END), Vec3::X * (high - low), Vec3::Z * length, Vec2::new(1.5, 12.0), p.plaster);
+        shell.quad(
+            Vec3::new(low, CORNICE, -END),
+            Vec3::X * (high - low),
+            Vec3::Z * length,
+            Vec2::new(1.5, 12.0),
+            p.plaster,
+        );
         let inner = side * (NAVE - 0.28);
         let (a, b) = (inner.min(side * NAVE), inner.max(side * NAVE));
         shell.cuboid(Vec3::new(a, CORNICE - 0.45, -END), Vec3::new(b, CORNICE - 0.25, END), 0.5, p.stone);
@@ -167,7 +205,13 @@ fn hall(scene: &mut Scene, p: &Palette) {
     }
     vault(&mut shell, p);
     let yard = 60.0;
-    shell.quad(Vec3::new(-yard, -0.02, yard), Vec3::X * 2.0 * yard, Vec3::Z * -2.0 * yard, Vec2::ONE, p.ground);
+    shell.quad(
+        Vec3::new(-yard, -0.02, yard),
+        Vec3::X * 2.0 * yard,
+        Vec3::Z * -2.0 * yard,
+        Vec2::ONE,
+        p.ground,
+    );
     place(scene, "hall", shell);
 }
 
@@ -180,10 +224,19 @@ fn arcade(shell: &mut Shape, origin: Vec3, along: Vec3, length: f32, arches: &[A
 
 /// A barrel vault with ribs; every other bay is open to the sky at the crown.
 fn vault(shell: &mut Shape, p: &Palette) {
-    let arc = |radius: f32, angle: f32, z: f32| Vec3::new(-radius * angle.cos(), CORNICE - 0.25 + radius * angle.sin(), z);
-    let sheet = |shell: &mut Shape, radius: f32, (a0, a1): (f32, f32), (z0, z1): (f32, f32), cells: (usize, usize), material: u32| {
+    let arc = |radius: f32, angle: f32, z: f32| {
+        Vec3::new(-radius * angle.cos(), CORNICE - 0.25 + radius * angle.sin(), z)
+    };
+    let sheet = |shell: &mut Shape,
+                 radius: f32,
+                 (a0, a1): (f32, f32),
+                 (z0, z1): (f32, f32),
+                 cells: (usize, usize),
+                 material: u32| {
         let repeat = Vec2::new(radius * (a1 - a0), z1 - z0) * 0.5;
-        shell.surface(cells.0, cells.1, repeat, material, |u, v| arc(radius, a0 + (a1 - a0) * u, z0 + (z1 - z0) * v));
+        shell.surface(cells.0, cells.1, repeat, material, |u, v| {
+            arc(radius, a0 + (a1 - a0) * u, z0 + (z1 - z0) * v)
+        });
     };
     const HALF_OPENING: f32 = 0.34;
     for i in 0..BAYS {
@@ -192,8 +245,22 @@ fn vault(shell: &mut Shape, p: &Palette) {
             let (o0, o1) = (bay(i) - 1.3, bay(i) + 1.3);
             sheet(shell, NAVE, (0.0, 0.5 * PI - HALF_OPENING), (z0, z1), (32, 16), p.plaster);
             sheet(shell, NAVE, (0.5 * PI + HALF_OPENING, PI), (z0, z1), (32, 16), p.plaster);
-            sheet(shell, NAVE, (0.5 * PI - HALF_OPENING, 0.5 * PI + HALF_OPENING), (z0, o0), (12, 4), p.plaster);
-            sheet(shell, NAVE, (0.5 * PI - HALF_OPENING, 0.5 * PI + HALF_OPENING), (o1, z1), (12, 4), p.plaster);
+            sheet(
+                shell,
+                NAVE,
+                (0.5 * PI - HALF_OPENING, 0.5 * PI + HALF_OPENING),
+                (z0, o0),
+                (12, 4),
+                p.plaster,
+            );
+            sheet(
+                shell,
+                NAVE,
+                (0.5 * PI - HALF_OPENING, 0.5 * PI + HALF_OPENING),
+                (o1, z1),
+                (12, 4),
+                p.plaster,
+            );
         } else {
             sheet(shell, NAVE, (0.0, PI), (z0, z1), (72, 16), p.plaster);
         }
@@ -214,16 +281,28 @@ fn columns(scene: &mut Scene, p: &Palette) {
     let mut column = Shape::default();
     column.cuboid(Vec3::new(-0.46, 0.0, -0.46), Vec3::new(0.46, 0.16, 0.46), 0.7, p.stone);
     // Attic base, shaft with entasis and 20 flutes, capital, abacus.
-    column.lathe(Vec3::Y * 0.16, (48, 24), Vec2::new(2.0, 0.3), p.stone, |v| Vec2::new(0.36 + 0.07 * (v * PI * 2.0).sin().abs() * (1.0 - 0.5 * v), 0.26 * v), |_, _| 1.0);
+    column.lathe(
+        Vec3::Y * 0.16,
+        (48, 24),
+        Vec2::new(2.0, 0.3),
+        p.stone,
+        |v| Vec2::new(0.36 + 0.07 * (v * PI * 2.0).sin().abs() * (1.0 - 0.5 * v), 0.26 * v),
+        |_, _| 1.0,
+    );
     let shaft = |v: f32| Vec2::new(0.345 - 0.055 * v * v, 0.42 + (CAPITAL - 1.0) * v);
     column.lathe(Vec3::ZERO, (160, 20), Vec2::new(2.0, 3.0), p.stone, shaft, |angle, v| {
         let fade = (v.min(1.0 - v) * 24.0).clamp(0.0, 1.0);
         1.0 - 0.06 * fade * (10.0 * angle).sin().abs().sqrt()
     });
     let top = CAPITAL - 0.58;
-    column.lathe(Vec3::Y * top, (64, 24), Vec2::new(2.0, 0.4), p.stone, |v| Vec2::new(0.30 + 0.17 * v.powf(1.7) + 0.03 * (-(v - 0.12).powi(2) * 900.0).exp(), 0.42 * v), |angle, v| {
-        1.0 + 0.05 * (v * PI).sin() * (8.0 * angle).cos()
-    });
+    column.lathe(
+        Vec3::Y * top,
+        (64, 24),
+        Vec2::new(2.0, 0.4),
+        p.stone,
+        |v| Vec2::new(0.30 + 0.17 * v.powf(1.7) + 0.03 * (-(v - 0.12).powi(2) * 900.0).exp(), 0.42 * v),
+        |angle, v| 1.0 + 0.05 * (v * PI).sin() * (8.0 * angle).cos(),
+    );
     column.cuboid(Vec3::new(-0.5, CAPITAL - 0.16, -0.5), Vec3::new(0.5, CAPITAL, 0.5), 0.7, p.stone);
     let mesh = add_mesh(scene, "column", column);
     for i in 0..=BAYS {
@@ -237,24 +316,39 @@ fn columns(scene: &mut Scene, p: &Palette) {
 
 fn lights(scene: &mut Scene, p: &Palette) {
     let sun = Vec3::new(-0.80, 0.62, -0.28).normalize();
-    let sun_light = Light::directional("sun", -sun, 22.0 * Vec3::new(1.0, 0.86, 0.66));
+    let sun_light = Light::directional("sun", -sun, 8.0 * Vec3::new(1.0, 0.84, 0.62));
     scene.lights.push(Light { angular_radius: 0.27_f32.to_radians(), ..sun_light });
-    scene.environment = sky(sun, 2.2);
+    scene.environment = sky(sun, 1.1);
 
     let mut shape = Shape::default();
     for side in [-1.0, 1.0] {
         // Strips on the cornices shine up into the vault.
         for i in 0..BAYS {
             let x = side * (NAVE - 0.12) - 0.06;
-            shape.quad(Vec3::new(x, CORNICE - 0.24, bay(i) + 1.6), Vec3::X * 0.12, Vec3::Z * -3.2, Vec2::ONE, p.cove);
+            shape.quad(
+                Vec3::new(x, CORNICE - 0.24, bay(i) + 1.6),
+                Vec3::X * 0.12,
+                Vec3::Z * -3.2,
+                Vec2::ONE,
+                p.cove,
+            );
+            // Strips under the cornices shine down on the floor.
+            let x = side * (NAVE - 0.21) - 0.06;
+            shape.quad(
+                Vec3::new(x, CORNICE - 0.46, bay(i) - 1.6),
+                Vec3::X * 0.12,
+                Vec3::Z * 3.2,
+                Vec2::ONE,
+                p.bulb,
+            );
         }
     }
     for i in 0..BAYS {
         // Right aisle: a pair of upright panels beside each picture; left aisle: slim ones between the windows.
         let color = |n: usize| p.panels[n % p.panels.len()];
         for (n, dz) in [(0, -1.45), (3, 1.45)] {
-            let corner = Vec3::new(WALL - 0.06, 0.9, bay(i) + dz - 0.11);
-            framed_panel(&mut shape, corner, Vec3::Z * 0.22, 3.4, color(i + n), p.steel);
+            let corner = Vec3::new(WALL - 0.06, 0.9, bay(i) + dz - 0.16);
+            framed_panel(&mut shape, corner, Vec3::Z * 0.32, 3.4, color(i + n), p.steel);
         }
         let corner = Vec3::new(-WALL + 0.06, 1.2, bay(i) - 0.5 * BAY + 0.07);
         if i + 1 < BAYS {
@@ -263,8 +357,13 @@ fn lights(scene: &mut Scene, p: &Palette) {
         // Ceilings of the aisles.
         for side in [-1.0, 1.0] {
             let x = side * 0.5 * (NAVE + ARCADE + WALL);
-            let warm = if side < 0.0 { p.cove } else { p.bulb };
-            shape.quad(Vec3::new(x - 0.25, CORNICE - 0.02, bay(i) - 0.25), Vec3::X * 0.5, Vec3::Z * 0.5, Vec2::ONE, warm);
+            shape.quad(
+                Vec3::new(x - 0.45, CORNICE - 0.02, bay(i) - 0.45),
+                Vec3::X * 0.9,
+                Vec3::Z * 0.9,
+                Vec2::ONE,
+                p.cove,
+            );
         }
     }
     // A rose of coloured petals over the doorway.
@@ -274,7 +373,11 @@ fn lights(scene: &mut Scene, p: &Palette) {
             Vec3::new(r * sin, 7.15 + r * cos, -END + 0.06)
         };
         let petal = [turn(0.35, 0.5), turn(0.85, 0.88), turn(1.2, 0.5), turn(0.85, 0.12)];
-        shape.polygon(&[petal[0], petal[1], petal[2], petal[3]], |_| Vec2::ZERO, p.panels[i % p.panels.len()]);
+        shape.polygon(
+            &[petal[0], petal[1], petal[2], petal[3]],
+            |_| Vec2::ZERO,
+            p.panels[i % p.panels.len()],
+        );
     }
     shape.sphere(Vec3::new(0.0, 7.15, -END + 0.1), 0.2, 8, Vec2::ONE, p.bulb);
     // Foot lights along the carpet.
@@ -282,12 +385,20 @@ fn lights(scene: &mut Scene, p: &Palette) {
         for side in [-1.0, 1.0] {
             let at = Vec3::new(side * 1.25, 0.0, 7.4 - i as f32 * 1.15);
             shape.cuboid(at + Vec3::new(-0.05, 0.0, -0.05), at + Vec3::new(0.05, 0.09, 0.05), 1.0, p.steel);
-            shape.cuboid(at + Vec3::new(-0.035, 0.09, -0.035), at + Vec3::new(0.035, 0.13, 0.035), 1.0, p.panels[(i + 3) % p.panels.len()]);
+            shape.cuboid(
+                at + Vec3::new(-0.035, 0.09, -0.035),
+                at + Vec3::new(0.035, 0.13, 0.035),
+                1.0,
+                p.panels[(i + 3) % p.panels.len()],
+            );
         }
     }
     place(scene, "lamps", shape);
     let down = Vec3::new(0.0, -1.0, 0.0);
-    let spot = |x, z, power: Vec3| Light { radius: 0.04, ..Light::spot("spot", Vec3::new(x, 6.1, z), down, 0.16, 0.34, power) };
+    let spot = |x, z, power: Vec3| Light {
+        radius: 0.04,
+        ..Light::spot("spot", Vec3::new(x, 6.1, z), down, 0.16, 0.34, power)
+    };
     scene.lights.push(spot(0.0, -1.5, 260.0 * Vec3::new(1.0, 0.9, 0.75)));
     scene.lights.push(spot(-1.9, 4.0, 150.0 * Vec3::new(0.8, 0.9, 1.0)));
     scene.lights.push(spot(1.9, 4.0, 150.0 * Vec3::new(1.0, 0.85, 0.7)));
@@ -300,7 +411,10 @@ fn framed_panel(shape: &mut Shape, corner: Vec3, u: Vec3, height: f32, lamp: u32
     let rim = 0.04;
     let along = u.normalize();
     for (a, b) in [(-rim, 0.0), (u.length(), u.length() + rim)] {
-        let (p, q) = (corner + along * a - out * 0.05 - Vec3::Y * rim, corner + along * b + out * 0.06 + Vec3::Y * (height + rim));
+        let (p, q) = (
+            corner + along * a - out * 0.05 - Vec3::Y * rim,
+            corner + along * b + out * 0.06 + Vec3::Y * (height + rim),
+        );
         shape.cuboid(p.min(q), p.max(q), 1.0, frame);
     }
     for y in [-rim, height] {
@@ -329,7 +443,12 @@ fn exhibits(scene: &mut Scene, p: &Palette) {
         let at = Vec3::new(x, 0.0, z);
         still.cuboid(at + Vec3::new(-0.25, 0.40, -0.9), at + Vec3::new(0.25, 0.47, 0.9), 1.0, p.wood);
         for dz in [-0.7, 0.7] {
-            still.cuboid(at + Vec3::new(-0.2, 0.0, dz - 0.06), at + Vec3::new(0.2, 0.40, dz + 0.06), 1.0, p.wood);
+            still.cuboid(
+                at + Vec3::new(-0.2, 0.0, dz - 0.06),
+                at + Vec3::new(0.2, 0.40, dz + 0.06),
+                1.0,
+                p.wood,
+            );
         }
     }
     // A pane in a stand, and a mirror that leans against the last pier.
@@ -365,16 +484,28 @@ fn exhibits(scene: &mut Scene, p: &Palette) {
     let center = Vec3::new(0.0, 2.05, -1.5);
     let mesh = add_mesh(scene, "knot", knot);
     let rest = Affine3A::from_translation(center);
-    scene.instances.push(Instance::moving("knot", mesh, Motion::Spin { rest, axis: Vec3::Y, center, deg_per_s: 24.0 }));
+    scene.instances.push(Instance::moving(
+        "knot",
+        mesh,
+        Motion::Spin { rest, axis: Vec3::Y, center, deg_per_s: 24.0 },
+    ));
 
     // A fluted copper spindle turns the other way.
     let mut spindle = Shape::default();
-    let profile = |v: f32| Vec2::new((0.28 * (PI * v).sin().powf(0.7) * (0.75 + 0.25 * (5.0 * PI * v).cos())).max(1e-3), 1.1 * v);
-    spindle.lathe(Vec3::ZERO, (144, 96), Vec2::new(4.0, 2.0), p.copper, profile, |angle, v| 1.0 + 0.12 * (6.0 * angle + 9.0 * v).cos());
+    let profile = |v: f32| {
+        Vec2::new((0.28 * (PI * v).sin().powf(0.7) * (0.75 + 0.25 * (5.0 * PI * v).cos())).max(1e-3), 1.1 * v)
+    };
+    spindle.lathe(Vec3::ZERO, (144, 96), Vec2::new(4.0, 2.0), p.copper, profile, |angle, v| {
+        1.0 + 0.12 * (6.0 * angle + 9.0 * v).cos()
+    });
     let center = Vec3::new(-1.9, 1.0, -6.0);
     let mesh = add_mesh(scene, "spindle", spindle);
     let rest = Affine3A::from_translation(center);
-    scene.instances.push(Instance::moving("spindle", mesh, Motion::Spin { rest, axis: Vec3::Y, center, deg_per_s: -40.0 }));
+    scene.instances.push(Instance::moving(
+        "spindle",
+        mesh,
+        Motion::Spin { rest, axis: Vec3::Y, center, deg_per_s: -40.0 },
+    ));
 }
 
 /// A picture frame on the right wall round a picture `width` along +Z and `height` up.
@@ -382,7 +513,12 @@ fn frame(shape: &mut Shape, corner: Vec3, width: f32, height: f32, material: u32
     let rim = 0.1;
     let (near, far) = (corner.x - 0.07, corner.x + 0.08);
     let mut bar = |z0: f32, z1: f32, y0: f32, y1: f32| {
-        shape.cuboid(Vec3::new(near, corner.y + y0, corner.z + z0), Vec3::new(far, corner.y + y1, corner.z + z1), 1.0, material);
+        shape.cuboid(
+            Vec3::new(near, corner.y + y0, corner.z + z0),
+            Vec3::new(far, corner.y + y1, corner.z + z1),
+            1.0,
+            material,
+        );
     };
     bar(-rim, 0.0, -rim, height + rim);
     bar(width, width + rim, -rim, height + rim);
@@ -394,14 +530,27 @@ fn frame(shape: &mut Shape, corner: Vec3, width: f32, height: f32, material: u32
 fn hangings(scene: &mut Scene, p: &Palette) {
     let mut pendant = Shape::default();
     pendant.lathe(Vec3::ZERO, (6, 1), Vec2::ONE, p.steel, |v| Vec2::new(0.012, -2.9 * (1.0 - v)), |_, _| 1.0);
-    pendant.lathe(Vec3::Y * -3.0, (40, 10), Vec2::ONE, p.gold, |v| Vec2::new(0.30 - 0.27 * v * v, 0.24 * v), |_, _| 1.0);
-    pendant.sphere(Vec3::Y * -3.05, 0.13, 8, Vec2::ONE, p.bulb);
+    pendant.lathe(
+        Vec3::Y * -3.0,
+        (40, 10),
+        Vec2::ONE,
+        p.gold,
+        |v| Vec2::new(0.30 - 0.27 * v * v, 0.24 * v),
+        |_, _| 1.0,
+    );
+    pendant.sphere(Vec3::Y * -3.08, 0.17, 8, Vec2::ONE, p.bulb);
     let mesh = add_mesh(scene, "pendant", pendant);
     for i in 0..BAYS {
         if i % 2 == 0 {
             let pivot = Vec3::new(0.0, CORNICE + NAVE - 0.3, bay(i));
             let rest = Affine3A::from_translation(pivot);
-            let motion = Motion::Sway { rest, axis: Vec3::Z, pivot, amplitude_deg: 3.0, period_s: 3.4 + 0.3 * i as f64 };
+            let motion = Motion::Sway {
+                rest,
+                axis: Vec3::Z,
+                pivot,
+                amplitude_deg: 3.0,
+                period_s: 3.4 + 0.3 * i as f64,
+            };
             scene.instances.push(Instance::moving("pendant", mesh, motion));
         }
     }
@@ -409,7 +558,14 @@ fn hangings(scene: &mut Scene, p: &Palette) {
 
 fn plants(scene: &mut Scene, p: &Palette) {
     let mut plant = Shape::default();
-    plant.lathe(Vec3::ZERO, (40, 12), Vec2::new(3.0, 1.0), p.copper, |v| Vec2::new(0.2 + 0.1 * v.sqrt(), 0.5 * v), |_, _| 1.0);
+    plant.lathe(
+        Vec3::ZERO,
+        (40, 12),
+        Vec2::new(3.0, 1.0),
+        p.copper,
+        |v| Vec2::new(0.2 + 0.1 * v.sqrt(), 0.5 * v),
+        |_, _| 1.0,
+    );
     for i in 0..72 {
         let level = (i as f32 + 0.5) / 72.0;
         let mut leaf = Shape::default();
@@ -417,21 +573,34 @@ fn plants(scene: &mut Scene, p: &Palette) {
         let (length, width, bend) = (0.95 - 0.35 * level, 0.30 - 0.1 * level, 1.5 - 1.0 * level);
         leaf.surface(2, 6, Vec2::ONE, p.leaf, |u, v| {
             let angle = 1.45 - bend * v - (1.0 - level) * 0.5;
-            Vec3::new((u - 0.5) * width, v * length * angle.sin() + 0.1 * (u - 0.5).abs(), v * length * angle.cos())
+            Vec3::new(
+                (u - 0.5) * width,
+                v * length * angle.sin() + 0.1 * (u - 0.5).abs(),
+                v * length * angle.cos(),
+            )
         });
         let turn = Quat::from_rotation_y(2.399_963 * i as f32);
-        let at = Affine3A::from_rotation_translation(turn, Vec3::Y * (0.5 + 0.75 * level)) * Affine3A::from_translation(Vec3::Z * 0.04);
+        let at = Affine3A::from_rotation_translation(turn, Vec3::Y * (0.5 + 0.75 * level))
+            * Affine3A::from_translation(Vec3::Z * 0.04);
         plant.merge(leaf.transformed(at));
     }
     let mesh = add_mesh(scene, "plant", plant);
-    for (i, (x, z)) in [(-5.6, 8.0), (-5.6, 0.0), (-5.6, -8.0), (2.35, -10.9), (-2.35, -10.9), (2.3, 7.6)].into_iter().enumerate() {
+    for (i, (x, z)) in [(-5.6, 8.0), (-5.6, 0.0), (-5.6, -8.0), (2.35, -10.9), (-2.35, -10.9), (2.3, 7.6)]
+        .into_iter()
+        .enumerate()
+    {
         let at = Affine3A::from_rotation_translation(Quat::from_rotation_y(i as f32), Vec3::new(x, 0.0, z));
         scene.instances.push(Instance::new("plant", mesh, at));
     }
 }
 
 fn cameras(scene: &mut Scene) {
-    scene.cameras.push(Camera::look_at("main", Vec3::new(-0.75, 1.75, 11.2), Vec3::new(0.25, 2.9, -4.0), 0.98));
+    scene.cameras.push(Camera::look_at(
+        "main",
+        Vec3::new(-0.75, 1.75, 11.2),
+        Vec3::new(0.25, 2.9, -4.0),
+        0.98,
+    ));
     let stations = [
         ((-0.75, 1.75, 11.2), (0.25, 2.9, -4.0)),
         ((-0.4, 1.8, 7.0), (1.9, 1.6, 3.0)),

@@ -15,8 +15,8 @@ fn color(r: f32, g: f32, b: f32) -> Vec3 {
 
 /// Dark lines where warped noise crosses its mean: 0 off, 1 on the vein.
 fn vein(uv: Vec2, period: i32, sharpness: f32, seed: u32) -> f32 {
-    let warp = Vec2::new(fbm(uv, period, 4, seed + 50), fbm(uv, period, 4, seed + 60)) - 0.5;
-    let n = fbm(uv + 0.12 * warp, period, 6, seed);
+    let warp = Vec2::new(fbm(uv, period, 2, seed + 50), fbm(uv, period, 2, seed + 60)) - 0.5;
+    let n = fbm(uv + 0.12 * warp, period, 5, seed);
     (1.0 - (n - 0.5).abs() * sharpness).max(0.0).powi(2)
 }
 
@@ -37,20 +37,30 @@ pub(super) fn floor() -> [Texture; 2] {
             return (color(0.16, 0.14, 0.12), 0.8);
         }
         let veins = vein(uv, 3, 14.0, 10 * seed);
-        let cloud = fbm(uv, 4, 5, 90 + seed);
+        let cloud = fbm(uv, 4, 3, 90 + seed);
         if light {
-            (color(0.76, 0.71, 0.63).lerp(color(0.42, 0.36, 0.31), 0.75 * veins) * (0.82 + 0.3 * cloud), 0.16 + 0.15 * veins)
+            (
+                color(0.76, 0.71, 0.63).lerp(color(0.42, 0.36, 0.31), 0.75 * veins) * (0.82 + 0.3 * cloud),
+                0.16 + 0.15 * veins,
+            )
         } else {
-            (color(0.075, 0.085, 0.095).lerp(color(0.5, 0.48, 0.42), 0.6 * veins) * (0.8 + 0.5 * cloud), 0.10 + 0.15 * veins)
+            (
+                color(0.075, 0.085, 0.095).lerp(color(0.5, 0.48, 0.42), 0.6 * veins) * (0.8 + 0.5 * cloud),
+                0.10 + 0.15 * veins,
+            )
         }
     };
-    [picture("floor", SIZE, |uv| (stone(uv).0, 1.0)), roughness_map("floor roughness", SIZE, |uv| stone(uv).1)]
+    // Roughness is broad: half the resolution does.
+    [
+        picture("floor", SIZE, |uv| (stone(uv).0, 1.0)),
+        roughness_map("floor roughness", SIZE / 2, |uv| stone(uv).1),
+    ]
 }
 
 /// Warm veined stone for columns and arches.
 pub(super) fn stone() -> Texture {
     picture("stone", SIZE, |uv| {
-        let cloud = fbm(uv, 3, 6, 200);
+        let cloud = fbm(uv, 3, 4, 200);
         let veins = vein(uv, 2, 18.0, 210);
         let base = color(0.60, 0.53, 0.43).lerp(color(0.72, 0.66, 0.56), cloud);
         (base.lerp(color(0.42, 0.30, 0.21), 0.45 * veins), 1.0)
@@ -62,25 +72,33 @@ pub(super) fn plaster() -> [Texture; 2] {
     [
         picture("plaster", SIZE, |uv| {
             let stain = fbm(uv, 3, 5, 300);
-            (color(0.70, 0.64, 0.55).lerp(color(0.80, 0.76, 0.69), stain) * (0.94 + 0.12 * fbm(uv, 32, 3, 310)), 1.0)
+            (
+                color(0.70, 0.64, 0.55).lerp(color(0.80, 0.76, 0.69), stain)
+                    * (0.94 + 0.12 * fbm(uv, 32, 3, 310)),
+                1.0,
+            )
         }),
-        normal_map("plaster relief", SIZE, |uv| 0.006 * fbm(uv, 12, 5, 320)),
+        normal_map("plaster relief", SIZE / 2, |uv| 0.006 * fbm(uv, 12, 5, 320)),
     ]
 }
 
 /// Oak: growth rings drawn out along u.
 pub(super) fn wood() -> Texture {
-    picture("wood", SIZE, |uv| {
-        let warp = fbm(uv * Vec2::new(1.0, 1.0), 3, 4, 400);
+    picture("wood", SIZE / 2, |uv| {
+        let warp = fbm(uv, 3, 4, 400);
         let ring = 0.5 + 0.5 * (TAU * (6.0 * uv.y + 1.6 * warp)).sin();
         let pore = fbm(Vec2::new(uv.x, uv.y * 8.0), 16, 3, 410);
-        (color(0.24, 0.12, 0.055).lerp(color(0.42, 0.24, 0.12), 0.7 * ring + 0.3 * pore) * (0.8 + 0.35 * pore), 1.0)
+        (
+            color(0.24, 0.12, 0.055).lerp(color(0.42, 0.24, 0.12), 0.7 * ring + 0.3 * pore)
+                * (0.8 + 0.35 * pore),
+            1.0,
+        )
     })
 }
 
 /// Grooves along u, for brushed metal.
 pub(super) fn brushed() -> Texture {
-    normal_map("brushed grooves", SIZE, |uv| 0.0012 * fbm(Vec2::new(uv.x * 0.125, uv.y), 64, 3, 500))
+    normal_map("brushed grooves", SIZE / 2, |uv| 0.0012 * fbm(Vec2::new(uv.x * 0.125, uv.y), 64, 3, 500))
 }
 
 /// A runner of cloth: a border, diamonds and a weave. u across, v along.
@@ -119,13 +137,18 @@ pub(super) fn landscape() -> Texture {
     framed(picture("landscape", SIZE, |uv| {
         let sun = uv.distance(Vec2::new(0.66, 0.42));
         let mut c = color(0.95, 0.55, 0.22).lerp(color(0.10, 0.16, 0.42), (1.0 - uv.y / 0.6).clamp(0.0, 1.0));
-        c += color(1.0, 0.5, 0.15) * (-sun * 9.0).exp() + 0.15 * fbm(Vec2::new(uv.x, uv.y * 3.0), 4, 5, 700) * Vec3::ONE;
+        c += color(1.0, 0.5, 0.15) * (-sun * 9.0).exp()
+            + 0.15 * fbm(Vec2::new(uv.x, uv.y * 3.0), 4, 5, 700) * Vec3::ONE;
         if sun < 0.055 {
             c = color(1.0, 0.85, 0.5);
         }
         for layer in 0..4u32 {
             let depth = layer as f32 / 3.0;
-            let ridge = 0.50 + 0.11 * depth + 0.20 * (0.6 - 0.3 * depth) * (fbm(Vec2::new(uv.x, 0.37), 3 + layer as i32, 5, 710 + layer) - 0.5);
+            let ridge = 0.50
+                + 0.11 * depth
+                + 0.20
+                    * (0.6 - 0.3 * depth)
+                    * (fbm(Vec2::new(uv.x, 0.37), 3 + layer as i32, 5, 710 + layer) - 0.5);
             if uv.y > ridge {
                 let grain = fbm(uv, 24, 4, 720 + layer);
                 c = color(0.42, 0.25, 0.34).lerp(color(0.03, 0.07, 0.05), depth) * (0.7 + 0.6 * grain);
@@ -137,9 +160,15 @@ pub(super) fn landscape() -> Texture {
 
 /// Overlapping discs and bars in flat colours.
 pub(super) fn abstraction() -> Texture {
-    framed(picture("abstraction", SIZE, |uv| {
+    framed(picture("abstraction", SIZE / 2, |uv| {
         let mut c = color(0.80, 0.74, 0.62) * (0.9 + 0.2 * fbm(uv, 32, 3, 800));
-        let dyes = [color(0.65, 0.06, 0.05), color(0.04, 0.12, 0.40), color(0.85, 0.55, 0.05), color(0.02, 0.02, 0.025), color(0.05, 0.35, 0.30)];
+        let dyes = [
+            color(0.65, 0.06, 0.05),
+            color(0.04, 0.12, 0.40),
+            color(0.85, 0.55, 0.05),
+            color(0.02, 0.02, 0.025),
+            color(0.05, 0.35, 0.30),
+        ];
         for i in 0..9 {
             let center = Vec2::new(0.12 + 0.76 * hash(i, 1, 810), 0.12 + 0.76 * hash(i, 2, 810));
             let radius = 0.05 + 0.17 * hash(i, 3, 810);
@@ -159,7 +188,7 @@ pub(super) fn abstraction() -> Texture {
 
 /// Interference of three waves, in blues.
 pub(super) fn waves() -> Texture {
-    framed(picture("waves", SIZE, |uv| {
+    framed(picture("waves", SIZE / 2, |uv| {
         let ripple = |x: f32, y: f32, n: f32| (TAU * n * uv.distance(Vec2::new(x, y))).sin();
         let s = (ripple(0.2, 0.25, 11.0) + ripple(0.85, 0.4, 9.0) + ripple(0.45, 0.95, 7.0)) / 3.0;
         let c = color(0.01, 0.05, 0.16).lerp(color(0.10, 0.55, 0.62), 0.5 + 0.5 * s);
@@ -173,7 +202,8 @@ pub(super) fn leaf() -> Texture {
         let p = Vec2::new((uv.x - 0.5).abs(), 1.0 - uv.y);
         let outline = 0.36 * (p.y * std::f32::consts::PI).sin().max(0.0).powf(0.75) * (1.15 - 0.5 * p.y);
         let notch = 0.05 * (p.y * 34.0).sin().abs();
-        let rib = (1.0 - p.x * 60.0).max(0.0) + 0.5 * (1.0 - ((p.y * 11.0 - p.x * 9.0).fract() - 0.5).abs() * 9.0).max(0.0);
+        let rib = (1.0 - p.x * 60.0).max(0.0)
+            + 0.5 * (1.0 - ((p.y * 11.0 - p.x * 9.0).fract() - 0.5).abs() * 9.0).max(0.0);
         let green = color(0.045, 0.16, 0.03).lerp(color(0.14, 0.33, 0.06), fbm(uv, 6, 4, 900));
         (green.lerp(color(0.30, 0.42, 0.14), 0.6 * rib.min(1.0)), f32::from(u8::from(p.x < outline - notch)))
     }))
@@ -187,12 +217,17 @@ pub(super) fn screen() -> Texture {
         let square = a.max_element() - 0.27;
         let diamond = (a.x + a.y) * std::f32::consts::FRAC_1_SQRT_2 - 0.27;
         let star = square.min(diamond);
-        let solid = !(-0.025..=0.0).contains(&star) && star > -0.12 && (star < 0.045 || a.min_element() < 0.03) || (-0.04..0.03).contains(&star);
+        let solid =
+            !(-0.025..=0.0).contains(&star) && star > -0.12 && (star < 0.045 || a.min_element() < 0.03)
+                || (-0.04..0.03).contains(&star);
         (Vec3::splat(0.8), f32::from(u8::from(solid)))
     })
 }
 
 /// Pictures do not repeat.
 fn framed(texture: Texture) -> Texture {
-    Texture { sampler: Sampler { wrap_u: Wrap::ClampToEdge, wrap_v: Wrap::ClampToEdge, ..Sampler::default() }, ..texture }
+    Texture {
+        sampler: Sampler { wrap_u: Wrap::ClampToEdge, wrap_v: Wrap::ClampToEdge, ..Sampler::default() },
+        ..texture
+    }
 }

@@ -15,9 +15,19 @@ const LAMPS_PER_ROOM: i32 = 26;
 pub(super) fn scene() -> Scene {
     let mut scene = Scene::default();
     let plaster = add_material(&mut scene, Material::diffuse("plaster", Vec3::new(0.72, 0.70, 0.66)));
-    let floor = add_material(&mut scene, Material { roughness: 0.35, ..Material::diffuse("floor", Vec3::new(0.32, 0.22, 0.15)) });
+    let floor = add_material(
+        &mut scene,
+        Material { roughness: 0.35, ..Material::diffuse("floor", Vec3::new(0.32, 0.22, 0.15)) },
+    );
     let furniture = add_material(&mut scene, Material::diffuse("furniture", Vec3::new(0.25, 0.3, 0.38)));
-    let colors = [(8.0, 5.6, 3.2), (2.0, 5.0, 9.0), (8.5, 1.6, 2.4), (2.2, 7.6, 3.0), (7.6, 2.6, 8.0), (7.0, 6.6, 5.8)];
+    let colors = [
+        (8.0, 5.6, 3.2),
+        (2.0, 5.0, 9.0),
+        (8.5, 1.6, 2.4),
+        (2.2, 7.6, 3.0),
+        (7.6, 2.6, 8.0),
+        (7.0, 6.6, 5.8),
+    ];
     let lamps = colors.map(|c| add_material(&mut scene, Material::lamp("lamp", 2.5 * Vec3::from(c))));
 
     let extent = ROOMS as f32 * SIDE;
@@ -47,14 +57,18 @@ pub(super) fn scene() -> Scene {
         // In the corners: the doors are in the middle of the walls.
         for i in 0..4 {
             let (east, south) = (3.4 * (i % 2) as f32, 3.4 * (i / 2) as f32);
-            let foot = corner + Vec3::new(0.3 + east + 0.4 * random(i, 1), 0.0, 0.3 + south + 0.4 * random(i, 2));
-            let size = Vec3::new(0.3 + 0.5 * random(i, 3), 0.4 + 0.9 * random(i, 4), 0.3 + 0.5 * random(i, 5));
+            let foot =
+                corner + Vec3::new(0.3 + east + 0.4 * random(i, 1), 0.0, 0.3 + south + 0.4 * random(i, 2));
+            let size =
+                Vec3::new(0.3 + 0.5 * random(i, 3), 0.4 + 0.9 * random(i, 4), 0.3 + 0.5 * random(i, 5));
             pieces.cuboid(foot, foot + size, 1.0, furniture);
         }
         for i in 0..LAMPS_PER_ROOM {
-            let p = corner + Vec3::new(0.4 + 4.2 * random(i, 10), 0.3 + 2.3 * random(i, 11), 0.4 + 4.2 * random(i, 12));
+            let p = corner
+                + Vec3::new(0.4 + 4.2 * random(i, 10), 0.3 + 2.3 * random(i, 11), 0.4 + 4.2 * random(i, 12));
             // Each room has a leading colour and two guests.
-            let color = (room as usize + usize::from(random(i, 13) > 0.6) + usize::from(random(i, 14) > 0.8)) % lamps.len();
+            let color = (room as usize + usize::from(random(i, 13) > 0.6) + usize::from(random(i, 14) > 0.8))
+                % lamps.len();
             tetrahedron(&mut lights, p, 0.03 + 0.04 * random(i, 15), lamps[color]);
         }
     }
@@ -83,7 +97,8 @@ pub(super) fn scene() -> Scene {
 }
 
 fn tetrahedron(shape: &mut Shape, center: Vec3, size: f32, material: u32) {
-    let v = [(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)].map(|p| center + size * Vec3::from(p));
+    let v = [(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)]
+        .map(|p| center + size * Vec3::from(p));
     for face in [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]] {
         shape.polygon(&face.map(|i| v[i]), |_| Vec2::ZERO, material);
     }

@@ -13,8 +13,14 @@ use crate::{Material, Mesh, Scene};
 /// Names of the built-in scenes, with one line each.
 pub const BUILTIN: &[(&str, &str)] = &[
     ("cornell", "the diffuse Cornell box with its classic measures and colours"),
-    ("gallery", "a vaulted hall with columns, sun, coloured lamps, metal, glass and a mirror; moving sculptures"),
-    ("lamps", "a flat of many rooms with hundreds of small emissive triangles, most of them hidden from any one point"),
+    (
+        "gallery",
+        "a vaulted hall with columns, sun, coloured lamps, metal, glass and a mirror; moving sculptures",
+    ),
+    (
+        "lamps",
+        "a flat of many rooms with hundreds of small emissive triangles, most of them hidden from any one point",
+    ),
     ("plane", "one point light of 100 cd over a large Lambertian plane, for closed-form tests"),
 ];
 

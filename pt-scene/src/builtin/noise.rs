@@ -7,7 +7,9 @@ use crate::{Sampler, Texture, srgb_from_linear};
 
 /// Hash of a lattice point to 0..1; one round of PCG (Jarzynski and Olano 2020).
 pub(super) fn hash(x: i32, y: i32, seed: u32) -> f32 {
-    let mut h = (x as u32).wrapping_mul(0x8da6_b343) ^ (y as u32).wrapping_mul(0xd816_3841) ^ seed.wrapping_mul(0xcb1a_b31f);
+    let mut h = (x as u32).wrapping_mul(0x8da6_b343)
+        ^ (y as u32).wrapping_mul(0xd816_3841)
+        ^ seed.wrapping_mul(0xcb1a_b31f);
     h = h.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     h = ((h >> ((h >> 28) + 4)) ^ h).wrapping_mul(277_803_737);
     ((h >> 22) ^ h) as f32 / u32::MAX as f32
@@ -41,7 +43,12 @@ pub(super) fn fbm(uv: Vec2, period: i32, octaves: u32, seed: u32) -> f32 {
 pub(super) fn picture(name: &str, size: u32, color: impl Fn(Vec2) -> (Vec3, f32) + Sync) -> Texture {
     texture(name, size, true, |uv| {
         let (c, alpha) = color(uv);
-        [srgb_from_linear(c.x.clamp(0.0, 1.0)), srgb_from_linear(c.y.clamp(0.0, 1.0)), srgb_from_linear(c.z.clamp(0.0, 1.0)), alpha]
+        [
+            srgb_from_linear(c.x.clamp(0.0, 1.0)),
+            srgb_from_linear(c.y.clamp(0.0, 1.0)),
+            srgb_from_linear(c.z.clamp(0.0, 1.0)),
+            alpha,
+        ]
     })
 }
 
@@ -50,13 +57,17 @@ pub(super) fn roughness_map(name: &str, size: u32, roughness: impl Fn(Vec2) -> f
     texture(name, size, false, |uv| [1.0, roughness(uv), 1.0, 1.0])
 }
 
-/// A normal map from heights, both in units of the texture's side: a slope of 1 is 45 degrees.
+/// A normal map from heights, both in units of the texture's side: a slope of 1 is 45 degrees. Tiles.
 pub(super) fn normal_map(name: &str, size: u32, height: impl Fn(Vec2) -> f32 + Sync) -> Texture {
-    let step = 0.5 / size as f32;
+    let at = |i: u32| Vec2::new((i % size) as f32 + 0.5, (i / size) as f32 + 0.5) / size as f32;
+    let heights: Vec<f32> = (0..size * size).into_par_iter().map(|i| height(at(i))).collect();
     texture(name, size, false, |uv| {
-        let slope = |d: Vec2| (height(uv + d) - height(uv - d)) / (2.0 * step);
+        let (x, y) = ((uv.x * size as f32) as u32, (uv.y * size as f32) as u32);
+        let h = |dx: u32, dy: u32| heights[((y + dy) % size * size + (x + dx) % size) as usize];
+        let per_texel = 0.5 * size as f32;
         // v runs down, the green channel up.
-        let n = Vec3::new(-slope(Vec2::X * step), slope(Vec2::Y * step), 1.0).normalize();
+        let slope = Vec2::new(h(1, 0) - h(size - 1, 0), h(0, 1) - h(0, size - 1)) * per_texel;
+        let n = Vec3::new(-slope.x, slope.y, 1.0).normalize();
         [0.5 + 0.5 * n.x, 0.5 + 0.5 * n.y, 0.5 + 0.5 * n.z, 1.0]
     })
 }

@@ -82,13 +82,21 @@ impl Shape {
 
     /// A smooth surface over 0..1 x 0..1 in `nu` x `nv` cells, seen from dP/du x dP/dv. `repeat` scales (u, v) to texture
     /// coordinates. Normals are central differences; at poles they fall back to the direction from the middle of the row.
-    pub fn surface(&mut self, nu: usize, nv: usize, repeat: Vec2, material: u32, p: impl Fn(f32, f32) -> Vec3) -> &mut Self {
+    pub fn surface(
+        &mut self,
+        nu: usize,
+        nv: usize,
+        repeat: Vec2,
+        material: u32,
+        p: impl Fn(f32, f32) -> Vec3,
+    ) -> &mut Self {
         const STEP: f32 = 2e-4;
         let base = self.mesh.positions.len() as u32;
         for j in 0..=nv {
             for i in 0..=nu {
                 let (u, v) = (i as f32 / nu as f32, j as f32 / nv as f32);
-                let normal_at = |v: f32| (p(u + STEP, v) - p(u - STEP, v)).cross(p(u, v + STEP) - p(u, v - STEP));
+                let normal_at =
+                    |v: f32| (p(u + STEP, v) - p(u - STEP, v)).cross(p(u, v + STEP) - p(u, v - STEP));
                 let inward = if v < 0.5 { 4.0 * STEP } else { -4.0 * STEP };
                 let n = normal_at(v);
                 let normal = if n.length() > 1e-9 { n } else { normal_at(v + inward) };
@@ -146,19 +154,34 @@ impl Shape {
     }
 
     /// A tube of the given radius round a closed curve over 0..1.
-    pub fn tube(&mut self, cells: (usize, usize), radius: f32, repeat: Vec2, material: u32, curve: impl Fn(f32) -> Vec3) -> &mut Self {
+    pub fn tube(
+        &mut self,
+        cells: (usize, usize),
+        radius: f32,
+        repeat: Vec2,
+        material: u32,
+        curve: impl Fn(f32) -> Vec3,
+    ) -> &mut Self {
         self.surface(cells.0, cells.1, repeat, material, move |u, v| {
             let along = (curve(u + 1e-3) - curve(u - 1e-3)).normalize_or(Vec3::Z);
             // The curve must not run vertically, which no knot of ours does for long.
             let side = along.cross(Vec3::Y).normalize_or(Vec3::X);
             let (sin, cos) = (TAU * v).sin_cos();
-            curve(u) + radius * (side * cos + side.cross(along) * -sin)
+            curve(u) + radius * (side * cos + side.cross(along) * sin)
         })
     }
 
     /// A wall `length` along `along` from `origin`, `height` up, seen from `along` x +Y, with arched openings that must not
     /// overlap and are in order. Openings are lined to the depth of `thickness`; the back of the wall is built as well.
-    pub fn wall(&mut self, origin: Vec3, along: Vec3, size: Vec2, thickness: f32, arches: &[Arch], material: u32) -> &mut Self {
+    pub fn wall(
+        &mut self,
+        origin: Vec3,
+        along: Vec3,
+        size: Vec2,
+        thickness: f32,
+        arches: &[Arch],
+        material: u32,
+    ) -> &mut Self {
         let normal = along.cross(Vec3::Y);
         let front = move |a: f32, y: f32| origin + along * a + Vec3::Y * y;
         let uv = move |q: Vec3| Vec2::new((q - origin).dot(along), -(q - origin).y);
@@ -192,18 +215,22 @@ impl Shape {
     fn lining(&mut self, arch: &Arch, front: &impl Fn(f32, f32) -> Vec3, depth: Vec3, material: u32) {
         let (left, right) = (arch.center - arch.half_width, arch.center + arch.half_width);
         let mut face = |a: Vec3, b: Vec3| {
-            let repeat = Vec2::new((b - a).length(), depth.length());
-            self.quad(a - depth, b - a, depth, repeat, material);
+            if a.distance(b) > 1e-5 {
+                self.quad(a - depth, b - a, depth, Vec2::new(a.distance(b), depth.length()), material);
+            }
         };
-        face(front(left, arch.spring), front(left, arch.sill));
-        face(front(left, arch.sill), front(right, arch.sill));
-        face(front(right, arch.sill), front(right, arch.spring));
+        face(front(left, arch.sill), front(left, arch.spring));
+        face(front(right, arch.spring), front(right, arch.sill));
+        // An opening that reaches down to the foot of the wall has no sill of its own.
+        if arch.sill > 0.0 {
+            face(front(right, arch.sill), front(left, arch.sill));
+        }
         let arc = *arch;
         let length = PI * arch.half_width;
         let repeat = Vec2::new(length, depth.length());
         self.surface(ARCH_SEGMENTS, 1, repeat, material, |u, v| {
             let (sin, cos) = (PI * u).sin_cos();
-            front(arc.center + arc.half_width * cos, arc.spring + arc.half_width * sin) - depth * (1.0 - v)
+            front(arc.center - arc.half_width * cos, arc.spring + arc.half_width * sin) - depth * (1.0 - v)
         });
     }
 
@@ -256,12 +283,25 @@ mod tests {
         let mut sphere = Shape::default();
         sphere.sphere(Vec3::ZERO, 1.0, 32, Vec2::ONE, 0);
         let mut tube = Shape::default();
-        tube.tube((128, 16), 0.2, Vec2::ONE, 0, |u| Vec3::new((TAU * u).cos(), 0.3 * (2.0 * TAU * u).sin(), (TAU * u).sin()));
+        tube.tube((128, 16), 0.2, Vec2::ONE, 0, |u| {
+            Vec3::new((TAU * u).cos(), 0.3 * (2.0 * TAU * u).sin(), (TAU * u).sin())
+        });
         let mut lathe = Shape::default();
-        lathe.lathe(Vec3::ZERO, (64, 16), Vec2::ONE, 0, |v| Vec2::new((PI * v).sin().max(1e-4), -(PI * v).cos()), |_, _| 1.0);
+        lathe.lathe(
+            Vec3::ZERO,
+            (64, 16),
+            Vec2::ONE,
+            0,
+            |v| Vec2::new((PI * v).sin().max(1e-4), -(PI * v).cos()),
+            |_, _| 1.0,
+        );
         for (shape, expected) in [(cuboid, 8.0), (sphere, 4.19), (tube, 0.83), (lathe, 4.19)] {
             let mesh = shape.into_mesh();
-            assert!((volume6(&mesh) / 6.0 / expected - 1.0).abs() < 0.1, "{} of {expected}", volume6(&mesh) / 6.0);
+            assert!(
+                (volume6(&mesh) / 6.0 / expected - 1.0).abs() < 0.1,
+                "{} of {expected}",
+                volume6(&mesh) / 6.0
+            );
             assert!(agrees(&mesh));
         }
     }
@@ -274,7 +314,8 @@ mod tests {
         let mesh = wall.into_mesh();
         assert!(agrees(&mesh));
         // Front z = 0, back z = -0.5; a vector area of zero along z says that both have the same outline.
-        let area: Vec3 = (0..mesh.triangle_count()).map(|t| mesh.triangle(t)).map(|[a, b, c]| (b - a).cross(c - a)).sum();
+        let area: Vec3 =
+            (0..mesh.triangle_count()).map(|t| mesh.triangle(t)).map(|[a, b, c]| (b - a).cross(c - a)).sum();
         assert!(area.z.abs() < 1e-3, "{area}");
         // The lining looks into the opening.
         for (t, corners) in mesh.indices.iter().enumerate() {
@@ -282,7 +323,10 @@ mod tests {
             let n = mesh.normals[corners[0] as usize];
             if n.z.abs() < 0.5 {
                 let center = (a + b + c) / 3.0;
-                assert!((Vec3::new(2.0, 1.7, center.z) - center).dot(n) > 0.0, "triangle {t} at {center} faces {n}");
+                assert!(
+                    (Vec3::new(2.0, 1.7, center.z) - center).dot(n) > 0.0,
+                    "triangle {t} at {center} faces {n}"
+                );
             }
         }
     }
