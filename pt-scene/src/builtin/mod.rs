@@ -2,7 +2,6 @@
 
 mod cornell;
 mod gallery;
-mod gallery_art;
 mod lamps;
 mod noise;
 mod plane;

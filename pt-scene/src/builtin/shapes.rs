@@ -238,7 +238,7 @@ impl Shape {
     pub fn transformed(mut self, transform: Affine3A) -> Self {
         let normal_matrix = transform.matrix3.inverse().transpose();
         self.mesh.positions.iter_mut().for_each(|p| *p = transform.transform_point3(*p));
-        self.mesh.normals.iter_mut().for_each(|n| *n = Vec3::from(normal_matrix * *n).normalize_or(Vec3::Y));
+        self.mesh.normals.iter_mut().for_each(|n| *n = (normal_matrix * *n).normalize_or(Vec3::Y));
         self
     }
 

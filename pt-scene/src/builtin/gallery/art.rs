@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
-use super::noise::{fbm, hash, normal_map, picture, roughness_map};
+use super::super::noise::{fbm, hash, normal_map, picture, roughness_map};
 use crate::{Sampler, Texture, Wrap};
 
 const SIZE: u32 = 512;
