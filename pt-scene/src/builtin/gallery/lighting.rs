@@ -62,8 +62,8 @@ pub(super) fn build(scene: &mut Scene, p: &Palette) {
                 0.5,
                 p.stone,
             );
-            let x = side * (WALL - 0.12) - 0.06;
-            shape.quad(Vec3::new(x, 5.61, bay(i) + 1.6), Vec3::X * 0.12, Vec3::Z * -3.2, Vec2::ONE, lamp);
+            let x = side * (WALL - 0.12) - 0.09;
+            shape.quad(Vec3::new(x, 5.61, bay(i) + 1.6), Vec3::X * 0.18, Vec3::Z * -3.2, Vec2::ONE, lamp);
         }
         // Ceilings of the aisles.
         for side in [-1.0, 1.0] {

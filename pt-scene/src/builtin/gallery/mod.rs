@@ -163,8 +163,8 @@ fn cameras(scene: &mut Scene) {
         [[4.9, 1.7, -3.6], [6.4, 2.2, -6.2]],
         [[2.6, 1.9, -8.2], [-1.9, 1.6, -6.0]],
         [[-0.5, 2.2, -9.4], [0.0, 3.4, 0.0]],
-        [[-5.0, 1.8, -6.0], [-3.0, 2.4, 4.0]],
-        [[-5.0, 1.8, 1.5], [0.0, 2.6, 0.0]],
+        [[-4.7, 1.8, -6.0], [-3.0, 2.4, 4.0]],
+        [[-4.6, 1.8, 1.5], [0.0, 2.6, 0.0]],
     ];
     let key = |(i, &[position, target]): (usize, &[[f32; 3]; 2])| CameraKey {
         time: 2.5 * i as f64,
@@ -174,7 +174,7 @@ fn cameras(scene: &mut Scene) {
     if let Some(path) = CameraPath::new(stations.iter().enumerate().map(key).collect()) {
         scene.cameras.push(Camera::on_path("tour", path, 1.05));
     }
-    scene.cameras.push(Camera::look_at("aisle", Vec3::new(4.3, 1.7, 10.5), Vec3::new(5.6, 2.1, -4.0), 1.0));
+    scene.cameras.push(Camera::look_at("aisle", Vec3::new(4.75, 1.7, 11.2), Vec3::new(5.1, 2.3, -4.0), 1.0));
     let close = Camera::look_at("close", Vec3::new(-0.9, 1.65, 2.3), Vec3::new(0.0, 2.0, -1.5), 0.7);
     scene.cameras.push(Camera { lens_radius: 0.02, ..close });
 }
