@@ -14,7 +14,7 @@ const INTERIOR_YFOV: f32 = 1.05;
 
 /// A camera for a scene that has none.
 ///
-/// From the centre of the bounding box, rays go out to all sides. If at least 80 % of those within 30 degrees of the horizon
+/// From the centre of the bounding box, rays go out to all sides. If at least 90 % of those within 30 degrees of the horizon
 /// and at least 80 % of those further down see the *front* of a surface, and the surfaces are on average further
 /// away than a fifth of the mean horizontal half extent, the scene is a room seen from within
 /// (inside a solid object rays meet backs). Then the camera stands near one end of the room's longest horizontal
@@ -96,7 +96,7 @@ impl Rays {
         let (share_level, share_down) = (level_seen as f32 / level as f32, down_seen as f32 / down as f32);
         let seen = (level_seen + down_seen).max(1) as f32;
         let half_extent = 0.25 * (bounds.size().x + bounds.size().z);
-        share_level >= 0.8 && share_down >= 0.8 && distance / seen >= 0.2 * half_extent
+        share_level >= 0.9 && share_down >= 0.8 && distance / seen >= 0.2 * half_extent
     }
 
     fn interior(&self, bounds: &Bounds) -> Camera {

@@ -1,11 +1,56 @@
-//! Scenes made by code.
+//! Scenes made by code: no files, the same bits every time.
 
-use crate::Scene;
+mod cornell;
+mod gallery;
+mod lamps;
+mod noise;
+mod plane;
+mod shapes;
+
+use crate::{Material, Mesh, Scene};
 
 /// Names of the built-in scenes, with one line each.
-pub const BUILTIN: &[(&str, &str)] = &[];
+pub const BUILTIN: &[(&str, &str)] = &[
+    ("cornell", "the diffuse Cornell box with its classic measures and colours"),
+    (
+        "gallery",
+        "a vaulted hall with columns, sun, coloured lamps, metal, glass and a mirror; moving sculptures",
+    ),
+    (
+        "lamps",
+        "a flat of many rooms with hundreds of small emissive triangles, most of them hidden from any one point",
+    ),
+    ("plane", "one point light of 100 cd over a large Lambertian plane, for closed-form tests"),
+];
 
 /// A built-in scene by name, at time 0.
-pub fn builtin(_name: &str) -> Option<Scene> {
-    None
+pub fn builtin(name: &str) -> Option<Scene> {
+    let scene = match name {
+        "cornell" => cornell::scene(),
+        "gallery" => gallery::scene(),
+        "lamps" => lamps::scene(),
+        "plane" => plane::scene(),
+        _ => return None,
+    };
+    Some(Scene { name: name.into(), ..scene })
+}
+
+/// Adds a material and returns its index.
+fn add_material(scene: &mut Scene, material: Material) -> u32 {
+    scene.materials.push(material);
+    scene.materials.len() as u32 - 1
+}
+
+/// Finishes a mesh, adds it and returns its index.
+fn add_mesh(scene: &mut Scene, name: &str, shape: shapes::Shape) -> u32 {
+    let mut mesh = Mesh { name: name.into(), ..shape.into_mesh() };
+    mesh.sort_by_opacity(&scene.materials);
+    scene.meshes.push(mesh);
+    scene.meshes.len() as u32 - 1
+}
+
+/// Adds a mesh that stands where it was modelled.
+fn place(scene: &mut Scene, name: &str, shape: shapes::Shape) {
+    let mesh = add_mesh(scene, name, shape);
+    scene.instances.push(crate::Instance::new(name, mesh, glam::Affine3A::IDENTITY));
 }

@@ -139,7 +139,7 @@ impl Document {
         let end = (last as u64)
             .checked_mul(stride as u64)
             .and_then(|n| n.checked_add(offset)?.checked_add(size as u64));
-        if !end.is_some_and(|end| end <= bytes.len() as u64) {
+        if end.is_none_or(|end| end > bytes.len() as u64) {
             let what = format!(
                 "{count} elements of {size} bytes at {offset}, stride {stride}, do not fit in {} bytes",
                 bytes.len()

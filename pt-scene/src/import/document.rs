@@ -109,14 +109,17 @@ impl Document {
     }
 }
 
-/// JSON and binary chunk of a GLB, or the file itself as JSON.
-fn split_container(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Option<Cow<'_, [u8]>>), String> {
+/// JSON and binary chunk.
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
+
+/// The chunks of a GLB, or the file itself as JSON.
+fn split_container(bytes: &[u8]) -> Result<Chunks<'_>, String> {
     if !bytes.starts_with(b"glTF") {
         return Ok((Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)), None));
     }
     // The crate subtracts the header's size from this length unchecked.
     let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    if !length.is_some_and(|length| length >= 12) {
+    if length.is_none_or(|length| length < 12) {
         return Err("the GLB header is cut short".into());
     }
     let glb = Glb::from_slice(bytes).map_err(|e| format!("broken GLB container: {e}"))?;

@@ -1,0 +1,92 @@
+//! Lat-long environments: orientation, rotation, files.
+
+mod common;
+
+use std::f32::consts::FRAC_PI_2;
+
+use pt_scene::glam::{Vec2, Vec3};
+use pt_scene::{Environment, EnvironmentImage, default_sky};
+
+/// Each texel tells where it is: R = column, G = row.
+fn chart(width: u32, height: u32) -> Environment {
+    let texel = |i: u32| Vec3::new((i % width) as f32, (i / width) as f32, 0.0);
+    Environment::new(EnvironmentImage { width, height, texels: (0..width * height).map(texel).collect() })
+}
+
+#[test]
+fn axes_lie_where_the_convention_puts_them() {
+    let e = Environment::black();
+    let near =
+        |d: Vec3, u: f32, v: f32| assert!(e.uv(d).abs_diff_eq(Vec2::new(u, v), 1e-5), "{d}: {}", e.uv(d));
+    near(Vec3::X, 0.5, 0.5);
+    near(Vec3::Z, 0.75, 0.5);
+    near(Vec3::NEG_Z, 0.25, 0.5);
+    assert!(e.uv(Vec3::Y).y < 1e-3 && e.uv(Vec3::NEG_Y).y > 0.999);
+    let chart = chart(8, 4);
+    assert!(
+        (chart.radiance(chart.direction(Vec2::new(2.5 / 8.0, 1.5 / 4.0))) - Vec3::new(2.0, 1.0, 0.0))
+            .length()
+            < 1e-3
+    );
+}
+
+#[test]
+fn rotation_is_right_handed_about_y() {
+    let mut e = chart(64, 32);
+    let before = e.radiance(Vec3::Z);
+    e.rotation = FRAC_PI_2;
+    assert!(e.radiance(Vec3::X).abs_diff_eq(before, 1e-2), "{} was {before}", e.radiance(Vec3::X));
+}
+
+#[test]
+fn direction_inverts_uv() {
+    let mut e = Environment::black();
+    e.rotation = 0.7;
+    for i in 0..100 {
+        let uv = Vec2::new(((i as f32 + 0.5) * 0.618).fract(), (i as f32 + 0.5) / 100.0);
+        assert!(e.uv(e.direction(uv)).abs_diff_eq(uv, 1e-4), "{uv}");
+    }
+}
+
+#[test]
+fn hdr_files_load() {
+    let Some(folder) = common::shared("environments") else { return };
+    let e = Environment::load(folder.join("royal_esplanade_1k.hdr")).unwrap();
+    assert_eq!((e.image.width, e.image.height), (1024, 512));
+    assert!(!e.is_black());
+    Environment::load(folder.join("simple-rle.hdr")).unwrap();
+    let temp = tempfile::tempdir().unwrap();
+    let bytes = std::fs::read(folder.join("royal_esplanade_1k.hdr")).unwrap();
+    let file = temp.path().join("cut.hdr");
+    for cut in [1, 5, 60, 200, bytes.len() / 2, bytes.len() - 9] {
+        std::fs::write(&file, &bytes[..cut]).unwrap();
+        let text = Environment::load(&file).expect_err("cut").to_string();
+        assert!(text.contains("cut.hdr") && !text.contains('\n'), "{text}");
+    }
+}
+
+#[test]
+fn exr_files_load_and_bad_texels_are_named() {
+    let temp = tempfile::tempdir().unwrap();
+    let file = temp.path().join("e.exr");
+    exr::prelude::write_rgb_file(&file, 16, 8, |x, y| (x as f32, y as f32, 0.5f32)).unwrap();
+    let e = Environment::load(&file).unwrap();
+    assert_eq!(e.image.texels[3 * 16 + 5], Vec3::new(5.0, 3.0, 0.5));
+    for bad in [f32::NAN, f32::INFINITY, -1.0] {
+        exr::prelude::write_rgb_file(&file, 16, 8, |x, y| {
+            (1.0f32, if (x, y) == (5, 3) { bad } else { 0.0 }, 0.0f32)
+        })
+        .unwrap();
+        let text = Environment::load(&file).unwrap_err().to_string();
+        assert!(text.contains("(5, 3)") && text.contains("e.exr"), "{text}");
+    }
+    std::fs::write(&file, b"not a picture").unwrap();
+    assert!(Environment::load(&file).unwrap_err().to_string().contains("e.exr"));
+    assert!(Environment::load(temp.path()).unwrap_err().to_string().contains("folder"));
+}
+
+#[test]
+fn the_default_sky_is_brighter_above_than_below() {
+    let sky = default_sky();
+    assert!(sky.radiance(Vec3::new(0.0, 0.3, -1.0).normalize()).y > 2.0 * sky.radiance(Vec3::NEG_Y).y);
+}
