@@ -1,0 +1,133 @@
+//! The primary ray kernel against its oracle: instances that mirror and move, a moving camera, odd sizes.
+
+use glam::{Affine3A, DVec2, DVec3, Quat, Vec3};
+use pt_checkerboard::flat_to_split;
+use pt_core::channels::field_width;
+use pt_core::frame::Uniforms;
+use pt_core::pack::unpack_unit_vector;
+use pt_core::test_support::TestDevice;
+use pt_core::trace::{InstancePlacement, MeshGeometry, NativeScene, TraceBackend};
+use pt_core::{ChannelImages, Recorder};
+use pt_gbuffer::{Jitter, PrimaryParams, PrimaryRays, oracle};
+use pt_scene::gpu::{GpuScene, camera_record};
+use pt_scene::{Camera, Instance, Projection, Scene};
+use pt_shaders::channels;
+use pt_shaders::records::{FrameRecord, MASK_OPAQUE};
+
+const SIZE: [u32; 2] = [61, 34];
+
+/// The Cornell box plus a squeezed, mirrored copy of one of its blocks that moves.
+fn scene(time: f32) -> Scene {
+    let mut scene = pt_scene::builtin("cornell").unwrap();
+    let place = |t: f32| {
+        let turn = Quat::from_rotation_y(0.3 + t);
+        Affine3A::from_scale_rotation_translation(Vec3::new(-0.4, 0.7, 0.5), turn, Vec3::new(0.1 + t, 0.05, -0.1))
+    };
+    let mesh = scene.instances.len() as u32 - 1;
+    let mut copy = Instance::new("mirrored", scene.instances[mesh as usize].mesh, place(time));
+    copy.world_from_object_prev = place(time - 0.1);
+    scene.instances.push(copy);
+    scene
+}
+
+fn native(scene: &Scene) -> NativeScene {
+    let meshes: Vec<_> = scene
+        .meshes
+        .iter()
+        .map(|m| MeshGeometry {
+            positions: &m.positions,
+            indices: bytemuck::cast_slice(&m.indices),
+            first_masked: m.first_masked as u32,
+        })
+        .collect();
+    let instances: Vec<_> = scene
+        .instances
+        .iter()
+        .map(|i| InstancePlacement { mesh: i.mesh, mask: MASK_OPAQUE, world_from_object: i.world_from_object })
+        .collect();
+    NativeScene::new(&meshes, &instances, Default::default()).unwrap()
+}
+
+fn check(backend: TraceBackend, orthographic: bool) {
+    let device = TestDevice::open();
+    let scene = scene(0.1);
+    let mut camera = scene.default_camera();
+    if orthographic {
+        camera.projection = Projection::Orthographic { ymag: 0.4 };
+    }
+    let eye = camera.position();
+    let mut before =
+        Camera::look_at("before", eye + Vec3::new(0.02, 0.01, 0.0), eye + camera.forward() + 0.01 * Vec3::X, 0.7);
+    before.projection = camera.projection;
+    let frame_record = FrameRecord {
+        camera: camera_record(&camera, SIZE),
+        camera_prev: camera_record(&before, SIZE),
+        size: SIZE.into(),
+        field_width: field_width(SIZE[0]),
+        frame_index: 0,
+        seed: 0,
+        pad: [0; 3],
+    };
+
+    let mut gpu = GpuScene::new(&device, &scene, backend).unwrap();
+    let stage = PrimaryRays::new(&device, gpu.backend()).unwrap();
+    let images = ChannelImages::new(&device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
+    let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
+    let params = PrimaryParams { jitter: Jitter::None, ..Default::default() };
+    let mut recorder = Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    gpu.update(&mut frame, &scene).unwrap();
+    uniforms.upload(&mut frame, &frame_record).unwrap();
+    stage.record(&mut frame, &gpu, &uniforms, &images, &params).unwrap();
+    frame.submit().unwrap();
+    recorder.finish().unwrap();
+
+    let visibility = images.current(channels::VISIBILITY).read_u32().unwrap();
+    let positions = images.current(channels::SHADING_POSITION).read_f32().unwrap();
+    let normals = images.current(channels::GEO_NORMAL).read_u32().unwrap();
+    let depths = images.current(channels::VIEW_DEPTH).read_f32().unwrap();
+    let motions = images.current(channels::MOTION).read_f32().unwrap();
+    let native = native(&scene);
+    let (mut compared, mut elsewhere, mut seen_mirrored) = (0, 0, 0);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            let [sx, sy] = flat_to_split([x, y], field_width(SIZE[0]));
+            let i = (sy * 2 * field_width(SIZE[0]) + sx) as usize;
+            let uv = DVec2::new((f64::from(x) + 0.5) / f64::from(SIZE[0]), (f64::from(y) + 0.5) / f64::from(SIZE[1]));
+            let expected =
+                oracle::primary(&scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
+            let Some(e) = expected else {
+                elsewhere += u32::from(visibility[2 * i] != u32::MAX);
+                continue;
+            };
+            if [visibility[2 * i], visibility[2 * i + 1]] != [e.instance, e.triangle] {
+                elsewhere += 1;
+                continue;
+            }
+            compared += 1;
+            seen_mirrored += u32::from(e.instance as usize == scene.instances.len() - 1);
+            let vec = |v: &[f32], stride: usize| DVec3::new(v[stride * i].into(), v[stride * i + 1].into(), v[stride * i + 2].into());
+            let position = vec(&positions, 4);
+            assert!(position.distance(e.position) < 2e-5, "({x},{y}): {position} for {}", e.position);
+            assert!(f64::from(depths[i]) - e.view_depth < 2e-5);
+            let normal = unpack_unit_vector(normals[i]).as_dvec3();
+            assert!(normal.distance(e.geo_normal) < 2e-4, "({x},{y}): {normal} for {}", e.geo_normal);
+            let motion = vec(&motions, 4);
+            assert!(motion.distance(e.motion) < 2e-5, "({x},{y}): motion {motion} for {}", e.motion);
+            assert!(motions[4 * i + 3] > 0.0);
+        }
+    }
+    let total = SIZE[0] * SIZE[1];
+    assert!(elsewhere * 1000 <= total, "{elsewhere} of {total} pixels see another triangle");
+    assert!(compared > total / 4 && seen_mirrored > 20, "{compared} compared, {seen_mirrored} on the moving copy");
+}
+
+#[test]
+fn perspective_compute() {
+    check(TraceBackend::Compute, false);
+}
+
+#[test]
+fn orthographic_compute() {
+    check(TraceBackend::Compute, true);
+}
