@@ -17,8 +17,8 @@ const INTERIOR_YFOV: f32 = 1.05;
 /// From the centre of the bounding box, rays go out to all sides. If at least 90 % of those within 30 degrees of the horizon
 /// and at least 80 % of those further down see the *front* of a surface, and the surfaces are on average further
 /// away than a fifth of the mean horizontal half extent, the scene is a room seen from within
-/// (inside a solid object rays meet backs). Then the camera stands near one end of the room's longest horizontal
-/// axis, at eye height (1.65 m over the floor under the centre, kept within 10 to 40 % of the room's height), and looks along that
+/// (inside a solid object rays meet backs). Then the camera stands towards one end of the room's longest horizontal
+/// axis, as far out as there is clear space around it, at eye height (1.65 m over the floor under the centre, kept within 10 to 40 % of the room's height), and looks along that
 /// axis to the other end.
 ///
 /// Otherwise the camera looks at the centre from the front, right and above, from so far away that the bounding sphere
@@ -69,7 +69,8 @@ impl Rays {
     /// Distance to the first surface, and whether its front is seen.
     fn trace(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
         let mut hit = RayHit::none();
-        let ray = Ray::new_inf(origin.into(), direction.into());
+        // Adding zero turns -0 into 0: the traversal loses hits of rays with a component of -0.
+        let ray = Ray::new_inf(origin.into(), (direction + Vec3::ZERO).into());
         let triangle = |id: usize| &self.triangles[self.bvh.primitive_indices[id] as usize];
         if !self.bvh.ray_traverse(ray, &mut hit, |ray, id| triangle(id).intersect(ray)) {
             return None;
@@ -105,12 +106,28 @@ impl Rays {
         let height = bounds.max.y - floor;
         let eye_level = center.with_y(floor + 1.65f32.clamp(0.1 * height, 0.4 * height));
         let axis = if size.x >= size.z { Vec3::X } else { Vec3::Z };
-        let free = |direction| self.trace(eye_level, direction).map_or(0.5 * size.dot(axis), |(t, _)| t);
+        let (ahead, behind) = (self.depth(eye_level, -axis), self.depth(eye_level, axis));
         // Stand at the end that is further away, so that more of the room lies ahead.
-        let (ahead, behind) = (free(-axis), free(axis));
-        let (axis, behind) = if behind >= ahead { (axis, behind) } else { (-axis, ahead) };
-        let eye = eye_level + axis * (0.85 * behind);
-        Camera::look_at("automatic", eye, eye_level - axis * ahead.min(behind), INTERIOR_YFOV)
+        let (axis, behind, ahead) = if behind >= ahead { (axis, behind, ahead) } else { (-axis, ahead, behind) };
+        let clear = 0.03 * size.dot(axis).abs();
+        let place = |step: u32| eye_level + axis * (behind * (0.85 - 0.05 * step as f32));
+        let eye = (0..12).map(place).find(|&p| self.clearance(p) > clear).unwrap_or(eye_level);
+        Camera::look_at("automatic", eye, eye_level - axis * ahead, INTERIOR_YFOV)
+    }
+
+    /// How far a room reaches from a point along an axis: the median over a narrow cone, because a single ray may slip through a
+    /// door or end at a column. Rays that leave the scene do not count.
+    fn depth(&self, from: Vec3, axis: Vec3) -> f32 {
+        let cone = sphere_directions(4096).filter(|d| d.dot(axis) > 0.96);
+        let mut depths: Vec<f32> = cone.filter_map(|d| self.trace(from, d).map(|(t, _)| t * d.dot(axis))).collect();
+        depths.sort_by(f32::total_cmp);
+        depths.get(depths.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Distance to the nearest surface, as far as 256 rays tell.
+    fn clearance(&self, from: Vec3) -> f32 {
+        let distances = sphere_directions(256).filter_map(|d| self.trace(from, d).map(|(t, _)| t));
+        distances.fold(f32::INFINITY, f32::min)
     }
 }
 
