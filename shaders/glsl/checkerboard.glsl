@@ -1,9 +1,5 @@
 // Split frame <-> flat frame. The even field (flat x and y of equal parity) is the left half of a split image, the odd
-<<<<<<< HEAD
 // field the right half; each is `field_width = ceil(W/2)` wide. The host twin is in pt-checkerboard.
-=======
-// field the right half; each is `field_width = ceil(W/2)` wide. The host twin is pt_checkerboard::mapping.
->>>>>>> 4d84fff (Interleave: both checkerboard fields to the flat frame, split surfaces blended)
 
 const uint FLAG_PRIMARY = 1u;
 const uint FLAG_REFLECTION = 2u;
