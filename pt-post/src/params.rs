@@ -61,6 +61,9 @@ pub struct PostParams {
     /// Auto: share of the lit pixels up to the upper end of the metered range, 0.01 to 1. The default range is that of the
     /// Quake II RTX tone mapper: small bright sources and most shadows do not count.
     pub meter_high: f32,
+    /// Auto: how far the metered range lies above the scene's average, -8 to 8 stops. The meter takes what it measures for
+    /// middle grey; the brighter fifth of the default range is a stop above that.
+    pub meter_bias: f32,
     /// Auto: least exposure value, -32 to `max_ev100` stops.
     pub min_ev100: f32,
     /// Auto: greatest exposure value, to 32 stops.
@@ -79,6 +82,7 @@ impl Default for PostParams {
             compensation: 0.0,
             meter_low: 0.7,
             meter_high: 0.9,
+            meter_bias: 1.0,
             min_ev100: -16.0,
             max_ev100: 20.0,
             tonemap: Tonemap::Aces,
@@ -94,6 +98,7 @@ impl Validate for PostParams {
         // A range of no width has no pixels to meter.
         check_range("meter_low", self.meter_low, 0.0..=self.meter_high - 0.01, "")?;
         check_range("meter_high", self.meter_high, 0.01..=1.0, "")?;
+        check_range("meter_bias", self.meter_bias, -8.0..=8.0, "stops")?;
         check_range("min_ev100", self.min_ev100, -32.0..=self.max_ev100, "EV")?;
         check_range("max_ev100", self.max_ev100, -32.0..=32.0, "EV")
     }

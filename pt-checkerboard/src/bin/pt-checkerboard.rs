@@ -69,7 +69,7 @@ fn run(args: &Args) -> Result<bool> {
     let [width, height] = size;
     let rmse = (squares / (3 * texels.len()) as f64).sqrt();
     println!(
-        "{width}x{height}: {altered} pixels altered, largest difference {largest}, RMSE {rmse:e}, \
+        "{width}x{height}: {altered} pixels altered, largest difference {largest}, RMSE {rmse:.3e}, \
          {ms:.3} ms, {}",
         device.info().name
     );
