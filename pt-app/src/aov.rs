@@ -2,7 +2,7 @@
 
 use crate::cli::AovSelection;
 use anyhow::{Result, bail};
-use pt_checkerboard::flat_to_split;
+use pt_checkerboard::mapping::flat_to_split;
 use pt_core::channels::field_width;
 use pt_core::image_file::{Channel, Layer, Samples};
 use pt_core::pack::unpack_unit_vector;

@@ -12,6 +12,7 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
+use pt_core::settings::{InvalidValue, Validate};
 use pt_core::{ChannelImages, Device, Frame, Kernel, Result};
 use pt_shaders::channels::{COLOR, ChannelId, FLAT_COLOR, FLAT_MOTION, MOTION};
 use records::InterleavePush;
@@ -28,6 +29,12 @@ pub struct CheckerboardParams {
 impl Default for CheckerboardParams {
     fn default() -> Self {
         Self { blend_split: true }
+    }
+}
+
+impl Validate for CheckerboardParams {
+    fn validate(&self) -> std::result::Result<(), InvalidValue> {
+        Ok(())
     }
 }
 

@@ -13,6 +13,7 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
+use pt_core::settings::{InvalidValue, Validate, check_range};
 use pt_core::{ChannelImages, Device, Frame, Kernel, Result};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
@@ -37,6 +38,15 @@ pub struct DenoiseParams {
 impl Default for DenoiseParams {
     fn default() -> Self {
         Self { scale_hf: 1.0, scale_spec: 1.0, scale_overlay: 1.0, fixed_albedo: None }
+    }
+}
+
+impl Validate for DenoiseParams {
+    fn validate(&self) -> std::result::Result<(), InvalidValue> {
+        check_range("scale_hf", self.scale_hf, 0.0..=10.0, "")?;
+        check_range("scale_spec", self.scale_spec, 0.0..=10.0, "")?;
+        check_range("scale_overlay", self.scale_overlay, 0.0..=10.0, "")?;
+        self.fixed_albedo.map_or(Ok(()), |albedo| check_range("fixed_albedo", albedo, 0.0..=1.0, ""))
     }
 }
 

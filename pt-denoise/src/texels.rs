@@ -1,4 +1,4 @@
-//! Texel encoding for recorded inputs: the inverse of [`pt_core::Image::read_f32`].
+//! Texel encoding for recorded inputs: the inverse of [`pt_core::Image::read_f32`] and [`pt_core::Image::read_u32`].
 
 use half::f16;
 use pt_shaders::channels::Format;
@@ -16,5 +16,14 @@ pub fn encode(format: Format, values: &[f32]) -> Vec<u8> {
         Format::Rgba8Unorm => values.iter().map(unorm(255.0)).map(|v| v as u8).collect(),
         Format::R32Uint | Format::Rg32Uint => values.iter().flat_map(|&v| (v as u32).to_le_bytes()).collect(),
         Format::R16Uint => values.iter().flat_map(|&v| (v as u16).to_le_bytes()).collect(),
+    }
+}
+
+/// Bytes of texels of the integer formats; bits above the format's are dropped. Other formats take the numbers as values.
+pub fn encode_u32(format: Format, values: &[u32]) -> Vec<u8> {
+    match format {
+        Format::R32Uint | Format::Rg32Uint => bytemuck::cast_slice(values).to_vec(),
+        Format::R16Uint => values.iter().flat_map(|&v| (v as u16).to_le_bytes()).collect(),
+        _ => encode(format, &values.iter().map(|&v| v as f32).collect::<Vec<_>>()),
     }
 }

@@ -52,7 +52,8 @@ void main() {
     if (bin == 0u) {
         float ev100 = push.fallback_ev100;
         if (sums[0].x > 0.0) {
-            ev100 = clamp(sums[0].y / sums[0].x + log2(100.0 / 12.5), push.min_ev100, push.max_ev100);
+            float metered = sums[0].y / sums[0].x + log2(100.0 / 12.5);
+            ev100 = clamp(metered - push.bias, push.min_ev100, push.max_ev100);
         }
         result = ExposureRecord(ev100, exp2(push.compensation - ev100) / 1.2, total);
     }

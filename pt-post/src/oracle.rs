@@ -16,7 +16,7 @@ pub struct RunningMean {
 
 impl RunningMean {
     /// With one more sample; non-finite ones are left out.
-    pub fn add(self, x: f32) -> Self {
+    pub fn with(self, x: f32) -> Self {
         if !x.is_finite() {
             return self;
         }
@@ -70,7 +70,8 @@ pub fn meter(pixels: &[[f32; 3]], params: &PostParams) -> f64 {
     if weight == 0.0 {
         return f64::from(params.ev100);
     }
-    (sum / weight + (100.0f64 / 12.5).log2()).clamp(params.min_ev100.into(), params.max_ev100.into())
+    let ev100 = sum / weight + (100.0f64 / 12.5).log2() - f64::from(params.meter_bias);
+    ev100.clamp(params.min_ev100.into(), params.max_ev100.into())
 }
 
 /// Tone curve: exposed value to linear display value, 0 to 1.

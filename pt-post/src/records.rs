@@ -38,6 +38,8 @@ gpu_struct! {
         pub low: f32,
         /// Its end.
         pub high: f32,
+        /// Stops by which the metered range lies above the average.
+        pub bias: f32,
         /// Least result, EV100.
         pub min_ev100: f32,
         /// Greatest result, EV100.

@@ -84,6 +84,7 @@ impl ToneMap {
                     .push(&MeterPush {
                         low: params.meter_low,
                         high: params.meter_high,
+                        bias: params.meter_bias,
                         min_ev100: params.min_ev100,
                         max_ev100: params.max_ev100,
                         fallback_ev100: params.ev100,

@@ -63,7 +63,7 @@ fn kernel_agrees_with_the_oracle() {
         let counted = frames.iter().filter(|f| f[pixel][..3].iter().all(|v| v.is_finite()));
         assert_eq!(got[4 * pixel + 3], counted.clone().count() as f32);
         for channel in 0..3 {
-            let want = counted.clone().fold(RunningMean::default(), |m, f| m.add(f[pixel][channel])).mean;
+            let want = counted.clone().fold(RunningMean::default(), |m, f| m.with(f[pixel][channel])).mean;
             let got = got[4 * pixel + channel];
             // Drivers may divide with an error of 2.5 ulp; one ulp of the mean is what is left of it.
             assert!((got - want).abs() <= 1.2e-7 * want, "pixel {pixel}: {got}, oracle {want}");
@@ -88,7 +88,7 @@ fn mean_does_not_drift() {
     let (mut compensated, mut plain, mut sum) = (RunningMean::default(), 0.0f32, 0.0f64);
     for n in 1..=100_000 {
         let x = skewed(n);
-        compensated = compensated.add(x);
+        compensated = compensated.with(x);
         plain += (x - plain) / n as f32;
         sum += f64::from(x);
         let mean = sum / n as f64;

@@ -40,6 +40,11 @@ impl Bench {
     }
 }
 
+/// What the closed forms are for: the metered luminance is the average.
+fn unbiased() -> PostParams {
+    PostParams { meter_bias: 0.0, ..Default::default() }
+}
+
 /// EV100 of a meter that reads this luminance.
 fn ev_of(luminance: f64) -> f64 {
     (luminance * 8.0).log2()
@@ -75,7 +80,7 @@ fn meter_agrees_with_oracle_and_exact_percentiles() {
     for size in [[1, 1], [2, 1], [17, 5], [33, 31], [160, 90]] {
         let pixels = random_pixels(&mut runner, (size[0] * size[1]) as usize);
         for (meter_low, meter_high) in [(0.7, 0.9), (0.0, 1.0), (0.25, 0.3)] {
-            let params = PostParams { meter_low, meter_high, ..Default::default() };
+            let params = PostParams { meter_low, meter_high, ..unbiased() };
             let (_, exposure) = bench.show(size, &pixels, &params);
             assert_eq!(exposure.metered_pixels as usize, pixels.len());
             let got = f64::from(exposure.ev100);
@@ -94,13 +99,13 @@ fn meter_agrees_with_oracle_and_exact_percentiles() {
 fn constant_image_is_metered_at_its_luminance() {
     let bench = Bench::open();
     for luminance in [1.6e-5f32, 0.001, 0.18, 0.9999, 1.0, 1.0001, 37.0, 6e4] {
-        let got = bench.ev100([19, 7], &[[luminance; 3]; 19 * 7], &PostParams::default());
+        let got = bench.ev100([19, 7], &[[luminance; 3]; 19 * 7], &unbiased());
         // Half a step of 1/128 octave at the lower end of an octave: log2(1 + 1/256).
         let want = ev_of(luminance.into());
         assert!((got - want).abs() < 0.0058, "{luminance}: {got}, expected {want}");
     }
     // Beyond the histogram: its last bin.
-    let got = bench.ev100([2, 2], &[[1e9; 3]; 4], &PostParams::default());
+    let got = bench.ev100([2, 2], &[[1e9; 3]; 4], &unbiased());
     assert!((got - ev_of(65536.0)).abs() < 0.01, "{got}");
 }
 
@@ -111,7 +116,7 @@ fn mixture_follows_the_percentiles() {
     // 80 % at 1, 20 % at 16: the metered fifth between 70 and 90 % is half one, half the other.
     let pixels: Vec<Rgb> = (0..1000).map(|i| if i % 5 == 0 { [16.0; 3] } else { [1.0; 3] }).collect();
     let ev = |low, high| {
-        let params = PostParams { meter_low: low, meter_high: high, ..Default::default() };
+        let params = PostParams { meter_low: low, meter_high: high, ..unbiased() };
         bench.ev100(size, &pixels, &params)
     };
     for (low, high, mean_log) in [(0.7, 0.9, 2.0), (0.0, 1.0, 0.8), (0.1, 0.8, 0.0), (0.85, 0.95, 4.0)] {
@@ -127,7 +132,7 @@ fn few_very_bright_pixels_do_not_move_the_exposure() {
     let fireflies = |pixels: &[Rgb]| -> Vec<Rgb> {
         pixels.iter().enumerate().map(|(i, &c)| if i % 100 == 37 { [1e5; 3] } else { c }).collect()
     };
-    let params = PostParams::default();
+    let params = unbiased();
     let grey = vec![[0.2; 3]; 2000];
     assert_eq!(bench.ev100(size, &grey, &params), bench.ev100(size, &fireflies(&grey), &params));
     let noisy = random_pixels(&mut TestRunner::deterministic(), 2000);
@@ -143,7 +148,7 @@ fn exposure_does_not_depend_on_the_size() {
     let tiled = |n: usize| -> Vec<Rgb> {
         (0..n * n * 256).map(|i| tile[(i / (16 * n) % 16) * 16 + i % 16]).collect()
     };
-    let params = PostParams::default();
+    let params = unbiased();
     let [one, four, sixteen] =
         [1, 2, 4].map(|n: u32| bench.show([16 * n, 16 * n], &tiled(n as usize), &params).1.ev100);
     assert_eq!((one, one), (four, sixteen));
@@ -156,7 +161,7 @@ fn dark_and_broken_pixels_are_not_metered() {
     let broken = [[nan, 1.0, 1.0], [1.0, f32::INFINITY, 1.0], [0.0; 3], [-1.0; 3], [f32::NEG_INFINITY; 3]];
     let mut pixels = vec![[0.5; 3]; 11];
     pixels.extend(broken);
-    let (codes, exposure) = bench.show([16, 1], &pixels, &PostParams::default());
+    let (codes, exposure) = bench.show([16, 1], &pixels, &unbiased());
     assert_eq!(exposure.metered_pixels, 11);
     assert!((f64::from(exposure.ev100) - ev_of(0.5)).abs() < 0.006);
     let grey = codes[0];
@@ -167,7 +172,7 @@ fn dark_and_broken_pixels_are_not_metered() {
     assert!(codes[52..].chunks_exact(4).all(|c| c == [0, 0, 0, 255]), "{codes:?}");
 
     // Nothing to meter, and the next frame is as if it had not been.
-    let params = PostParams { ev100: 2.5, ..Default::default() };
+    let params = PostParams { ev100: 2.5, ..unbiased() };
     let (_, exposure) = bench.show([2, 2], &[[0.0; 3]; 4], &params);
     assert_eq!((exposure.ev100, exposure.metered_pixels), (2.5, 0));
     assert!((bench.ev100([1, 1], &[[1.0; 3]], &params) - 3.0).abs() < 0.006);
@@ -177,7 +182,7 @@ fn dark_and_broken_pixels_are_not_metered() {
 fn manual_exposure_and_compensation() {
     let bench = Bench::open();
     let pixels = [[1.2; 3], [0.6; 3], [2.4; 3], [0.0; 3]];
-    let params = PostParams { exposure: ExposureMode::Manual, tonemap: Tonemap::None, ..Default::default() };
+    let params = PostParams { exposure: ExposureMode::Manual, tonemap: Tonemap::None, ..unbiased() };
     let show = |ev100, compensation| {
         let (codes, exposure) =
             bench.show([4, 1], &pixels, &PostParams { ev100, compensation, ..params.clone() });
@@ -188,10 +193,12 @@ fn manual_exposure_and_compensation() {
     assert_eq!(show(0.0, 0.0), [255, 188, 255, 0]);
     assert_eq!(show(1.0, 0.0), [188, 137, 255, 0]);
     assert_eq!(show(1.0, 1.0), [255, 188, 255, 0]);
-    let auto = PostParams { compensation: -2.0, ..Default::default() };
+    let auto = PostParams { compensation: -2.0, ..unbiased() };
     let (_, dark) = bench.show([1, 1], &[[1.0; 3]], &auto);
     assert!((f64::from(dark.scale) * 4.0 * 1.2 * f64::from(dark.ev100).exp2() - 1.0).abs() < 1e-5);
-    let clamped = PostParams { min_ev100: 7.0, max_ev100: 9.0, ..Default::default() };
+    let biased = bench.ev100([1, 1], &[[1.0; 3]], &PostParams { meter_bias: 1.5, ..unbiased() });
+    assert_eq!(biased, bench.ev100([1, 1], &[[1.0; 3]], &unbiased()) - 1.5);
+    let clamped = PostParams { min_ev100: 7.0, max_ev100: 9.0, ..unbiased() };
     assert_eq!(bench.ev100([1, 1], &[[1.0; 3]], &clamped), 7.0);
     assert_eq!(bench.ev100([1, 1], &[[1e4; 3]], &clamped), 9.0);
 }
@@ -210,7 +217,7 @@ fn curves_agree_with_the_oracle() {
                 ev100: 1.0,
                 compensation: 0.5,
                 tonemap,
-                ..Default::default()
+                ..unbiased()
             };
             let (codes, exposure) = bench.show(size, &pixels, &params);
             assert_eq!(exposure.scale, scale);
@@ -236,7 +243,7 @@ fn accumulated_radiance_is_shown_too() {
     images.current(ACCUMULATED).write(bytemuck::cast_slice(&[0.6f32, 1.2, 0.0, 4.0])).unwrap();
     let mut recorder = Recorder::new(&bench.device).unwrap();
     let mut frame = recorder.begin().unwrap();
-    let params = PostParams { exposure: ExposureMode::Manual, tonemap: Tonemap::None, ..Default::default() };
+    let params = PostParams { exposure: ExposureMode::Manual, tonemap: Tonemap::None, ..unbiased() };
     bench.stage.record(&mut frame, &images, Radiance::Accumulated, &params).unwrap();
     frame.submit().unwrap();
     assert_eq!(images.current(DISPLAY).read().unwrap(), [188, 255, 0, 255]);
