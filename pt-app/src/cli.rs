@@ -22,6 +22,16 @@ const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check failed, 2 wrong usage or
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Devices, drivers, trace backends and what `auto` chooses.
+    Info(InfoArgs),
+    /// The built-in scenes.
+    Scenes,
+    /// The passes of the frame in order: what each reads, writes and moves.
+    Passes(PassesArgs),
+    /// Measure.
+    Bench(BenchArgs),
+    /// Render frames of a scene.
+    Render(Box<RenderArgs>),
     /// Measure an image against its reference.
     Compare(CompareArgs),
 }
@@ -32,6 +42,32 @@ pub struct InfoArgs {
     /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
+    /// Only this Vulkan device, by index or part of its name [default: all]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+}
+
+/// `pt passes`
+#[derive(Clone, Debug, Args)]
+pub struct PassesArgs {
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+    /// Image size that extents and bytes are given for.
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: ImageSize,
+    /// With the pass that averages frames.
+    #[arg(long)]
+    pub accumulate: bool,
+    /// Set one parameter; may be repeated.
+    #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
+    pub set: Vec<String>,
+    /// How rays are traced.
+    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Compute)]
+    pub backend: BackendChoice,
+    /// Vulkan device, by index or part of its name.
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
 }
 
 /// `pt bench`
@@ -57,6 +93,18 @@ pub struct BenchTraceArgs {
     /// Also write the rows to this JSON file.
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
+    /// Image size of the primary rays; every kind has as many rays.
+    #[arg(long, value_name = "WxH", default_value = "640x360")]
+    pub size: ImageSize,
+    /// Timed windows; the backends take turns within one, the best counts.
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
+    pub windows: u32,
+    /// Seed of the random directions.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u32,
+    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
 }
 
 /// `pt render`
@@ -65,9 +113,9 @@ pub struct RenderArgs {
     /// glTF or GLB file, or the name of a built-in scene.
     pub scene: String,
 
-    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure).
-    #[arg(short, long, value_name = "OUT.{png,exr}", help_heading = "Output")]
-    pub output: PathBuf,
+    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated.
+    #[arg(short, long, value_name = "OUT.{png,exr}", required = true, help_heading = "Output")]
+    pub output: Vec<PathBuf>,
     /// Further channels for an EXR: all, or a list of names.
     #[arg(long, value_name = "all|A,B", help_heading = "Output")]
     pub aov: Option<AovSelection>,
@@ -132,19 +180,19 @@ pub struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// Checks all outputs before rendering begins and returns the image format.
+    /// Checks all outputs before rendering begins and returns their formats.
     ///
     /// # Errors
-    /// An unknown extension, a folder that is missing or not writable, a directory, AOVs for a PNG.
-    pub fn check_outputs(&self) -> anyhow::Result<OutputFormat> {
-        let format = check_output(&self.output)?;
-        if self.aov.is_some() && format == OutputFormat::Png {
-            anyhow::bail!("--aov needs an EXR output, {} is a PNG", self.output.display());
+    /// An unknown extension, a folder that is missing or not writable, a directory, AOVs without an EXR.
+    pub fn check_outputs(&self) -> anyhow::Result<Vec<OutputFormat>> {
+        let formats: Vec<_> = self.output.iter().map(|path| check_output(path)).collect::<Result<_, _>>()?;
+        if self.aov.is_some() && !formats.contains(&OutputFormat::Exr) {
+            anyhow::bail!("--aov needs an EXR output, {} is a PNG", self.output[0].display());
         }
         if let Some(timings) = &self.timings {
             check_writable(timings)?;
         }
-        Ok(format)
+        Ok(formats)
     }
 }
 

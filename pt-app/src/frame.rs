@@ -9,10 +9,9 @@ use pt_core::{ChannelImages, Device, Frame, Result};
 use pt_denoise::Composite;
 use pt_gbuffer::PrimaryRays;
 use pt_lights::{DirectLighting, LightTables};
-use pt_post::{Accumulate, Exposure, ToneMap};
+use pt_post::{Accumulate, Radiance, ToneMap};
 use pt_scene::Camera;
 use pt_scene::gpu::{GpuScene, camera_record};
-use pt_shaders::channels::{self, ChannelId};
 use pt_shaders::glam::UVec2;
 use pt_shaders::records::{CameraRecord, FrameRecord};
 
@@ -26,21 +25,20 @@ pub struct FullFrame {
     composite: Composite,
     interleave: Interleave,
     accumulate: Option<Accumulate>,
-    exposure: Exposure,
     tone_map: ToneMap,
 }
 
 impl FullFrame {
     /// Compiles the kernels and allocates the images for a frame of `size` pixels.
     pub fn new(device: &Device, backend: TraceBackend, size: [u32; 2], accumulate: bool) -> Result<Self> {
-        let accumulate = if accumulate { Some(Accumulate::new(device)?) } else { None };
+        let accumulate = if accumulate { Some(Accumulate::new(device, size)?) } else { None };
         let needed = [
             PrimaryRays::WRITES,
             DirectLighting::WRITES,
             Composite::WRITES,
             Interleave::WRITES,
             ToneMap::WRITES,
-            if accumulate.is_some() { Accumulate::UPDATES } else { &[] },
+            if accumulate.is_some() { Accumulate::WRITES } else { &[] },
         ];
         Ok(Self {
             uniforms: Uniforms::new(device, "frame_uniforms")?,
@@ -51,7 +49,6 @@ impl FullFrame {
             composite: Composite::new(device)?,
             interleave: Interleave::new(device)?,
             accumulate,
-            exposure: Exposure::new(device)?,
             tone_map: ToneMap::new(device)?,
         })
     }
@@ -87,10 +84,9 @@ impl FullFrame {
         self.composite.record(frame, images, &params.denoise)?;
         self.interleave.record(frame, images, &params.checkerboard)?;
         if let Some(accumulate) = &self.accumulate {
-            accumulate.record(frame, images)?;
+            accumulate.record(frame, images, frame.index() == 0)?;
         }
-        self.exposure.record(frame, images, self.radiance_channel(), &params.post)?;
-        self.tone_map.record(frame, images, self.radiance_channel(), &self.exposure, &params.post)
+        self.tone_map.record(frame, images, self.radiance(), &params.post)
     }
 
     /// All channels, as the last frame left them.
@@ -98,14 +94,17 @@ impl FullFrame {
         &self.images
     }
 
-    /// The channel that holds the picture as linear scene radiance.
-    pub fn radiance_channel(&self) -> ChannelId {
-        if self.accumulate.is_some() { channels::ACCUMULATED } else { channels::FLAT_COLOR }
+    /// Where the picture is as linear scene radiance.
+    pub fn radiance(&self) -> Radiance {
+        if self.accumulate.is_some() { Radiance::Accumulated } else { Radiance::Frame }
     }
 
-    /// The exposure stage, for its result.
-    pub fn exposure(&self) -> &Exposure {
-        &self.exposure
+    /// Exposure value that the last frame was shown with; waits for it.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn ev100(&self) -> Result<f32> {
+        Ok(self.tone_map.exposure()?.ev100)
     }
 
     fn camera(&self, camera: &Camera, params: &FrameParams) -> CameraRecord {

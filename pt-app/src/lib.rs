@@ -1,5 +1,15 @@
 //! The parts of the `pt` program.
 
+pub mod aov;
+pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod console;
+pub mod frame;
+pub mod info;
+pub mod params;
+pub mod passes;
+pub mod progress;
+pub mod render;
+pub mod scenes;
+pub mod session;

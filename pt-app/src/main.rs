@@ -15,6 +15,11 @@ fn main() -> ExitCode {
     };
     let mut out = Console::stdout();
     let outcome = match &cli.command {
+        Command::Info(args) => pt_app::info::run(args, &mut out),
+        Command::Scenes => pt_app::scenes::run(&mut out),
+        Command::Passes(args) => pt_app::passes::run(args, &mut out),
+        Command::Bench(args) => pt_app::bench::run(args, &mut out),
+        Command::Render(args) => pt_app::render::run(args, &mut out),
         Command::Compare(args) => pt_app::compare::run(args, &mut out),
     };
     match outcome.and_then(|passed| out.flush().context("cannot write to standard output").map(|()| passed)) {

@@ -101,7 +101,7 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     let display = metadata.params.post.output == pt_post::Output::Display;
     let [width, height] = full.images().size();
     let mut file = LayeredImage::new(width, height)?;
-    let channel = if display { channels::DISPLAY } else { full.radiance_channel() };
+    let channel = if display { channels::DISPLAY } else { full.radiance().channel() };
     file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.images().current(channel).read_f32()?));
     for &id in aovs {
         file.layers.push(aov::layer(full.images(), id)?);
@@ -118,7 +118,7 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     put("accumulate", args.accumulate.to_string());
     put("seed", args.seed.to_string());
     put("params", serde_json::to_string(params)?);
-    put("exposure", full.exposure().factor()?.to_string());
+    put("ev100", full.ev100()?.to_string());
     put("device", session.device.info().name.clone());
     put("driver", format!("{} {}", session.device.info().driver, session.device.info().driver_version));
     put("backend", session.gpu.backend().to_string());

@@ -10,13 +10,14 @@ use crate::Scene;
 use glam::{UVec3, Vec2};
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::texture::TextureTable;
-use pt_core::trace::{AccelStructure, InstancePlacement, MeshGeometry, TraceBackend};
+use pt_core::trace::bench::{Choice, choose};
+use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
 use pt_core::{Buffer, Device, Frame, Location, Result};
 use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
 
 /// A scene whose instances may move from frame to frame; everything else is fixed.
 pub struct GpuScene {
-    backend: TraceBackend,
+    choice: Option<Choice>,
     accel: AccelStructure,
     textures: TextureTable,
     uniforms: Uniforms<SceneRecord>,
@@ -28,6 +29,28 @@ pub struct GpuScene {
     masks: Vec<u32>,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
+}
+
+/// The scene's meshes as the acceleration structures take them.
+pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
+    let geometry = |mesh: &'_ crate::Mesh| -> MeshGeometry<'_> {
+        MeshGeometry {
+            positions: &mesh.positions,
+            indices: bytemuck::cast_slice(&mesh.indices),
+            first_masked: mesh.first_masked as u32,
+        }
+    };
+    scene.meshes.iter().map(geometry).collect()
+}
+
+/// The scene's instances where they are now.
+pub fn placements(scene: &Scene) -> Vec<InstancePlacement> {
+    let place = |i: &crate::Instance| InstancePlacement {
+        mesh: i.mesh,
+        mask: records::visibility_mask(&scene.meshes[i.mesh as usize], &scene.materials),
+        world_from_object: i.world_from_object,
+    };
+    scene.instances.iter().map(place).collect()
 }
 
 /// All meshes' arrays of one kind in one buffer, with the byte offset of each mesh.
@@ -64,20 +87,19 @@ impl GpuScene {
         let index_buffer = indices.upload(device, "indices")?;
         let material_index_buffer = materials.upload(device, "triangle materials")?;
 
-        let geometry: Vec<_> = meshes
-            .iter()
-            .map(|m| MeshGeometry {
-                positions: &m.positions,
-                indices: bytemuck::cast_slice(&m.indices),
-                first_masked: m.first_masked as u32,
-            })
-            .collect();
+        let geometry = mesh_geometry(scene);
         let masks: Vec<_> = scene
             .instances
             .iter()
             .map(|i| records::visibility_mask(&meshes[i.mesh as usize], &scene.materials))
             .collect();
-        let accel = AccelStructure::new(device, &geometry, scene.instances.len())?;
+        let choice = match backend {
+            TraceBackend::Auto => Some(choose(device, &geometry, &placements(scene))?),
+            _ => None,
+        };
+        let backend = choice.as_ref().map_or(backend, |choice| choice.backend);
+        let count = scene.instances.len();
+        let accel = AccelStructure::new(device, &geometry, count, backend, BvhQuality::default())?;
         let mesh_records: Vec<_> = meshes
             .iter()
             .enumerate()
@@ -116,7 +138,7 @@ impl GpuScene {
         };
         accel.fill_scene(&mut record);
         Ok(Self {
-            backend,
+            choice,
             accel,
             textures: textures::table(device, scene)?,
             uniforms: Uniforms::new(device, "scene_uniforms")?,
@@ -139,7 +161,12 @@ impl GpuScene {
 
     /// The backend in use, never `Auto`.
     pub fn backend(&self) -> TraceBackend {
-        self.backend
+        self.accel.backend()
+    }
+
+    /// What `Auto` measured; `None` when the backend was asked for by name.
+    pub fn choice(&self) -> Option<&Choice> {
+        self.choice.as_ref()
     }
 
     /// The record that kernels see, for tables that other crates add.

@@ -1,0 +1,53 @@
+//! `pt bench trace`: the same rays on every backend and on the CPU.
+
+use crate::cli::{BenchArgs, BenchCommand, BenchTraceArgs};
+use anyhow::Result;
+use pt_core::atomic_file::{check_writable, write_atomic};
+use pt_core::trace::bench::{BenchOptions, RayKind, bench};
+use pt_core::{Device, DeviceOptions};
+use pt_scene::gpu::{camera_record, mesh_geometry, placements};
+use serde_json::json;
+use std::io::Write;
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown scene or device, a file that can't be written.
+pub fn run(args: &BenchArgs, out: &mut impl Write) -> Result<bool> {
+    match &args.command {
+        BenchCommand::Trace(args) => trace(args, out),
+    }
+}
+
+fn trace(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
+    if let Some(path) = &args.json {
+        check_writable(path)?;
+    }
+    let scene = pt_scene::open(&args.scene, &Default::default())?;
+    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
+    let size = [args.size.width, args.size.height];
+    let options = BenchOptions { size, windows: args.windows, seed: args.seed };
+    let camera = camera_record(&scene.default_camera(), size);
+    let rows = bench(&device, &mesh_geometry(&scene), &placements(&scene), &camera, options)?;
+
+    let triangles = scene.statistics().instanced_triangles;
+    writeln!(out, "{}: {triangles} triangles, {} rays of each kind, best of {} windows", scene.name, size[0] * size[1], options.windows)?;
+    writeln!(out, "{}, {} {}", device.info().name, device.info().driver, device.info().driver_version)?;
+    writeln!(out, "{:<12}{:>10}{:>10}{:>10}   Mrays/s (agreement with native)", "", "primary", "bounce", "shadow")?;
+    let mut backends: Vec<_> = rows.iter().map(|row| row.backend).collect();
+    backends.dedup();
+    for backend in backends {
+        write!(out, "{backend:<12}")?;
+        let of = |kind: RayKind| rows.iter().find(|row| row.backend == backend && row.kind == kind);
+        for kind in RayKind::ALL {
+            write!(out, "{:>10.2}", of(kind).map_or(0.0, |row| row.mrays_per_s))?;
+        }
+        let agreements = RayKind::ALL.map(|kind| of(kind).map_or(0.0, |row| row.agreement));
+        writeln!(out, "   {}", agreements.map(|a| format!("{a:.5}")).join(" "))?;
+    }
+    if let Some(path) = &args.json {
+        let document = json!({ "scene": scene.name, "triangles": triangles, "rows": rows });
+        write_atomic(path, serde_json::to_string_pretty(&document)?.as_bytes())?;
+    }
+    Ok(true)
+}

@@ -1,0 +1,46 @@
+//! `pt passes`: the frame as a table.
+
+use crate::cli::PassesArgs;
+use crate::frame::FullFrame;
+use crate::params;
+use crate::session::Session;
+use anyhow::Result;
+use pt_core::Recorder;
+use std::io::Write;
+
+/// Runs the command: records one frame of `cornell` and prints what was declared.
+///
+/// # Errors
+/// Unknown keys, a device that can't do it.
+pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
+    let params = params::resolve(None, &args.set)?;
+    let scene = pt_scene::open("cornell", &Default::default())?;
+    let camera = scene.default_camera();
+    let mut session = Session::open(args.device.as_deref(), false, scene, args.backend)?;
+    let size = [args.size.width, args.size.height];
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate)?;
+    let mut recorder = Recorder::new(&session.device)?;
+    // The second frame has no set-up uploads.
+    for _ in 0..2 {
+        let mut frame = recorder.begin()?;
+        session.gpu.update(&mut frame, &session.scene)?;
+        full.record(&mut frame, &session.gpu, &session.lights, &camera, 0, &params)?;
+        frame.submit()?;
+    }
+    recorder.finish()?;
+
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(recorder.pass_table())?)?;
+        return Ok(true);
+    }
+    for (number, pass) in (1..).zip(recorder.pass_table()) {
+        let [x, y, z] = pass.extent;
+        let mebibytes = pass.bytes as f64 / f64::from(1 << 20);
+        writeln!(out, "{number:2} {}  [{}]  {x}x{y}x{z} threads, {mebibytes:.1} MiB", pass.name, pass.kernel)?;
+        if !pass.reads.is_empty() {
+            writeln!(out, "     reads   {}", pass.reads.join(" "))?;
+        }
+        writeln!(out, "     writes  {}", pass.writes.join(" "))?;
+    }
+    Ok(true)
+}
