@@ -73,6 +73,8 @@ gpu_struct! {
         pub tlas_nodes: u64,
         /// Instance indices in leaf order of `tlas_nodes`.
         pub tlas_instances: u64,
+        /// Address of the driver's top-level acceleration structure (ray-query and rt-pipeline backends).
+        pub tlas: u64,
         /// Number of instances.
         pub instance_count: u32,
         /// Number of punctual lights.
@@ -147,6 +149,34 @@ gpu_struct! {
         pub uv1: [f32; 2],
         /// Linear colour factor, rgba8 unorm.
         pub color: u32,
+    }
+}
+
+gpu_struct! {
+    /// A ray in world space; t counts in lengths of `direction`.
+    pub struct Ray {
+        /// Start.
+        pub origin: Vec3,
+        /// Nothing nearer counts.
+        pub t_min: f32,
+        /// Direction, not necessarily of unit length.
+        pub direction: Vec3,
+        /// Nothing farther counts.
+        pub t_max: f32,
+    }
+}
+
+gpu_struct! {
+    /// Where a ray meets a triangle.
+    pub struct Hit {
+        /// Instance index; [`NONE`]: nothing was hit, the rest means nothing.
+        pub instance: u32,
+        /// Triangle of the instance's mesh.
+        pub triangle: u32,
+        /// Weights of the triangle's second and third vertex.
+        pub barycentrics: Vec2,
+        /// Distance along the ray.
+        pub t: f32,
     }
 }
 
@@ -307,6 +337,8 @@ table! {
     InstanceRecord,
     MeshRecord,
     VertexRecord,
+    Ray,
+    Hit,
     BvhTriangle,
     TextureSlot,
     MaterialRecord,
