@@ -15,6 +15,7 @@ pub mod rng;
 pub mod settings;
 pub mod test_support;
 pub mod texture;
+pub mod trace;
 
 pub use buffer::{Buffer, Location};
 pub use channels::{ChannelImages, History};

@@ -69,7 +69,7 @@ gpu_struct! {
         pub emissive_alias: u64,
         /// `AliasRecord[environment_size.x * environment_size.y]`.
         pub environment_alias: u64,
-        /// Wide BVH over instances (compute backend).
+        /// `BvhNode[]` of the BVH over the instances (compute backend).
         pub tlas_nodes: u64,
         /// Instance indices in leaf order of `tlas_nodes`.
         pub tlas_instances: u64,
@@ -117,7 +117,7 @@ gpu_struct! {
 gpu_struct! {
     /// Geometry of one mesh, as device addresses.
     pub struct MeshRecord {
-        /// Wide BVH nodes (compute backend), 80 bytes each.
+        /// `BvhNode[]` (compute backend).
         pub bvh_nodes: u64,
         /// `BvhTriangle[triangle_count]` in leaf order (compute backend).
         pub bvh_triangles: u64,
@@ -177,6 +177,16 @@ gpu_struct! {
         pub barycentrics: Vec2,
         /// Distance along the ray.
         pub t: f32,
+    }
+}
+
+gpu_struct! {
+    /// A node of a compressed 8-wide BVH (Ylitie et al. 2017). As 64-bit words: on lavapipe the number of loads counts.
+    pub struct BvhNode {
+        /// 0: origin x, y. 1: origin z; exponents x, y, z and the set of inner children, a byte each. 2: first inner child and
+        /// first leaf entry, 28 bits each, with the set of leaves in the bits above (low half, high half). 3 to 8: planes of
+        /// the children, a byte each: x lower, x upper, y lower, y upper, z lower, z upper.
+        pub words: [u64; 9],
     }
 }
 
