@@ -17,6 +17,10 @@ pub mod test_support;
 pub mod texture;
 pub mod trace;
 
+mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}
+
 pub use buffer::{Buffer, Location};
 pub use channels::{ChannelImages, History};
 pub use device::{Device, DeviceOptions};

@@ -350,6 +350,7 @@ table! {
     Ray,
     Hit,
     BvhTriangle,
+    BvhNode,
     TextureSlot,
     MaterialRecord,
     LightRecord,

@@ -13,10 +13,8 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use pt_shaders::records::{BvhNode, BvhTriangle};
 use serde::{Deserialize, Serialize};
 
-/// Entries of the traversal stack in `trace_compute.glsl`: one a level, and two where a mesh is entered.
-const STACK_SIZE: u32 = 48;
-
-/// Levels of a mesh's tree; the rest is for the BVH over the instances.
+/// Levels of a mesh's tree. `trace_compute.glsl` has a stack of 48 entries: one a level, and two where a mesh is entered;
+/// the rest is for the BVH over the instances.
 const MAX_MESH_DEPTH: u32 = 28;
 
 /// How much time goes into a mesh's BVH. Seconds are for 237,000 triangles on one core of a 2023 server.
@@ -61,15 +59,12 @@ impl MeshBvh {
     /// [`TraceError::VertexIndex`] when an index is outside of `positions`, [`TraceError::BvhDepth`] when the geometry
     /// makes a tree deeper than the traversal's stack.
     pub fn build(positions: &[Vec3], indices: &[UVec3], quality: BvhQuality) -> Result<Self, TraceError> {
+        super::check_indices(positions, indices)?;
         let mut corners = Vec::with_capacity(indices.len());
         let mut bounds = Vec::with_capacity(indices.len());
         let mut kept = Vec::with_capacity(indices.len());
         for (triangle, index) in indices.iter().enumerate() {
-            let corner = |i: u32| {
-                let missing = TraceError::VertexIndex { triangle, vertex: i, vertices: positions.len() };
-                positions.get(i as usize).copied().ok_or(missing)
-            };
-            let triple = [corner(index.x)?, corner(index.y)?, corner(index.z)?];
+            let triple = [index.x, index.y, index.z].map(|i| positions[i as usize]);
             if triple.iter().all(|p| p.is_finite()) {
                 corners.push(triple);
                 bounds.push(Aabb::from_points(&triple.map(Vec3A::from)));
@@ -156,8 +151,11 @@ impl TopLevel {
     }
 }
 
-/// The nodes as the GPU reads them.
+/// The nodes as the GPU reads them; at least a root.
 pub fn gpu_nodes(bvh: &CwBvh) -> Vec<BvhNode> {
+    if bvh.nodes.is_empty() {
+        return vec![BvhNode { words: [0; 9] }];
+    }
     let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
     bvh.nodes
         .iter()

@@ -6,9 +6,18 @@
 //!
 //! All of them name the same hit: instance, triangle of its mesh, and barycentrics and t computed by one GLSL function.
 
+mod accel;
+mod backend;
+pub mod bench;
 pub mod bvh;
 pub mod native;
+mod push;
+pub mod ray_list;
+mod vulkan_as;
 
+pub use accel::AccelStructure;
+pub use backend::{TraceBackend, UnknownBackend};
+pub use bench::{Choice, choose};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};
 pub use native::NativeScene;
 
@@ -51,6 +60,14 @@ pub enum TraceError {
     /// More instances than the 24 bits of an instance index can name.
     #[error("{0} instances: at most 16777215 can be traced")]
     TooManyInstances(usize),
+    /// More instances than memory was taken for.
+    #[error("{instances} instances: the acceleration structure was made for {capacity}")]
+    Capacity {
+        /// Instances given.
+        instances: usize,
+        /// Instances announced.
+        capacity: usize,
+    },
 }
 
 /// Triangles of one mesh, object space, metres.
@@ -73,6 +90,14 @@ pub struct InstancePlacement {
     pub mask: u32,
     /// Invertible.
     pub world_from_object: Affine3A,
+}
+
+fn check_indices(positions: &[Vec3], indices: &[UVec3]) -> Result<(), TraceError> {
+    let vertices = positions.len();
+    let outside = indices.iter().enumerate().find(|(_, i)| i.max_element() as usize >= vertices);
+    outside.map_or(Ok(()), |(triangle, i)| {
+        Err(TraceError::VertexIndex { triangle, vertex: i.max_element(), vertices })
+    })
 }
 
 fn check_instances(instances: &[InstancePlacement], meshes: usize) -> Result<(), TraceError> {
