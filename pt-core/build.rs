@@ -6,8 +6,14 @@ mod test_records {
     include!("tests/common/records.rs");
 }
 
+mod trace_push {
+    include!("src/trace/push.rs");
+}
+
 fn main() {
     let kernels = pt_shaders::compiler::Kernels::new();
+    let kernels = kernels.header("ray_list_push.glsl", trace_push::RayListPush::glsl());
+    kernels.compile("shaders");
     kernels
         .header("test_records.glsl", test_records::TestPush::glsl())
         .compile_as("tests/shaders", "test_kernels.rs");

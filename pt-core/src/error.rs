@@ -70,6 +70,9 @@ pub enum Error {
     /// The GPU did not finish in time.
     #[error("the device did not finish within {0} s: a kernel hangs, or the work is too large for it")]
     Timeout(u64),
+    /// An acceleration structure can't be built.
+    #[error(transparent)]
+    Trace(#[from] crate::trace::TraceError),
     /// A feature that this device lacks was asked for.
     #[error("{0}")]
     Unsupported(String),

@@ -15,6 +15,11 @@ pub mod rng;
 pub mod settings;
 pub mod test_support;
 pub mod texture;
+pub mod trace;
+
+mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}
 
 pub use buffer::{Buffer, Location};
 pub use channels::{ChannelImages, History};

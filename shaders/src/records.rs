@@ -69,10 +69,12 @@ gpu_struct! {
         pub emissive_alias: u64,
         /// `AliasRecord[environment_size.x * environment_size.y]`.
         pub environment_alias: u64,
-        /// Wide BVH over instances (compute backend).
+        /// `BvhNode[]` of the BVH over the instances (compute backend).
         pub tlas_nodes: u64,
         /// Instance indices in leaf order of `tlas_nodes`.
         pub tlas_instances: u64,
+        /// Address of the driver's top-level acceleration structure (ray-query and rt-pipeline backends).
+        pub tlas: u64,
         /// Number of instances.
         pub instance_count: u32,
         /// Number of punctual lights.
@@ -115,7 +117,7 @@ gpu_struct! {
 gpu_struct! {
     /// Geometry of one mesh, as device addresses.
     pub struct MeshRecord {
-        /// Wide BVH nodes (compute backend), 80 bytes each.
+        /// `BvhNode[]` (compute backend).
         pub bvh_nodes: u64,
         /// `BvhTriangle[triangle_count]` in leaf order (compute backend).
         pub bvh_triangles: u64,
@@ -147,6 +149,44 @@ gpu_struct! {
         pub uv1: [f32; 2],
         /// Linear colour factor, rgba8 unorm.
         pub color: u32,
+    }
+}
+
+gpu_struct! {
+    /// A ray in world space; t counts in lengths of `direction`.
+    pub struct Ray {
+        /// Start.
+        pub origin: Vec3,
+        /// Nothing nearer counts.
+        pub t_min: f32,
+        /// Direction, not necessarily of unit length.
+        pub direction: Vec3,
+        /// Nothing farther counts.
+        pub t_max: f32,
+    }
+}
+
+gpu_struct! {
+    /// Where a ray meets a triangle.
+    pub struct Hit {
+        /// Instance index; [`NONE`]: nothing was hit, the rest means nothing.
+        pub instance: u32,
+        /// Triangle of the instance's mesh.
+        pub triangle: u32,
+        /// Weights of the triangle's second and third vertex.
+        pub barycentrics: Vec2,
+        /// Distance along the ray.
+        pub t: f32,
+    }
+}
+
+gpu_struct! {
+    /// A node of a compressed 8-wide BVH (Ylitie et al. 2017). As 64-bit words: on lavapipe the number of loads counts.
+    pub struct BvhNode {
+        /// 0: origin x, y. 1: origin z; exponents x, y, z and the set of inner children, a byte each. 2: first inner child and
+        /// first leaf entry, 28 bits each, with the set of leaves in the bits above (low half, high half). 3 to 8: planes of
+        /// the children, a byte each: x lower, x upper, y lower, y upper, z lower, z upper.
+        pub words: [u64; 9],
     }
 }
 
@@ -307,7 +347,10 @@ table! {
     InstanceRecord,
     MeshRecord,
     VertexRecord,
+    Ray,
+    Hit,
     BvhTriangle,
+    BvhNode,
     TextureSlot,
     MaterialRecord,
     LightRecord,

@@ -6,6 +6,7 @@ mod pass;
 mod recorder;
 mod uniforms;
 
+pub(crate) use hazards::Touch;
 pub use pass::{Pass, PassInfo};
 pub use recorder::{Frame, FrameTiming, PassTiming, Recorder};
 pub use uniforms::Uniforms;

@@ -88,6 +88,7 @@ enum Use {
     Write,
     Update,
     Sample,
+    Trace,
 }
 
 /// A pass being declared. Errors are kept and returned by [`Pass::dispatch`].
@@ -96,8 +97,8 @@ pub struct Pass<'f, 'r> {
     name: String,
     kernel: &'f Kernel,
     bound: BTreeMap<String, (Resource, Use)>,
-    /// Read through device addresses: no name, but a hazard all the same.
-    addressed: Vec<Resource>,
+    /// Reached through device addresses: no name, but a hazard all the same.
+    addressed: Vec<(Resource, Use)>,
     textures: Option<TextureTable>,
     push: Vec<u8>,
     problem: Option<String>,
@@ -166,7 +167,19 @@ impl<'f, 'r> Pass<'f, 'r> {
 
     /// A buffer that the kernel reads through its device address.
     pub fn addresses(mut self, buffer: &Buffer) -> Self {
-        self.addressed.push(buffer.into());
+        self.addressed.push((buffer.into(), Use::Read));
+        self
+    }
+
+    /// A buffer that the kernel writes through its device address.
+    pub fn addresses_written(mut self, buffer: &Buffer) -> Self {
+        self.addressed.push((buffer.into(), Use::Write));
+        self
+    }
+
+    /// A driver's acceleration structure, in the buffer that holds it.
+    pub(crate) fn traces(mut self, buffer: &Buffer) -> Self {
+        self.addressed.push((buffer.into(), Use::Trace));
         self
     }
 
@@ -200,8 +213,8 @@ impl<'f, 'r> Pass<'f, 'r> {
         for (resource, how) in self.bound.values() {
             touches.push((resource.id(), touch(stage, resource, *how)));
         }
-        for resource in &self.addressed {
-            touches.push((resource.id(), touch(stage, resource, Use::Read)));
+        for (resource, how) in &self.addressed {
+            touches.push((resource.id(), touch(stage, resource, *how)));
         }
         let sets = self.write_descriptors(&device)?;
 
@@ -222,7 +235,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             bytes: self.bound.values().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
         };
         let mut keep: Vec<_> =
-            self.bound.values().map(|(r, _)| r).chain(&self.addressed).map(Resource::keep).collect();
+            self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
         keep.push(Keep::Kernel(self.kernel.clone()));
         keep.extend(self.textures.clone().map(Keep::Textures));
         let (kernel, push) = (self.kernel, &self.push);
@@ -368,11 +381,12 @@ fn touch(stage: vk::PipelineStageFlags2, resource: &Resource, how: Use) -> Touch
     use vk::AccessFlags2 as A;
     let read = match (resource, how) {
         (_, Use::Sample) => A::SHADER_SAMPLED_READ,
+        (_, Use::Trace) => A::ACCELERATION_STRUCTURE_READ_KHR,
         (Resource::Buffer(_), Use::Read) => A::SHADER_STORAGE_READ | A::UNIFORM_READ,
         _ => A::SHADER_STORAGE_READ,
     };
     let access = match how {
-        Use::Read | Use::Sample => read,
+        Use::Read | Use::Sample | Use::Trace => read,
         Use::Write => A::SHADER_STORAGE_WRITE,
         Use::Update => A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE,
     };

@@ -293,7 +293,7 @@ impl<'r> Frame<'r> {
     }
 
     /// Puts a barrier for `touches`, a label and two timestamps round `record`.
-    pub(crate) fn encode(
+    pub(super) fn encode(
         &mut self,
         info: PassInfo,
         touches: &[(u64, Touch)],
@@ -342,6 +342,17 @@ impl<'r> Frame<'r> {
         self.passes.push(info.name.clone());
         recorder.table.push(info);
         Ok(())
+    }
+
+    /// As a pass, for what is no kernel: the commands of `record` between the barrier for `touches` and the timestamps.
+    pub(crate) fn encode_other(
+        &mut self,
+        info: PassInfo,
+        touches: &[(u64, Touch)],
+        keep: &[Buffer],
+        record: impl FnOnce(&ash::Device, vk::CommandBuffer),
+    ) -> Result<()> {
+        self.encode(info, touches, keep.iter().cloned().map(Keep::Buffer), record)
     }
 
     pub(super) fn descriptor_sets(

@@ -1,6 +1,7 @@
 //! Kernels: a pipeline with its interface, bound by reflected names.
 
 mod access;
+mod ray_tracing;
 mod reflection;
 
 pub use reflection::{Binding, BindingKind, Reflection};
@@ -18,6 +19,8 @@ const SETS: usize = 4;
 pub(crate) enum Launch {
     /// Workgroups of this size.
     Compute([u32; 3]),
+    /// Ray generation shaders, one a thread.
+    RayTracing(ray_tracing::BindingTable),
 }
 
 /// A compiled kernel; clones share it.
@@ -175,6 +178,7 @@ impl Kernel {
     pub(crate) fn stage(&self) -> vk::PipelineStageFlags2 {
         match self.0.launch {
             Launch::Compute(_) => vk::PipelineStageFlags2::COMPUTE_SHADER,
+            Launch::RayTracing(_) => vk::PipelineStageFlags2::RAY_TRACING_SHADER_KHR,
         }
     }
 
@@ -193,6 +197,7 @@ impl Kernel {
         let raw = layout.device.raw();
         let bind_point = match launch {
             Launch::Compute(_) => vk::PipelineBindPoint::COMPUTE,
+            Launch::RayTracing(_) => vk::PipelineBindPoint::RAY_TRACING_KHR,
         };
         // SAFETY: as promised by the caller.
         unsafe {
@@ -207,6 +212,14 @@ impl Kernel {
                 Launch::Compute(group) => {
                     let n: [u32; 3] = std::array::from_fn(|i| extent[i].div_ceil(group[i]));
                     raw.cmd_dispatch(cmd, n[0], n[1], n[2]);
+                }
+                Launch::RayTracing(table) => {
+                    if let Some(extension) = &layout.device.inner().ray_tracing_pipeline {
+                        let none = vk::StridedDeviceAddressRegionKHR::default();
+                        extension.cmd_trace_rays(
+                            cmd, &table.ray_gen, &table.miss, &table.hit, &none, extent[0], extent[1], extent[2],
+                        );
+                    }
                 }
             }
         }

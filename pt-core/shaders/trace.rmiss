@@ -1,0 +1,7 @@
+// No hit.
+#include "records.glsl"
+#include "trace_payload.glsl"
+
+layout(location = 0) rayPayloadInEXT TracePayload payload;
+
+void main() { payload.instance = NONE; }

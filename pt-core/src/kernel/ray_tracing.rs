@@ -1,0 +1,151 @@
+//! Kernels that trace rays, for each of the backends; ray tracing pipelines and their shader binding tables.
+
+use super::{Kernel, Launch, Layout, Module, Reflection, reflection};
+use crate::buffer::{Buffer, Location};
+use crate::device::Device;
+use crate::error::{Error, Result, VkContext};
+use crate::kernels;
+use crate::trace::TraceBackend;
+use ash::vk;
+use pt_shaders::{GpuStruct, TraceCode};
+
+/// Regions of a shader binding table, and the buffer that they lie in.
+pub(crate) struct BindingTable {
+    #[expect(dead_code, reason = "the regions point into it")]
+    buffer: Buffer,
+    pub(super) ray_gen: vk::StridedDeviceAddressRegionKHR,
+    pub(super) miss: vk::StridedDeviceAddressRegionKHR,
+    pub(super) hit: vk::StridedDeviceAddressRegionKHR,
+}
+
+/// Shader groups in the order in which they stand in the pipeline and in the table, one a region.
+const GROUPS: u32 = 3;
+
+impl Kernel {
+    /// A kernel that traces rays, from the variant for `backend`, with push constants `P` (`()` for none).
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`]; [`Error::Unsupported`] when the device lacks the backend, or when it is `Auto`, which
+    /// [`crate::trace::choose`] turns into one of the others.
+    pub fn trace<P: GpuStruct>(device: &Device, code: &TraceCode, backend: TraceBackend) -> Result<Self> {
+        backend.check(device)?;
+        match backend {
+            TraceBackend::Auto => Err(Error::Unsupported("a kernel needs a definite trace backend, not auto".into())),
+            TraceBackend::Compute => Self::compute::<P>(device, &code.compute),
+            TraceBackend::RayQuery => Self::compute::<P>(device, &code.ray_query),
+            TraceBackend::RtPipeline => Self::ray_tracing::<P>(device, code),
+        }
+    }
+
+    fn ray_tracing<P: GpuStruct>(device: &Device, code: &TraceCode) -> Result<Self> {
+        let extension = device.inner().ray_tracing_pipeline.as_ref();
+        let extension = extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
+        let ray_gen = &code.ray_gen;
+        let mut interface = reflection::reflect::<P>(code.name, ray_gen.stage, ray_gen.spirv)?;
+        for shell in [&kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT, &kernels::TRACE_MISS] {
+            merge(&mut interface, reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?);
+        }
+        use vk::ShaderStageFlags as S;
+        let layout = Layout::new(device, &interface, S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR)?;
+        let stages = [
+            (S::RAYGEN_KHR, Module::new(device, ray_gen.spirv)?),
+            (S::MISS_KHR, Module::new(device, kernels::TRACE_MISS.spirv)?),
+            (S::CLOSEST_HIT_KHR, Module::new(device, kernels::TRACE_CLOSEST_HIT.spirv)?),
+            (S::ANY_HIT_KHR, Module::new(device, kernels::TRACE_ANY_HIT.spirv)?),
+        ];
+        let infos = stages.each_ref().map(|(stage, module)| {
+            vk::PipelineShaderStageCreateInfo::default().stage(*stage).module(module.handle).name(c"main")
+        });
+        let group = |ty| {
+            vk::RayTracingShaderGroupCreateInfoKHR::default()
+                .ty(ty)
+                .general_shader(vk::SHADER_UNUSED_KHR)
+                .closest_hit_shader(vk::SHADER_UNUSED_KHR)
+                .any_hit_shader(vk::SHADER_UNUSED_KHR)
+                .intersection_shader(vk::SHADER_UNUSED_KHR)
+        };
+        let groups = [
+            group(vk::RayTracingShaderGroupTypeKHR::GENERAL).general_shader(0),
+            group(vk::RayTracingShaderGroupTypeKHR::GENERAL).general_shader(1),
+            group(vk::RayTracingShaderGroupTypeKHR::TRIANGLES_HIT_GROUP).closest_hit_shader(2).any_hit_shader(3),
+        ];
+        let info = [vk::RayTracingPipelineCreateInfoKHR::default()
+            .stages(&infos)
+            .groups(&groups)
+            .max_pipeline_ray_recursion_depth(1)
+            .layout(layout.handle)];
+        // SAFETY: modules and layout are alive.
+        let pipeline = unsafe {
+            extension.create_ray_tracing_pipelines(
+                vk::DeferredOperationKHR::null(),
+                vk::PipelineCache::null(),
+                &info,
+                None,
+            )
+        }
+        .map_err(|(_, result)| Error::Vulkan { call: "vkCreateRayTracingPipelinesKHR", result })?[0];
+        match BindingTable::new(device, code.name, pipeline) {
+            Ok(table) => Ok(Self::assemble(code.name, interface, layout, pipeline, Launch::RayTracing(table))),
+            Err(error) => {
+                // SAFETY: never used.
+                unsafe { device.raw().destroy_pipeline(pipeline, None) };
+                Err(error)
+            }
+        }
+    }
+}
+
+/// Adds what another shader of the pipeline uses.
+fn merge(interface: &mut Reflection, other: Reflection) {
+    interface.textures |= other.textures;
+    for (place, binding) in other.bindings {
+        interface
+            .bindings
+            .entry(place)
+            .and_modify(|b| {
+                b.access.read |= binding.access.read;
+                b.access.write |= binding.access.write;
+                b.access.unknown |= binding.access.unknown;
+            })
+            .or_insert(binding);
+    }
+}
+
+impl BindingTable {
+    fn new(device: &Device, name: &str, pipeline: vk::Pipeline) -> Result<Self> {
+        let extension = device.inner().ray_tracing_pipeline.as_ref();
+        let extension = extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
+        let properties = device.info().capabilities;
+        let handle = properties.shader_group_handle_size as usize;
+        let alignment = u64::from(properties.shader_group_base_alignment);
+        let stride = u64::from(properties.shader_group_handle_size.next_multiple_of(properties.shader_group_handle_alignment));
+        // SAFETY: the pipeline has that many groups.
+        let handles = unsafe {
+            extension.get_ray_tracing_shader_group_handles(pipeline, 0, GROUPS, handle * GROUPS as usize)
+        }
+        .context("vkGetRayTracingShaderGroupHandlesKHR")?;
+        let step = stride.next_multiple_of(alignment);
+        // Room to align the first region by hand: the allocator does not know of this alignment.
+        let size = u64::from(GROUPS) * step + alignment;
+        let buffer = Buffer::with_usage(
+            device,
+            &format!("{name} binding table"),
+            size,
+            Location::Device,
+            vk::BufferUsageFlags::SHADER_BINDING_TABLE_KHR,
+        )?;
+        let start = buffer.address().next_multiple_of(alignment);
+        let mut bytes = vec![0; size as usize];
+        for (index, group) in handles.chunks_exact(handle).enumerate() {
+            let offset = (start - buffer.address() + index as u64 * step) as usize;
+            bytes[offset..offset + handle].copy_from_slice(group);
+        }
+        buffer.write_through_staging(&bytes)?;
+        let region = |index: u64| vk::StridedDeviceAddressRegionKHR {
+            device_address: start + index * step,
+            stride,
+            size: stride,
+        };
+        Ok(Self { buffer, ray_gen: region(0), miss: region(1), hit: region(2) })
+    }
+}

@@ -1,0 +1,111 @@
+//! Finding hits: three backends behind one GLSL interface (`trace.glsl`), chosen with [`TraceBackend`].
+//!
+//! * compute: two-level wide BVH traversed in GLSL, on every device;
+//! * ray-query: `VK_KHR_ray_query` in compute kernels;
+//! * rt-pipeline: `VK_KHR_ray_tracing_pipeline`.
+//!
+//! All of them name the same hit: instance, triangle of its mesh, and barycentrics and t computed by one GLSL function.
+
+mod accel;
+mod backend;
+pub mod bench;
+pub mod bvh;
+pub mod native;
+mod push;
+pub mod ray_list;
+mod vulkan_as;
+
+pub use accel::AccelStructure;
+pub use backend::{TraceBackend, UnknownBackend};
+pub use bench::{Choice, choose};
+pub use bvh::{BvhQuality, MeshBvh, TopLevel};
+pub use native::NativeScene;
+
+use glam::{Affine3A, UVec3, Vec3};
+
+/// Why an acceleration structure could not be built.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    /// An index points past the vertices.
+    #[error("triangle {triangle}: vertex {vertex} does not exist, the mesh has {vertices}")]
+    VertexIndex {
+        /// Triangle of the mesh.
+        triangle: usize,
+        /// Its vertex index.
+        vertex: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// The tree is deeper than the traversal's stack.
+    #[error(
+        "the mesh's BVH has {depth} levels, the traversal takes {limit}: the geometry is degenerate \
+         (very many coincident triangles?)"
+    )]
+    BvhDepth {
+        /// Levels of the tree.
+        depth: u32,
+        /// Levels that the stack allows.
+        limit: u32,
+    },
+    /// An instance names a mesh that is not there.
+    #[error("instance {instance}: mesh {mesh} does not exist, there are {meshes}")]
+    UnknownMesh {
+        /// Instance index.
+        instance: usize,
+        /// Mesh index.
+        mesh: u32,
+        /// Number of meshes.
+        meshes: usize,
+    },
+    /// More instances than the 24 bits of an instance index can name.
+    #[error("{0} instances: at most 16777215 can be traced")]
+    TooManyInstances(usize),
+    /// More instances than memory was taken for.
+    #[error("{instances} instances: the acceleration structure was made for {capacity}")]
+    Capacity {
+        /// Instances given.
+        instances: usize,
+        /// Instances announced.
+        capacity: usize,
+    },
+}
+
+/// Triangles of one mesh, object space, metres.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshGeometry<'a> {
+    /// Vertex positions.
+    pub positions: &'a [Vec3],
+    /// Vertices of each triangle.
+    pub indices: &'a [UVec3],
+    /// Triangles from here on get the alpha test; the number of triangles when none does.
+    pub first_masked: u32,
+}
+
+/// A mesh placed in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct InstancePlacement {
+    /// Index of the mesh.
+    pub mesh: u32,
+    /// Visibility mask, 8 bits: a ray sees the instance when `ray mask & mask != 0`.
+    pub mask: u32,
+    /// Invertible.
+    pub world_from_object: Affine3A,
+}
+
+fn check_indices(positions: &[Vec3], indices: &[UVec3]) -> Result<(), TraceError> {
+    let vertices = positions.len();
+    let outside = indices.iter().enumerate().find(|(_, i)| i.max_element() as usize >= vertices);
+    outside.map_or(Ok(()), |(triangle, i)| {
+        Err(TraceError::VertexIndex { triangle, vertex: i.max_element(), vertices })
+    })
+}
+
+fn check_instances(instances: &[InstancePlacement], meshes: usize) -> Result<(), TraceError> {
+    if instances.len() >= 1 << 24 {
+        return Err(TraceError::TooManyInstances(instances.len()));
+    }
+    match instances.iter().enumerate().find(|(_, i)| i.mesh as usize >= meshes) {
+        Some((instance, i)) => Err(TraceError::UnknownMesh { instance, mesh: i.mesh, meshes }),
+        None => Ok(()),
+    }
+}

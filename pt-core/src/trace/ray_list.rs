@@ -1,0 +1,157 @@
+//! Bare triangles on the device and kernels that trace a list of rays through them: for the bench, `auto` and tests.
+
+use super::push::RayListPush;
+use super::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
+use crate::buffer::{Buffer, Location};
+use crate::device::Device;
+use crate::error::Result;
+use crate::frame::{Frame, Uniforms};
+use crate::kernel::Kernel;
+use crate::kernels;
+use crate::texture::TextureTable;
+use glam::{Affine3A, Vec4};
+use pt_shaders::records::{Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord};
+
+/// What is asked about the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Query {
+    /// The nearest hit.
+    Closest,
+    /// Whether there is any; `Hit::instance` is 0 or [`NONE`].
+    Occluded,
+}
+
+/// A scene without materials, traced with one backend.
+pub struct RayScene {
+    accel: AccelStructure,
+    record: SceneRecord,
+    uniforms: Uniforms<SceneRecord>,
+    mesh_records: Vec<MeshRecord>,
+    meshes: Buffer,
+    instances: Buffer,
+    geometry: Vec<Buffer>,
+    textures: TextureTable,
+    closest: Kernel,
+    occluded: Kernel,
+}
+
+impl RayScene {
+    /// Uploads `meshes` and takes memory for `instances` instances; [`RayScene::place`] comes next.
+    ///
+    /// # Errors
+    /// As [`AccelStructure::new`].
+    pub fn new(device: &Device, meshes: &[MeshGeometry], instances: usize, backend: TraceBackend) -> Result<Self> {
+        let accel = AccelStructure::new(device, meshes, instances, backend, BvhQuality::default())?;
+        let mut geometry = Vec::new();
+        let mut mesh_records = Vec::new();
+        for (index, mesh) in meshes.iter().enumerate() {
+            let positions = Buffer::from_slice(device, "positions", mesh.positions)?;
+            let indices = Buffer::from_slice(device, "indices", mesh.indices)?;
+            let mut record = MeshRecord {
+                positions: positions.address(),
+                indices: indices.address(),
+                first_masked: mesh.first_masked,
+                triangle_count: mesh.indices.len() as u32,
+                ..bytemuck::Zeroable::zeroed()
+            };
+            accel.fill_mesh(index, &mut record);
+            mesh_records.push(record);
+            geometry.extend([positions, indices]);
+        }
+        let size = (instances * size_of::<InstanceRecord>()) as u64;
+        let instance_table = Buffer::new(device, "instances", size, Location::Device)?;
+        let mesh_table = Buffer::from_slice(device, "meshes", &mesh_records)?;
+        let mut record = SceneRecord {
+            instances: instance_table.address(),
+            meshes: mesh_table.address(),
+            environment_texture: NONE,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        accel.fill_scene(&mut record);
+        Ok(Self {
+            accel,
+            record,
+            uniforms: Uniforms::new(device, "scene_uniforms")?,
+            mesh_records,
+            meshes: mesh_table,
+            instances: instance_table,
+            geometry,
+            textures: TextureTable::new(device, &[])?,
+            closest: Kernel::trace::<RayListPush>(device, &kernels::RAY_LIST_CLOSEST, backend)?,
+            occluded: Kernel::trace::<RayListPush>(device, &kernels::RAY_LIST_OCCLUDED, backend)?,
+        })
+    }
+
+    /// Adds what the alpha test reads: `materials` (a `MaterialRecord` table) and, for each mesh, a `VertexRecord` table and
+    /// material indices.
+    ///
+    /// # Errors
+    /// When the device fails to take the mesh table.
+    pub fn set_materials(&mut self, materials: &Buffer, meshes: &[(Buffer, Buffer)]) -> Result<()> {
+        self.record.materials = materials.address();
+        self.geometry.push(materials.clone());
+        for (record, (vertices, triangle_materials)) in self.mesh_records.iter_mut().zip(meshes) {
+            record.vertices = vertices.address();
+            record.triangle_materials = triangle_materials.address();
+            self.geometry.extend([vertices.clone(), triangle_materials.clone()]);
+        }
+        self.meshes.write_through_staging(bytemuck::cast_slice(&self.mesh_records))
+    }
+
+    /// Moves the instances for the traces that follow.
+    ///
+    /// # Errors
+    /// As [`AccelStructure::update`].
+    pub fn place(&mut self, frame: &mut Frame<'_>, placements: &[InstancePlacement]) -> Result<()> {
+        self.accel.update(frame, placements)?;
+        let records: Vec<_> = placements.iter().map(instance_record).collect();
+        frame.upload(&self.instances, bytemuck::cast_slice(&records))?;
+        self.record.instance_count = placements.len() as u32;
+        self.uniforms.upload(frame, &self.record)
+    }
+
+    /// Traces the first `count` rays of `rays` (a `Ray` table, `width` a row of the launch) into `hits` (a `Hit` table).
+    ///
+    /// # Errors
+    /// When the pass can't be recorded.
+    pub fn trace(
+        &self,
+        frame: &mut Frame<'_>,
+        query: Query,
+        rays: &Buffer,
+        hits: &Buffer,
+        [count, width]: [u32; 2],
+        mask: u32,
+    ) -> Result<()> {
+        let (name, kernel) = match query {
+            Query::Closest => ("closest hits", &self.closest),
+            Query::Occluded => ("occlusion", &self.occluded),
+        };
+        debug_assert!(rays.size() >= u64::from(count) * size_of::<Ray>() as u64);
+        debug_assert!(hits.size() >= u64::from(count) * size_of::<Hit>() as u64);
+        let push = RayListPush { rays: rays.address(), hits: hits.address(), count, width, mask, pad: 0 };
+        let pass = frame.pass(name, kernel).read("scene_uniforms", self.uniforms.buffer()).push(&push);
+        let pass = if kernel.reflection().textures { pass.textures(&self.textures) } else { pass };
+        let tables = self.geometry.iter().chain([&self.meshes, &self.instances, rays]);
+        let pass = tables.fold(self.accel.bind(pass), |pass, table| pass.addresses(table));
+        pass.addresses_written(hits).dispatch([width, count.div_ceil(width), 1])
+    }
+}
+
+fn instance_record(placement: &InstancePlacement) -> InstanceRecord {
+    let world_from_object = rows(&placement.world_from_object);
+    InstanceRecord {
+        world_from_object,
+        object_from_world: rows(&placement.world_from_object.inverse()),
+        world_from_object_prev: world_from_object,
+        mesh: placement.mesh,
+        mask: placement.mask,
+        mirrored: u32::from(placement.world_from_object.matrix3.determinant() < 0.0),
+        pad: 0,
+    }
+}
+
+fn rows(transform: &Affine3A) -> [Vec4; 3] {
+    let (m, t) = (transform.matrix3.transpose(), transform.translation);
+    [m.x_axis.extend(t.x), m.y_axis.extend(t.y), m.z_axis.extend(t.z)]
+}

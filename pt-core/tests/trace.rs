@@ -1,0 +1,285 @@
+//! The three trace backends against the native traversal, and against each other.
+
+use glam::{Affine3A, Quat, UVec3, Vec2, Vec3, Vec4};
+use pt_core::rng::random4;
+use pt_core::test_support::TestDevice;
+use pt_core::trace::ray_list::{Query, RayScene};
+use pt_core::trace::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene, TraceBackend, choose};
+use pt_core::{Buffer, Location, Recorder};
+use pt_shaders::glam;
+use pt_shaders::records::{Hit, MATERIAL_MASK, MaterialRecord, NONE, Ray, TextureSlot, VertexRecord};
+
+const RAYS: u32 = 4096;
+const CUTOFF: f32 = 0.5;
+
+fn random(stream: u32, index: u32) -> Vec4 {
+    Vec4::from_array(random4([index, stream], 0, 0, 0))
+}
+
+struct Mesh {
+    positions: Vec<Vec3>,
+    indices: Vec<UVec3>,
+    alphas: Vec<u8>,
+    first_masked: u32,
+}
+
+impl Mesh {
+    /// Triangles without order in the unit cube round the origin; `size` is the length of their edges.
+    fn soup(stream: u32, triangles: u32, first_masked: u32, size: f32) -> Self {
+        let positions = (0..triangles * 3)
+            .map(|i| {
+                let center = random(stream, i / 3).truncate() - 0.5;
+                center + (random(stream + 1, i).truncate() - 0.5) * size
+            })
+            .collect();
+        let indices = (0..triangles).map(|t| UVec3::new(3 * t, 3 * t + 1, 3 * t + 2)).collect();
+        let alphas = (0..triangles * 3).map(|i| (random(stream + 2, i).x * 255.0) as u8).collect();
+        Self { positions, indices, alphas, first_masked }
+    }
+
+    fn geometry(&self) -> MeshGeometry<'_> {
+        MeshGeometry { positions: &self.positions, indices: &self.indices, first_masked: self.first_masked }
+    }
+
+    fn alpha(&self, triangle: u32, bary: Vec2) -> f32 {
+        let index = self.indices[triangle as usize];
+        let alpha = |i: u32| f32::from(self.alphas[i as usize]) / 255.0;
+        alpha(index.x) * (1.0 - bary.x - bary.y) + alpha(index.y) * bary.x + alpha(index.z) * bary.y
+    }
+}
+
+/// Non-uniform scales, some of them negative, moving with the frame.
+fn placements(meshes: u32, count: u32, frame: u32) -> Vec<InstancePlacement> {
+    (0..count)
+        .map(|i| {
+            let (a, b) = (random(90, i), random(91, i));
+            let scale = Vec3::new(0.3 + a.x, 0.3 + 2.0 * a.y, 0.3 + a.z) * if i % 3 == 1 { -1.0 } else { 1.0 };
+            let scale = if i % 4 == 2 { scale * Vec3::new(1.0, -1.0, 1.0) } else { scale };
+            let rotation = Quat::from_rotation_y(b.x * 6.0 + 0.3 * frame as f32) * Quat::from_rotation_x(b.y * 6.0);
+            let shift = (random(92, i).truncate() - 0.5) * 6.0 + Vec3::X * 0.4 * frame as f32;
+            InstancePlacement {
+                mesh: i % meshes,
+                mask: 1 << (i % 3),
+                world_from_object: Affine3A::from_scale_rotation_translation(scale, rotation, shift),
+            }
+        })
+        .collect()
+}
+
+fn rays() -> Vec<Ray> {
+    (0..RAYS)
+        .map(|i| {
+            let origin = (random(80, i).truncate() - 0.5) * 9.0;
+            let target = (random(81, i).truncate() - 0.5) * 5.0;
+            // One in eight runs along an axis, one in eight is short.
+            let axis = [Vec3::X, Vec3::NEG_Y, Vec3::Z][i as usize % 3];
+            let direction = if i % 8 == 0 { axis } else { target - origin };
+            Ray { origin, t_min: 0.01, direction, t_max: if i % 8 == 1 { 0.3 } else { 1e4 } }
+        })
+        .collect()
+}
+
+/// A scene on the device with all that the alpha test reads.
+fn scene(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> RayScene {
+    let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
+    let mut scene = RayScene::new(device, &geometry, instances, backend).unwrap();
+    let none = TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
+    let material = MaterialRecord {
+        base_color: Vec4::ONE,
+        flags: MATERIAL_MASK,
+        alpha_cutoff: CUTOFF,
+        base_color_texture: none,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let materials = Buffer::from_slice(device, "materials", &[material]).unwrap();
+    let tables: Vec<_> = meshes
+        .iter()
+        .map(|mesh| {
+            let vertex = |&alpha: &u8| VertexRecord {
+                color: u32::from(alpha) << 24 | 0xffffff,
+                ..bytemuck::Zeroable::zeroed()
+            };
+            let vertices: Vec<VertexRecord> = mesh.alphas.iter().map(vertex).collect();
+            let indices = vec![0u32; mesh.indices.len()];
+            let vertices = Buffer::from_slice(device, "vertices", &vertices).unwrap();
+            (vertices, Buffer::from_slice(device, "triangle materials", &indices).unwrap())
+        })
+        .collect();
+    scene.set_materials(&materials, &tables).unwrap();
+    scene
+}
+
+struct Tracer {
+    scene: RayScene,
+    recorder: Recorder,
+    rays: Buffer,
+    hits: [Buffer; 2],
+}
+
+impl Tracer {
+    fn new(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> Self {
+        let hits = || Buffer::new(device, "hits", u64::from(RAYS) * size_of::<Hit>() as u64, Location::Device).unwrap();
+        Self {
+            scene: scene(device, meshes, instances, backend),
+            recorder: Recorder::new(device).unwrap(),
+            rays: Buffer::from_slice(device, "rays", &rays()).unwrap(),
+            hits: [hits(), hits()],
+        }
+    }
+
+    /// Records one frame: moves the instances, traces the rays both ways.
+    fn record(&mut self, placements: &[InstancePlacement], mask: u32) {
+        let mut frame = self.recorder.begin().unwrap();
+        self.scene.place(&mut frame, placements).unwrap();
+        for (query, hits) in [Query::Closest, Query::Occluded].into_iter().zip(&self.hits) {
+            self.scene.trace(&mut frame, query, &self.rays, hits, [RAYS, 100], mask).unwrap();
+        }
+        frame.submit().unwrap();
+    }
+
+    fn trace(&mut self, placements: &[InstancePlacement], mask: u32) -> (Vec<Hit>, Vec<bool>) {
+        self.record(placements, mask);
+        let occluded = self.hits[1].read::<Hit>().unwrap().iter().map(|h| h.instance != NONE).collect();
+        (self.hits[0].read().unwrap(), occluded)
+    }
+}
+
+fn native_hits(meshes: &[Mesh], placements: &[InstancePlacement], mask: u32) -> Vec<Hit> {
+    let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
+    let native = NativeScene::new(&geometry, placements, BvhQuality::Fast).unwrap();
+    let coverage = |instance: u32, triangle: u32, bary: Vec2| {
+        meshes[placements[instance as usize].mesh as usize].alpha(triangle, bary) >= CUTOFF
+    };
+    let mut hits = vec![Hit { instance: NONE, triangle: 0, barycentrics: Vec2::ZERO, t: 0.0 }; RAYS as usize];
+    native.closest_all(&rays(), mask, Some(&coverage), &mut hits);
+    hits
+}
+
+fn same_triangle(a: &Hit, b: &Hit) -> bool {
+    a.instance == b.instance && (a.instance == NONE || a.triangle == b.triangle)
+}
+
+/// Rounding decides at edges and at the alpha cutoff: a ray in a thousand may fall to the other side.
+fn assert_agree(what: &str, a: &[Hit], b: &[Hit]) {
+    let wrong: Vec<_> = a.iter().zip(b).enumerate().filter(|(_, (a, b))| !same_triangle(a, b)).collect();
+    assert!(wrong.len() * 1000 <= a.len(), "{what}: {} of {} differ, first {:?}", wrong.len(), a.len(), wrong[0]);
+}
+
+fn compare(meshes: &[Mesh], instances: u32, frames: u32, ray_mask: u32, least_hits: usize) {
+    let device = TestDevice::open();
+    let mut tracers: Vec<_> = TraceBackend::available(&device)
+        .into_iter()
+        .map(|backend| (backend, Tracer::new(&device, meshes, instances as usize, backend)))
+        .collect();
+    for frame in 0..frames {
+        let placed = placements(meshes.len() as u32, instances, frame);
+        let native = native_hits(meshes, &placed, ray_mask);
+        let found = native.iter().filter(|h| h.instance != NONE).count();
+        assert!(found >= least_hits, "the test's rays must hit something: {found}");
+        let mut first: Option<Vec<Hit>> = None;
+        for (backend, tracer) in &mut tracers {
+            let (hits, occluded) = tracer.trace(&placed, ray_mask);
+            assert_agree(&format!("{backend} and native, frame {frame}"), &native, &hits);
+            for (hit, native) in hits.iter().zip(&native).filter(|(a, b)| a.instance != NONE && same_triangle(a, b)) {
+                assert!((hit.t - native.t).abs() <= 1e-4 * native.t.max(1.0), "{backend}: {hit:?} {native:?}");
+                assert!(hit.barycentrics.abs_diff_eq(native.barycentrics, 2e-3), "{backend}: {hit:?} {native:?}");
+            }
+            let inconsistent = hits.iter().zip(&occluded).filter(|(h, o)| (h.instance != NONE) != **o).count();
+            assert!(inconsistent * 1000 <= hits.len(), "{backend}: {inconsistent} shadow rays contradict closest hits");
+            let Some(first) = &first else {
+                first = Some(hits);
+                continue;
+            };
+            assert_agree(&format!("{backend} and compute, frame {frame}"), first, &hits);
+            for (a, b) in first.iter().zip(&hits).filter(|(a, b)| a.instance != NONE && same_triangle(a, b)) {
+                assert_eq!(a, b, "{backend}: other bits than compute");
+            }
+        }
+    }
+}
+
+#[test]
+fn moving_instances_with_masks_and_alpha() {
+    let empty = Mesh { positions: vec![], indices: vec![], alphas: vec![], first_masked: 0 };
+    let meshes = [Mesh::soup(10, 1500, 1000, 0.2), Mesh::soup(20, 200, 0, 0.5), empty, Mesh::soup(30, 40, 40, 0.8)];
+    compare(&meshes, 24, 3, 0b011, 500);
+}
+
+#[test]
+fn lone_instance() {
+    compare(&[Mesh::soup(40, 5000, 4000, 0.1)], 1, 2, 0xff, 200);
+}
+
+#[test]
+fn hidden_lone_instance_and_no_instance() {
+    let device = TestDevice::open();
+    let meshes = [Mesh::soup(50, 100, 100, 0.5)];
+    for backend in TraceBackend::available(&device) {
+        let mut tracer = Tracer::new(&device, &meshes, 1, backend);
+        for (placed, mask) in [(placements(1, 1, 0), 0b10), (Vec::new(), 0xff)] {
+            let (hits, occluded) = tracer.trace(&placed, mask);
+            assert!(hits.iter().all(|h| h.instance == NONE) && !occluded.contains(&true), "{backend}");
+        }
+        let (hits, _) = tracer.trace(&placements(1, 1, 0), 0b01);
+        assert!(hits.iter().any(|h| h.instance != NONE), "{backend}");
+    }
+}
+
+#[test]
+fn frames_in_their_stride_create_nothing() {
+    let device = TestDevice::open();
+    let meshes = [Mesh::soup(60, 300, 200, 0.3)];
+    for backend in TraceBackend::available(&device) {
+        let mut tracer = Tracer::new(&device, &meshes, 9, backend);
+        for frame in 0..6 {
+            tracer.record(&placements(1, 9, frame), 0xff);
+        }
+        for timing in tracer.recorder.finish().unwrap().iter().filter(|t| t.frame > 2) {
+            assert_eq!((timing.created.pipelines, timing.created.allocations), (0, 0), "{backend}");
+        }
+    }
+}
+
+#[test]
+fn auto_takes_the_fastest_candidate() {
+    let device = TestDevice::open();
+    let mesh = Mesh::soup(70, 2000, 2000, 0.1);
+    let choice = choose(&device, &[mesh.geometry()], &placements(1, 2, 0)).unwrap();
+    let available = TraceBackend::available(&device);
+    assert_eq!(choice.missing.len() + available.len(), 3);
+    assert!(available.contains(&choice.backend));
+    let rate = |b| choice.mrays_per_s.iter().find(|(other, _)| *other == b).map_or(0.0, |(_, rate)| *rate);
+    for backend in available {
+        assert!(rate(backend) <= rate(choice.backend));
+    }
+}
+
+#[test]
+fn names_round_trip_and_bad_ones_are_named() {
+    for backend in TraceBackend::CONCRETE.into_iter().chain([TraceBackend::Auto]) {
+        assert_eq!(backend.to_string().parse(), Ok(backend));
+    }
+    let error = "rtx".parse::<TraceBackend>().unwrap_err().to_string();
+    assert!(error.contains("\"rtx\"") && error.contains("rt-pipeline"), "{error}");
+}
+
+#[test]
+fn bad_geometry_is_an_error() {
+    let device = TestDevice::open();
+    let positions = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let outside = [UVec3::new(0, 1, 3)];
+    let bad = MeshGeometry { positions: &positions, indices: &outside, first_masked: 1 };
+    for backend in TraceBackend::available(&device) {
+        let error = RayScene::new(&device, &[bad], 1, backend).err().expect("an error").to_string();
+        assert!(error.contains("triangle 0: vertex 3 does not exist"), "{error}");
+    }
+    // Vertices that are not finite are left out by the trees.
+    let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NAN];
+    let indices = [UVec3::new(0, 1, 3), UVec3::new(0, 1, 2)];
+    let mesh = MeshGeometry { positions: &positions, indices: &indices, first_masked: 2 };
+    let placed = [InstancePlacement { mesh: 0, mask: 1, world_from_object: Affine3A::IDENTITY }];
+    let native = NativeScene::new(&[mesh], &placed, BvhQuality::Medium).unwrap();
+    let ray = Ray { origin: Vec3::new(0.2, 0.2, 1.0), t_min: 0.0, direction: Vec3::NEG_Z, t_max: 9.0 };
+    assert_eq!(native.closest(&ray, 1, None).triangle, 1);
+    assert!(native.occluded(&ray, 1, None));
+}

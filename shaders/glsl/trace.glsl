@@ -1,0 +1,72 @@
+// Finding hits. A kernel that traces (`*.trace`) includes this header and is compiled once for each backend; it sees
+//
+//     Hit trace_closest(Ray ray, uint mask)     nearest hit in [t_min, t_max]; instance == NONE: nothing
+//     bool trace_occluded(Ray ray, uint mask)   whether there is any
+//     uvec2 launch_id()                         position in the launch; compute launches round up to whole workgroups,
+//                                               so main() returns when it lies outside of the extent
+//
+// Instances take part when (mask & InstanceRecord.mask) != 0; triangles from first_masked on pass the alpha test. Both sides
+// of a triangle are hit. Whichever backend found the triangle, t and the barycentrics come from triangle_intersection().
+#include "scene.glsl"
+
+// Sums and products in a fixed order, so that every backend's kernel computes the same bits.
+vec3 fixed_cross(vec3 a, vec3 b) {
+    precise vec3 c = fma(a.yzx, b.zxy, -(a.zxy * b.yzx));
+    return c;
+}
+
+float fixed_dot(vec3 a, vec3 b) {
+    precise float d = fma(a.z, b.z, fma(a.y, b.y, a.x * b.x));
+    return d;
+}
+
+// The ray in an instance's space. The direction keeps its image's length, so that t is the same in both spaces.
+Ray object_space_ray(Ray ray, vec4 rows[3]) {
+    precise vec3 origin = vec3(fixed_dot(rows[0].xyz, ray.origin) + rows[0].w, fixed_dot(rows[1].xyz, ray.origin) + rows[1].w,
+                               fixed_dot(rows[2].xyz, ray.origin) + rows[2].w);
+    vec3 direction = vec3(fixed_dot(rows[0].xyz, ray.direction), fixed_dot(rows[1].xyz, ray.direction),
+                          fixed_dot(rows[2].xyz, ray.direction));
+    return Ray(origin, ray.t_min, direction, ray.t_max);
+}
+
+// (u, v, t) where the line of the ray meets the triangle's plane: Moller and Trumbore 1997. The ray's origin is taken relative
+// to a vertex and the edges are exact differences, so that the error grows with the distance to the triangle and not with
+// the distance of both from the origin of space. Not finite when they are parallel.
+vec3 triangle_intersection(Ray ray, vec3 v0, vec3 e1, vec3 e2) {
+    vec3 p = fixed_cross(ray.direction, e2);
+    precise vec3 s = ray.origin - v0;
+    vec3 q = fixed_cross(s, e1);
+    precise float inverse = 1.0 / fixed_dot(e1, p);
+    precise vec3 uvt = vec3(fixed_dot(s, p), fixed_dot(ray.direction, q), fixed_dot(e2, q)) * inverse;
+    return uvt;
+}
+
+// The hit of a world-space ray on a triangle that a driver's traversal named.
+Hit triangle_hit(Ray ray, uint instance, uint triangle) {
+    InstanceTable table = InstanceTable(scene.instances);
+    MeshRecord mesh = scene_mesh(table.at[instance].mesh);
+    uvec3 index = IndexTable(mesh.indices).at[triangle];
+    PositionTable position = PositionTable(mesh.positions);
+    vec3 v0 = position.at[index.x];
+    Ray local = object_space_ray(ray, table.at[instance].object_from_world);
+    vec3 uvt = triangle_intersection(local, v0, position.at[index.y] - v0, position.at[index.z] - v0);
+    return Hit(instance, triangle, uvt.xy, uvt.z);
+}
+
+// Drivers number the primitives of each geometry from 0: geometry 0 is [0, first_masked), geometry 1 the masked rest.
+uint mesh_triangle(uint instance, uint geometry, uint primitive) {
+    if (geometry == 0u) return primitive;
+    return primitive + scene_mesh(InstanceTable(scene.instances).at[instance].mesh).first_masked;
+}
+
+const Hit MISS = Hit(NONE, NONE, vec2(0.0), 0.0);
+
+#ifdef TRACE_COMPUTE
+#include "trace_compute.glsl"
+#endif
+#ifdef TRACE_RAY_QUERY
+#include "trace_ray_query.glsl"
+#endif
+#ifdef TRACE_RT_PIPELINE
+#include "trace_rt_pipeline.glsl"
+#endif

@@ -1,0 +1,201 @@
+// trace.glsl as a compute kernel's own traversal of two levels of compressed 8-wide BVHs: Ylitie, Karras, Laine 2017,
+// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs". Nodes: BvhNode, made by pt_core::trace::bvh.
+//
+// Written for SIMD without branches as well (lavapipe executes both sides of every `if`, and a loop's body at least once):
+// what is rare, entering an instance and testing alpha, sits in the outer loop; loads are 64 bit wide, stack entries too.
+layout(local_size_x = 8, local_size_y = 4) in;
+
+uvec2 launch_id() { return gl_GlobalInvocationID.xy; }
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer NodeWords { uint64_t at[9]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer TriangleWords { uint64_t at[5]; };
+
+const uint NODE_BYTES = 72u;
+const uint TRIANGLE_BYTES = 40u;
+// pt_core::trace::bvh keeps the trees within it.
+const uint STACK_SIZE = 48u;
+// Barycentrics this far outside still hit: closes the cracks that rounding leaves between neighbours.
+const float EDGE_TOLERANCE = 1e-6;
+
+// A set of siblings to visit: x = index of the first, y = those left in bits 8..15, all that are numbered from x in bits 0..7.
+// Inner children stand in the order of visit (slot ^ octant), leaves in slots.
+const uvec2 ROOT = uvec2(0u, 0x8000u);
+const uvec2 NO_SIBLINGS = uvec2(0u);
+
+bool is_empty(uvec2 siblings) { return siblings.y < 0x100u; }
+
+uint64_t stack[STACK_SIZE];
+
+// What the box test needs of a ray.
+struct BoxRay {
+    vec3 origin;
+    vec3 inverse; // 1 / direction, finite
+    uint octant;  // bit 2, 1, 0 set where x, y, z of the direction is not negative
+};
+
+BoxRay box_ray(Ray ray) {
+    vec3 direction = mix(ray.direction, vec3(1e-20), lessThan(abs(ray.direction), vec3(1e-20)));
+    uvec3 positive = uvec3(greaterThanEqual(direction, vec3(0.0)));
+    return BoxRay(ray.origin, 1.0 / direction, positive.x << 2 | positive.y << 1 | positive.z);
+}
+
+// Four planes, as bytes. By way of signed integers: one instruction on a CPU, where unsigned ones take six.
+vec4 planes(uint word) { return vec4(int(word & 0xffu), int((word >> 8) & 0xffu), int((word >> 16) & 0xffu), int(word >> 24)); }
+
+// Set of four children that the ray meets in [t_min, t_max]; x, y, z are the near and far planes of one axis each.
+uint hit_children(uvec2 x, uvec2 y, uvec2 z, vec3 scale, vec3 enter, vec3 leave, float t_min, float t_max) {
+    vec4 near = max(max(fma(planes(x.x), scale.xxxx, enter.xxxx), fma(planes(y.x), scale.yyyy, enter.yyyy)),
+                    max(fma(planes(z.x), scale.zzzz, enter.zzzz), vec4(t_min)));
+    vec4 far = min(min(fma(planes(x.y), scale.xxxx, leave.xxxx), fma(planes(y.y), scale.yyyy, leave.yyyy)),
+                   min(fma(planes(z.y), scale.zzzz, leave.zzzz), vec4(t_max)));
+    uvec4 bits = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), lessThanEqual(near, far));
+    return (bits.x | bits.y) | (bits.z | bits.w);
+}
+
+// Moves bit i of an 8-bit set to i ^ octant.
+uint permute(uint bits, uint octant) {
+    bits = (octant & 1u) != 0u ? (bits & 0x55u) << 1 | (bits >> 1) & 0x55u : bits;
+    bits = (octant & 2u) != 0u ? (bits & 0x33u) << 2 | (bits >> 2) & 0x33u : bits;
+    return (octant & 4u) != 0u ? (bits & 0x0fu) << 4 | bits >> 4 : bits;
+}
+
+// Inner children and leaves of a node that the ray meets in [t_min, t_max].
+void visit(NodeWords node, BoxRay ray, float t_min, float t_max, out uvec2 inner, out uvec2 leaves) {
+    vec2 origin_xy = uintBitsToFloat(unpackUint2x32(node.at[0]));
+    uvec2 head = unpackUint2x32(node.at[1]);
+    uvec2 base = unpackUint2x32(node.at[2]);
+    uvec2 x0 = unpackUint2x32(node.at[3]), x1 = unpackUint2x32(node.at[4]);
+    uvec2 y0 = unpackUint2x32(node.at[5]), y1 = unpackUint2x32(node.at[6]);
+    uvec2 z0 = unpackUint2x32(node.at[7]), z1 = unpackUint2x32(node.at[8]);
+    vec3 extent = uintBitsToFloat(uvec3(head.y << 23, head.y << 15, head.y << 7) & 0x7f800000u);
+    vec3 scale = extent * ray.inverse;
+    vec3 offset = (vec3(origin_xy, uintBitsToFloat(head.x)) - ray.origin) * ray.inverse;
+    // Widened by the rounding of both terms, so that no box is missed that touches the ray.
+    vec3 slack = 4e-7 * fma(abs(scale), vec3(255.0), abs(offset));
+    vec3 enter = offset - slack;
+    vec3 leave = offset + slack;
+    bvec3 back = lessThan(ray.inverse, vec3(0.0));
+    uvec2 x_near = back.x ? x1 : x0, x_far = back.x ? x0 : x1;
+    uvec2 y_near = back.y ? y1 : y0, y_far = back.y ? y0 : y1;
+    uvec2 z_near = back.z ? z1 : z0, z_far = back.z ? z0 : z1;
+    uint hits = hit_children(uvec2(x_near.x, x_far.x), uvec2(y_near.x, y_far.x), uvec2(z_near.x, z_far.x), scale, enter, leave, t_min, t_max) |
+                hit_children(uvec2(x_near.y, x_far.y), uvec2(y_near.y, y_far.y), uvec2(z_near.y, z_far.y), scale, enter, leave, t_min, t_max) << 4;
+    uint inner_set = head.y >> 24;
+    uint leaf_set = base.x >> 28 | (base.y >> 28) << 4;
+    inner = uvec2(base.x & 0xfffffffu, permute(hits & inner_set, ray.octant) << 8 | inner_set);
+    leaves = uvec2(base.y & 0xfffffffu, (hits & leaf_set) << 8 | leaf_set);
+}
+
+// Takes the last one out of a set of siblings; its index.
+uint take(inout uvec2 siblings, uint octant) {
+    uint place = uint(findMSB(siblings.y));
+    siblings.y ^= 1u << place;
+    uint slot = (place - 8u) ^ octant;
+    return siblings.x + uint(bitCount(siblings.y & ~(0xffffffffu << slot) & 0xffu));
+}
+
+struct MeshTriangle {
+    vec3 v0, e1, e2;
+    uint index;
+};
+
+MeshTriangle load_triangle(uint64_t triangles, uint entry) {
+    TriangleWords words = TriangleWords(triangles + uint64_t(entry) * TRIANGLE_BYTES);
+    vec2 a = uintBitsToFloat(unpackUint2x32(words.at[0])), b = uintBitsToFloat(unpackUint2x32(words.at[1]));
+    vec2 c = uintBitsToFloat(unpackUint2x32(words.at[2])), d = uintBitsToFloat(unpackUint2x32(words.at[3]));
+    uvec2 e = unpackUint2x32(words.at[4]);
+    return MeshTriangle(vec3(a, b.x), vec3(b.y, c), vec3(d, uintBitsToFloat(e.x)), e.y);
+}
+
+Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
+    InstanceTable instances = InstanceTable(scene.instances);
+    MeshTable meshes = MeshTable(scene.meshes);
+    UintTable top_entries = UintTable(scene.tlas_instances);
+    Hit best = Hit(NONE, NONE, vec2(0.0), world_ray.t_max);
+    Hit candidate = best; // a masked triangle that waits for its alpha test
+
+    // The level that the lane is in: a mesh, or (instance == NONE) the top level.
+    uint instance = NONE;
+    uint64_t nodes = scene.tlas_nodes;
+    uint64_t triangles = 0ul;
+    uint first_masked = NONE;
+    Ray ray = world_ray;
+    BoxRay box = box_ray(ray);
+
+    uvec2 inner = ROOT;
+    uvec2 leaves = NO_SIBLINGS;
+    uint height = 0u;
+    uint bottom = 0u; // height below which the stack belongs to the level above
+    // A lone instance is entered at once.
+    if (scene.instance_count == 1u) {
+        inner = NO_SIBLINGS;
+        leaves = uvec2(0u, 0x101u);
+    }
+    for (;;) {
+        if (instance == NONE && !is_empty(leaves)) {
+            uint entry = take(leaves, 0u);
+            instance = scene.instance_count == 1u ? 0u : top_entries.at[entry];
+            stack[height] = packUint2x32(inner);
+            stack[height + 1u] = packUint2x32(leaves);
+            height += 2u;
+            bottom = height;
+            uint mesh = instances.at[instance].mesh;
+            nodes = meshes.at[mesh].bvh_nodes;
+            triangles = meshes.at[mesh].bvh_triangles;
+            first_masked = meshes.at[mesh].first_masked;
+            ray = object_space_ray(world_ray, instances.at[instance].object_from_world);
+            box = box_ray(ray);
+            // One that the mask hides is left again after its root: nothing lies in an empty interval.
+            if ((instances.at[instance].mask & mask) == 0u) ray.t_min = 3e38;
+            inner = ROOT;
+            leaves = NO_SIBLINGS;
+        }
+        for (;;) {
+            while (instance != NONE && !is_empty(leaves) && candidate.instance == NONE) {
+                MeshTriangle t = load_triangle(triangles, take(leaves, 0u));
+                vec3 uvt = triangle_intersection(ray, t.v0, t.e1, t.e2);
+                bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
+                           uvt.z >= ray.t_min && uvt.z < best.t;
+                if (hit && t.index < first_masked) best = Hit(instance, t.index, uvt.xy, uvt.z);
+                if (hit && t.index >= first_masked) candidate = Hit(instance, t.index, uvt.xy, uvt.z);
+            }
+            if (candidate.instance != NONE || any_hit && best.instance != NONE) break;
+            if (is_empty(inner)) {
+                if (height == bottom) break;
+                inner = unpackUint2x32(stack[--height]);
+            }
+            uint child = take(inner, box.octant);
+            // Written in any case and kept when there is more to come: a masked store costs more.
+            stack[height] = packUint2x32(inner);
+            height += is_empty(inner) ? 0u : 1u;
+            visit(NodeWords(nodes + uint64_t(child) * NODE_BYTES), box, ray.t_min, best.t, inner, leaves);
+            if (instance == NONE && !is_empty(leaves)) break;
+        }
+        if (candidate.instance != NONE) {
+            if (alpha_test(scene_mesh(instances.at[instance].mesh), candidate.triangle, candidate.barycentrics)) best = candidate;
+            candidate.instance = NONE;
+            if (!(any_hit && best.instance != NONE)) continue;
+        }
+        if (any_hit && best.instance != NONE) break;
+        if (instance != NONE) {
+            // Back to the top level.
+            leaves = unpackUint2x32(stack[height - 1u]);
+            inner = unpackUint2x32(stack[height - 2u]);
+            height -= 2u;
+            bottom = 0u;
+            instance = NONE;
+            nodes = scene.tlas_nodes;
+            ray = world_ray;
+            box = box_ray(ray);
+        }
+        if (is_empty(leaves) && is_empty(inner)) {
+            if (height == 0u) break;
+            inner = unpackUint2x32(stack[--height]);
+        }
+    }
+    return best;
+}
+
+Hit trace_closest(Ray ray, uint mask) { return traverse(ray, mask, false); }
+
+bool trace_occluded(Ray ray, uint mask) { return traverse(ray, mask, true).instance != NONE; }

@@ -1,0 +1,21 @@
+// trace.glsl in a ray generation shader. One hit group and one miss shader serve all rays: occlusion rays skip the
+// closest-hit shader and start out as "hit", which only the miss shader takes back.
+#include "trace_payload.glsl"
+
+layout(location = 0) rayPayloadEXT TracePayload payload;
+
+uvec2 launch_id() { return gl_LaunchIDEXT.xy; }
+
+Hit trace_closest(Ray ray, uint mask) {
+    traceRayEXT(accelerationStructureEXT(scene.tlas), gl_RayFlagsNoneEXT, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction,
+                ray.t_max, 0);
+    if (payload.instance == NONE) return MISS;
+    return triangle_hit(ray, payload.instance, mesh_triangle(payload.instance, payload.geometry, payload.primitive));
+}
+
+bool trace_occluded(Ray ray, uint mask) {
+    payload.instance = 0u;
+    traceRayEXT(accelerationStructureEXT(scene.tlas), gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT, mask,
+                0, 0, 0, ray.origin, ray.t_min, ray.direction, ray.t_max, 0);
+    return payload.instance != NONE;
+}
