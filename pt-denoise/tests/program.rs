@@ -47,6 +47,20 @@ fn composites_a_capture() {
         assert!(got.iter().all(|v| (v - want).abs() < 1e-5), "{name}: {got:?}, expected {want}");
     }
 
+    // The words by themselves, as AOV files have them.
+    let mut aov = capture();
+    for (layer, from, to, value) in
+        [("shading_position", "W", "material", 0), ("view_direction", "Y", "flags", 2)]
+    {
+        let layer = aov.layers.iter_mut().find(|l| l.name == layer).unwrap();
+        layer.channels.retain(|c| c.name != from);
+        layer.channels.push(Channel { name: to.into(), samples: Samples::U32(vec![value; 2]) });
+    }
+    assert!(run(&aov, &[]).status.success());
+    let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
+    let pixel = ["R", "G", "B", "A"].map(|name| out.channel("", name).unwrap().to_f32()[1]);
+    assert_eq!(pixel, [0.0, 0.0, 3.0, 2.0], "no surface: the transparent layer alone");
+
     let mut partial = capture();
     partial.layers.retain(|layer| layer.name != "throughput");
     let missing = String::from_utf8(run(&partial, &[]).stderr).unwrap();

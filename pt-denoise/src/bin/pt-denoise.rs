@@ -1,7 +1,8 @@
 //! Runs the composite alone on recorded channels. Exit codes: 0 done, 2 usage or environment.
 //!
-//! The capture is an EXR in the split layout with one layer per channel, called as in the channel table; the components
-//! are R, G, B, A or X, Y, Z, W in the order of the table.
+//! The input is an EXR with one layer per channel, called as in the channel table; the components are R, G, B, A or
+//! X, Y, Z, W in the order of the table, and the words `shading_position.material` and `view_direction.flags` may stand by
+//! themselves, as `pt render --aov all` writes them. The composite is per pixel, so split and flat layout both serve.
 
 #![forbid(unsafe_code)]
 
@@ -11,7 +12,7 @@ use pt_core::image_file::{Layer, LayeredImage, OutputFormat, Samples, check_outp
 use pt_core::settings::apply_sets;
 use pt_core::{ChannelImages, Device, DeviceOptions, Recorder};
 use pt_denoise::{Composite, DenoiseParams, texels};
-use pt_shaders::channels::{COLOR, ChannelId};
+use pt_shaders::channels::{COLOR, ChannelId, SHADING_POSITION, VIEW_DIRECTION};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -19,9 +20,9 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version)]
 struct Args {
-    /// Capture: an EXR in the split layout, one layer per channel.
+    /// Recorded channels: an EXR of even width, one layer per channel.
     capture: PathBuf,
-    /// Composited radiance to write, in the split layout; alpha holds the checkerboard flags.
+    /// Composited radiance to write, in the layout of the input; alpha holds the checkerboard flags.
     #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
     /// Knob of the stage, such as scale_spec=0.
@@ -45,6 +46,19 @@ fn main() -> ExitCode {
 /// Texels of one channel, from the layer of its name.
 fn texels_of(capture: &LayeredImage, id: ChannelId) -> Result<Vec<u8>> {
     let channel = id.channel();
+    // Of these two channels the composite looks at one word only.
+    let word = |name| match capture.channel(channel.name, name) {
+        Some(Samples::U32(words)) => Some(words),
+        _ => None,
+    };
+    if let Some(material) = word("material").filter(|_| id == SHADING_POSITION) {
+        let values: Vec<u32> = material.iter().flat_map(|&bits| [0, 0, 0, bits]).collect();
+        return Ok(bytemuck::cast_slice(&values).to_vec());
+    }
+    if let Some(flags) = word("flags").filter(|_| id == VIEW_DIRECTION) {
+        let values: Vec<u32> = flags.iter().flat_map(|&flags| [0, flags]).collect();
+        return Ok(texels::encode_u32(channel.format, &values));
+    }
     let planes = ["RGBA", "XYZW"].iter().find_map(|names| {
         let names = names.chars().take(channel.format.components() as usize);
         names.map(|name| capture.channel(channel.name, &name.to_string())).collect::<Option<Vec<_>>>()
@@ -78,7 +92,11 @@ fn run(args: &Args) -> Result<()> {
     let in_capture = || args.capture.display().to_string();
     let capture = LayeredImage::read_exr(&args.capture)?;
     let (width, height) = (capture.width, capture.height);
-    ensure!(width % 2 == 0, "{}: the split layout has an even width, this is {width}", in_capture());
+    ensure!(
+        width % 2 == 0,
+        "{}: the width must be even (two checkerboard fields), this is {width}",
+        in_capture()
+    );
 
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
     let channels = [Composite::READS, Composite::WRITES].concat();
@@ -98,6 +116,6 @@ fn run(args: &Args) -> Result<()> {
     out.layers.push(Layer::from_interleaved("", &["R", "G", "B", "A"], 4, &color));
     out.metadata = capture.metadata;
     out.write_exr(&args.output)?;
-    println!("{}: {width}x{height} (split), {ms:.3} ms, {}", args.output.display(), device.info().name);
+    println!("{}: {width}x{height}, {ms:.3} ms, {}", args.output.display(), device.info().name);
     Ok(())
 }
