@@ -1,1 +1,28 @@
-//! (being built)
+//! Light sampling and the direct lighting pass.
+//!
+//! * [`LightLists`]: which lights a scene has and how likely each is picked; [`LightTables`]: the same on the GPU;
+//! * `lights.glsl`, `sampling.glsl`, `brdf.glsl` (in pt-shaders): the samplers, for every kernel that needs light;
+//! * [`DirectLighting`]: the pass, one candidate and one shadow ray for each kind of light;
+//! * [`oracle`]: the same mathematics on the CPU.
+
+mod alias;
+mod direct;
+mod emissive;
+mod environment;
+mod lists;
+pub mod oracle;
+mod punctual;
+mod tables;
+mod texture_mean;
+
+pub use alias::AliasTable;
+pub use direct::{DirectLighting, Params};
+pub use emissive::EmissiveTriangle;
+pub use lists::LightLists;
+pub use tables::LightTables;
+
+/// Rec. 709 luminance of linear RGB (`luminance` of math.glsl).
+fn luminance(c: glam::Vec3) -> f64 {
+    let [r, g, b] = c.to_array().map(f64::from);
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}

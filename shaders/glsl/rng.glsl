@@ -17,11 +17,16 @@ uvec4 pcg4d(uvec4 v) {
 
 // Dimensions: every decision that draws numbers has one of its own.
 const uint DIM_PIXEL = 0u;       // x, y: position in the pixel; z, w: position on the lens
-const uint DIM_LIGHT = 1u;       // x: kind of light, y: light, z, w: point on it
-const uint DIM_LIGHT_ALIAS = 2u; // x: alias table, second number; y: unused; z, w: unused
+// One candidate of each kind of light. x: which light; y: second number of its alias table; z, w: point on it.
+const uint DIM_SUN = 1u;
+const uint DIM_POSITIONAL = 2u;
+const uint DIM_EMISSIVE = 3u;
+const uint DIM_ENVIRONMENT = 4u;
 
-// Four numbers in [0, 1). `key`: x = flat pixel (x | y << 16), y = frame (channel rng_seed).
-vec4 random4(uvec2 key, uint dimension, uint seed) {
-    // 24 bits: exact in fp32 and never 1.
-    return vec4(pcg4d(uvec4(key, dimension, seed)) >> 8u) * (1.0 / 16777216.0);
-}
+// Four words of 32 random bits. `key`: x = flat pixel (x | y << 16), y = frame (channel rng_seed).
+uvec4 random4_bits(uvec2 key, uint dimension, uint seed) { return pcg4d(uvec4(key, dimension, seed)); }
+
+// Numbers in [0, 1). 24 bits: exact in fp32 and never 1.
+vec4 unit_from_bits(uvec4 bits) { return vec4(bits >> 8u) * (1.0 / 16777216.0); }
+
+vec4 random4(uvec2 key, uint dimension, uint seed) { return unit_from_bits(random4_bits(key, dimension, seed)); }

@@ -61,7 +61,7 @@ gpu_struct! {
         pub meshes: u64,
         /// `MaterialRecord[]`.
         pub materials: u64,
-        /// `LightRecord[light_count]`.
+        /// `LightRecord[light_count]`: the directional lights, then the positional ones.
         pub lights: u64,
         /// `EmissiveRecord[emissive_count]`.
         pub emissives: u64,
@@ -89,8 +89,8 @@ gpu_struct! {
         pub environment_rotation: Vec2,
         /// Factor on the environment's radiance; 0 = no environment.
         pub environment_intensity: f32,
-        /// Alignment.
-        pub pad: u32,
+        /// How many of the punctual lights are directional.
+        pub sun_count: u32,
     }
 }
 
@@ -293,9 +293,9 @@ gpu_struct! {
         pub spot_scale: f32,
         /// See `spot_scale`.
         pub spot_offset: f32,
-        /// Probability with which this light is picked among the punctual lights.
+        /// Probability with which this light is picked in its group (directional or positional).
         pub pmf: f32,
-        /// Sum of `pmf` up to and including this light.
+        /// Sum of `pmf` in the group up to and including this light.
         pub cdf: f32,
         /// Alignment.
         pub pad: u32,

@@ -1,0 +1,160 @@
+//! The list of emissive triangles and the weight by which each is picked.
+
+use crate::luminance;
+use crate::texture_mean::TextureMeans;
+use glam::{Vec2, Vec3};
+use pt_scene::{Instance, Material, Mesh, Scene, TextureRef};
+use std::collections::BTreeMap;
+
+/// Sides of the grid of small triangles over which an emissive texture is averaged: 16 of them.
+const SUBDIVISIONS: i32 = 4;
+
+/// A triangle that emits, placed in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmissiveTriangle {
+    /// Instance index.
+    pub instance: u32,
+    /// Triangle of the instance's mesh.
+    pub triangle: u32,
+    /// Area (m^2) x mean luminance of the radiance: its luminous power but for a factor pi.
+    pub weight: f64,
+}
+
+/// All triangles that can emit, by instance and triangle. Left out are materials with KHR_materials_unlit, which emit
+/// nothing, triangles without area, and triangles of which the emissive texture shows black parts only.
+pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
+    let mut means: BTreeMap<u32, TextureMeans> = BTreeMap::new();
+    for material in scene.materials.iter().filter(|m| emits(m)) {
+        if let Some(slot) = material.emissive_texture {
+            let texture = &scene.textures[slot.texture as usize];
+            means.entry(slot.texture).or_insert_with(|| TextureMeans::new(texture));
+        }
+    }
+    let mut list = Vec::new();
+    for (i, instance) in scene.instances.iter().enumerate() {
+        let mesh = &scene.meshes[instance.mesh as usize];
+        for (t, &material) in mesh.triangle_materials.iter().enumerate() {
+            let material = &scene.materials[material as usize];
+            if !emits(material) {
+                continue;
+            }
+            let radiance = match &material.emissive_texture {
+                Some(slot) => material.emissive * texture_mean(mesh, t, slot, &means[&slot.texture]),
+                None => material.emissive,
+            };
+            let weight = area(instance, mesh, t) * luminance(radiance);
+            if weight > 0.0 {
+                list.push(EmissiveTriangle { instance: i as u32, triangle: t as u32, weight });
+            }
+        }
+    }
+    list
+}
+
+fn emits(material: &Material) -> bool {
+    material.is_emissive() && !material.unlit
+}
+
+fn area(instance: &Instance, mesh: &Mesh, triangle: usize) -> f64 {
+    let [a, b, c] =
+        mesh.triangle(triangle).map(|p| instance.world_from_object.transform_point3(p).as_dvec3());
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// Mean of the texture over the triangle: over the bounding rectangles of 16 equal parts of it, so that nothing that the
+/// triangle shows is missed and little else counts.
+fn texture_mean(mesh: &Mesh, triangle: usize, slot: &TextureRef, means: &TextureMeans) -> Vec3 {
+    let uv = if slot.uv_set == 0 { &mesh.uv0 } else { &mesh.uv1 };
+    let corners = mesh.indices[triangle].map(|v| slot.transform.transform_point2(uv[v as usize]));
+    let n = SUBDIVISIONS;
+    let at = |i: i32, j: i32| {
+        let (x, y) = (i as f32 / n as f32, j as f32 / n as f32);
+        corners[0] * (1.0 - x - y) + corners[1] * x + corners[2] * y
+    };
+    let mut sum = [0.0; 3];
+    let mut add = |part: [Vec2; 3]| {
+        let (min, max) = (part[0].min(part[1]).min(part[2]), part[0].max(part[1]).max(part[2]));
+        for (sum, mean) in sum.iter_mut().zip(means.mean(min.into(), max.into())) {
+            *sum += mean;
+        }
+    };
+    for i in 0..n {
+        for j in 0..n - i {
+            add([at(i, j), at(i + 1, j), at(i, j + 1)]);
+            if i + j < n - 1 {
+                add([at(i + 1, j + 1), at(i, j + 1), at(i + 1, j)]);
+            }
+        }
+    }
+    Vec3::from_array(sum.map(|s| (s / f64::from(n * n)) as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Affine2, Affine3A, Vec4};
+    use pt_scene::{Sampler, Texture};
+
+    /// Two triangles of a unit square, textured white in the upper left half only, and their instance twice as large.
+    fn scene(transform: Affine2) -> Scene {
+        let corner = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
+        let texels =
+            (0..64).flat_map(|y| (0..64).map(move |x| x + y < 60)).flat_map(|on| [255 * u8::from(on); 4]);
+        let texture = Texture {
+            name: "half".into(),
+            width: 64,
+            height: 64,
+            texels: texels.collect(),
+            srgb: false,
+            sampler: Sampler::default(),
+        };
+        let slot = TextureRef { transform, ..TextureRef::new(0) };
+        let lamp = Material { emissive_texture: Some(slot), ..Material::lamp("lamp", Vec3::splat(2.0)) };
+        let mesh = Mesh {
+            positions: corner.map(|c| c.extend(0.0)).into(),
+            normals: vec![Vec3::Z; 4],
+            tangents: vec![Vec4::X; 4],
+            uv0: corner.into(),
+            uv1: corner.into(),
+            colors: vec![Vec4::ONE; 4],
+            indices: vec![[0, 1, 2], [1, 3, 2]],
+            triangle_materials: vec![0, 0],
+            first_masked: 2,
+            name: "square".into(),
+        };
+        let place = |scale| Instance::new("square", 0, Affine3A::from_scale(Vec3::splat(scale)));
+        Scene {
+            meshes: vec![mesh],
+            instances: vec![place(1.0), place(2.0)],
+            materials: vec![lamp],
+            textures: vec![texture],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn weight_is_area_times_mean_luminance() {
+        // u and v below 0.45: inside the white half.
+        let white = triangles(&scene(Affine2::from_scale(Vec2::splat(0.4))));
+        let weights: Vec<f64> = white.iter().map(|t| t.weight).collect();
+        for (weight, expected) in weights.iter().zip([1.0, 1.0, 4.0, 4.0]) {
+            assert!((weight - expected).abs() < 0.05, "{weights:?}");
+        }
+        // Exact for the first triangle: 60 * 61 / 2 of its 64 * 64 / 2 texels.
+        let half = triangles(&scene(Affine2::IDENTITY));
+        assert!((half[0].weight - 60.0 * 61.0 / 4096.0).abs() < 0.1, "{half:?}");
+    }
+
+    #[test]
+    fn triangles_that_show_a_little_light_stay() {
+        // The second triangle covers the black half but touches the white one at its long edge.
+        let mut scene = scene(Affine2::IDENTITY);
+        let list = triangles(&scene);
+        assert_eq!(list.iter().filter(|t| t.triangle == 1).count(), 2);
+        scene.materials[0].unlit = true;
+        assert_eq!(triangles(&scene), []);
+        scene.materials[0].unlit = false;
+        scene.textures[0].texels.fill(0);
+        assert_eq!(triangles(&scene), []);
+    }
+}

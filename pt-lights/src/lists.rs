@@ -1,0 +1,69 @@
+use crate::alias::AliasTable;
+use crate::emissive::{self, EmissiveTriangle};
+use crate::{environment, punctual};
+use glam::{UVec2, Vec2};
+use pt_scene::Scene;
+use pt_shaders::records::{EmissiveRecord, LightRecord, SceneRecord};
+
+/// Everything that light samplers of a scene need, on the host: lists, probabilities and alias tables.
+#[derive(Clone, Debug)]
+pub struct LightLists {
+    /// The directional lights, then the positional ones.
+    pub lights: Vec<LightRecord>,
+    /// How many of `lights` are directional.
+    pub sun_count: u32,
+    /// Emissive triangles with their weights, by instance and triangle.
+    pub emissives: Vec<EmissiveTriangle>,
+    /// Distribution over `emissives`; `None` when there are none.
+    pub emissive_alias: Option<AliasTable>,
+    /// Distribution over the environment's texels, row by row; `None` when it is black.
+    pub environment_alias: Option<AliasTable>,
+    /// Width and height of the environment in texels.
+    pub environment_size: [u32; 2],
+    /// Cosine and sine of the environment's rotation.
+    pub environment_rotation: [f32; 2],
+    /// Factor on the environment's radiance; 0 when it is black.
+    pub environment_intensity: f32,
+}
+
+impl LightLists {
+    /// Lists the lights of a scene where its instances are now. Rigid motion leaves all probabilities right; instances that
+    /// are scaled later keep the probability of their first size, and stay unbiased.
+    pub fn new(scene: &Scene) -> Self {
+        let (lights, sun_count) = punctual::records(&scene.lights);
+        let emissives = emissive::triangles(scene);
+        let weights: Vec<f64> = emissives.iter().map(|t| t.weight).collect();
+        let environment = &scene.environment;
+        let environment_alias = AliasTable::new(&environment::weights(environment));
+        let (sin, cos) = environment.rotation.sin_cos();
+        Self {
+            lights,
+            sun_count,
+            emissive_alias: AliasTable::new(&weights),
+            emissives,
+            environment_size: [environment.image.width, environment.image.height],
+            environment_rotation: [cos, sin],
+            environment_intensity: if environment_alias.is_some() { environment.intensity } else { 0.0 },
+            environment_alias,
+        }
+    }
+
+    /// The emissive triangles as the GPU sees them.
+    pub fn emissive_records(&self) -> Vec<EmissiveRecord> {
+        let Some(alias) = &self.emissive_alias else { return Vec::new() };
+        let triangles = self.emissives.iter().zip(alias.entries());
+        triangles
+            .map(|(t, a)| EmissiveRecord { instance: t.instance, triangle: t.triangle, pmf: a.pmf })
+            .collect()
+    }
+
+    /// Counts, environment size, rotation and intensity.
+    pub(crate) fn fill(&self, record: &mut SceneRecord) {
+        record.light_count = self.lights.len() as u32;
+        record.sun_count = self.sun_count;
+        record.emissive_count = self.emissives.len() as u32;
+        record.environment_size = UVec2::from_array(self.environment_size);
+        record.environment_rotation = Vec2::from_array(self.environment_rotation);
+        record.environment_intensity = self.environment_intensity;
+    }
+}

@@ -1,0 +1,7 @@
+//! The mathematics of the kernels on the CPU, plain and in double precision: what the kernels are tested against.
+//!
+//! Names are those of the GLSL functions in sampling.glsl, brdf.glsl and lights.glsl.
+
+pub mod brdf;
+pub mod lights;
+pub mod sampling;
