@@ -47,5 +47,7 @@ pt_shaders::gpu_struct! {
         pub l: glam::Vec3,
         /// Random numbers.
         pub xi: glam::Vec3,
+        /// Alignment.
+        pub pad: u32,
     }
 }
