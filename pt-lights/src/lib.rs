@@ -6,17 +6,18 @@
 //! * [`oracle`]: the same mathematics on the CPU.
 
 mod alias;
-mod direct;
+
 mod emissive;
 mod environment;
 mod lists;
 pub mod oracle;
 mod punctual;
+pub mod records;
 mod tables;
 mod texture_mean;
 
 pub use alias::AliasTable;
-pub use direct::{DirectLighting, Params};
+
 pub use emissive::EmissiveTriangle;
 pub use lists::LightLists;
 pub use tables::LightTables;

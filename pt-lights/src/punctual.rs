@@ -12,15 +12,15 @@ const STEPS: u64 = 1 << 24;
 /// The directional lights, then the positional ones, each in the scene's order; second: how many are directional. Lights
 /// without intensity are left out.
 pub(crate) fn records(lights: &[Light]) -> (Vec<LightRecord>, u32) {
-    let lit = || lights.iter().filter(|light| luminance(light.intensity) > 0.0);
-    let directional = |light: &&&Light| light.kind == LightKind::Directional;
-    let suns = group(lit().filter(directional).collect());
-    let positional = group(lit().filter(|light| !directional(&light)).collect());
+    let lit = lights.iter().filter(|light| luminance(light.intensity) > 0.0);
+    let (suns, positional): (Vec<&Light>, Vec<&Light>) =
+        lit.partition(|light| light.kind == LightKind::Directional);
+    let (suns, positional) = (group(&suns), group(&positional));
     let count = suns.len() as u32;
     (suns.into_iter().chain(positional).collect(), count)
 }
 
-fn group(lights: Vec<&Light>) -> Vec<LightRecord> {
+fn group(lights: &[&Light]) -> Vec<LightRecord> {
     let weights: Vec<f64> = lights.iter().map(|light| weight(light)).collect();
     let mut sum = 0;
     let counts = apportion(&weights);

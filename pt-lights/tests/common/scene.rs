@@ -1,0 +1,187 @@
+//! Scenes for the light samplers' tests, and their upload without textures or acceleration structures.
+
+use glam::{Affine3A, Vec3, Vec4};
+use pt_core::frame::Pass;
+use pt_core::test_support::TestDevice;
+use pt_core::texture::{SamplerDesc, TextureDesc, TextureFormat, TextureTable, Wrap};
+use pt_core::{Buffer, Location};
+use pt_lights::LightTables;
+use pt_scene::{Environment, EnvironmentImage, Instance, Light, Material, Mesh, Scene};
+use pt_shaders::records::{
+    InstanceRecord, MASK_OPAQUE, MATERIAL_DOUBLE_SIDED, MaterialRecord, MeshRecord, NONE, SceneRecord, TextureSlot,
+    VertexRecord,
+};
+
+/// A scene on the GPU.
+pub struct Uploaded {
+    pub scene: Scene,
+    pub lights: LightTables,
+    pub uniforms: Buffer,
+    pub record: SceneRecord,
+    textures: TextureTable,
+    buffers: Vec<Buffer>,
+}
+
+impl Uploaded {
+    pub fn new(device: &TestDevice, scene: Scene) -> Self {
+        let mut buffers = Vec::new();
+        let mut upload = |name: &str, bytes: &[u8]| {
+            let buffer = Buffer::from_slice(device, name, bytes).unwrap();
+            buffers.push(buffer.clone());
+            buffer.address()
+        };
+        let meshes: Vec<MeshRecord> = scene
+            .meshes
+            .iter()
+            .map(|mesh| {
+                let vertices = vec![
+                    VertexRecord { normal: 1, tangent: 1, uv0: [0.0; 2], uv1: [0.0; 2], color: u32::MAX };
+                    mesh.positions.len()
+                ];
+                MeshRecord {
+                    bvh_nodes: 0,
+                    bvh_triangles: 0,
+                    positions: upload("positions", bytemuck::cast_slice(&mesh.positions)),
+                    vertices: upload("vertices", bytemuck::cast_slice(&vertices)),
+                    indices: upload("indices", bytemuck::cast_slice(&mesh.indices)),
+                    triangle_materials: upload("materials", bytemuck::cast_slice(&mesh.triangle_materials)),
+                    first_masked: mesh.first_masked as u32,
+                    triangle_count: mesh.indices.len() as u32,
+                }
+            })
+            .collect();
+        let instances: Vec<InstanceRecord> = scene.instances.iter().map(instance).collect();
+        let materials: Vec<MaterialRecord> = scene.materials.iter().map(material).collect();
+        let lights = LightTables::new(device, &scene).unwrap();
+        let mut record: SceneRecord = bytemuck::Zeroable::zeroed();
+        lights.fill(&mut record);
+        record.meshes = upload("meshes", bytemuck::cast_slice(&meshes));
+        record.instances = upload("instances", bytemuck::cast_slice(&instances));
+        record.materials = upload("materials", bytemuck::cast_slice(&materials));
+        record.instance_count = instances.len() as u32;
+        let textures = environment_texture(device, &scene.environment);
+        let uniforms = Buffer::new(device, "scene_uniforms", size_of::<SceneRecord>() as u64, Location::Upload).unwrap();
+        uniforms.write(0, bytemuck::bytes_of(&record));
+        Self { scene, lights, uniforms, record, textures, buffers }
+    }
+
+    pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
+        let pass = pass.read("scene_uniforms", &self.uniforms).textures(&self.textures);
+        self.buffers.iter().chain(self.lights.buffers()).fold(pass, Pass::addresses)
+    }
+}
+
+fn environment_texture(device: &TestDevice, environment: &Environment) -> TextureTable {
+    let image = &environment.image;
+    let texels: Vec<[f32; 4]> = image.texels.iter().map(|t| t.extend(1.0).to_array()).collect();
+    let desc = TextureDesc {
+        name: "environment",
+        extent: [image.width, image.height],
+        format: TextureFormat::Rgba32F,
+        sampler: SamplerDesc { wrap: [Wrap::Repeat, Wrap::ClampToEdge], max_anisotropy: 1.0, ..Default::default() },
+        mips: &[bytemuck::cast_slice(&texels)],
+    };
+    TextureTable::new(device, &[desc]).unwrap()
+}
+
+fn rows(m: &Affine3A) -> [Vec4; 3] {
+    let transposed = m.matrix3.transpose();
+    let row = |axis: glam::Vec3A, offset: f32| axis.extend(offset);
+    let t = m.translation;
+    [row(transposed.x_axis, t.x), row(transposed.y_axis, t.y), row(transposed.z_axis, t.z)]
+}
+
+fn instance(instance: &Instance) -> InstanceRecord {
+    InstanceRecord {
+        world_from_object: rows(&instance.world_from_object),
+        object_from_world: rows(&instance.world_from_object.inverse()),
+        world_from_object_prev: rows(&instance.world_from_object_prev),
+        mesh: instance.mesh,
+        mask: MASK_OPAQUE,
+        mirrored: u32::from(instance.world_from_object.matrix3.determinant() < 0.0),
+        pad: 0,
+    }
+}
+
+fn material(m: &Material) -> MaterialRecord {
+    let none = TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
+    MaterialRecord {
+        emissive: m.emissive,
+        flags: if m.double_sided { MATERIAL_DOUBLE_SIDED } else { 0 },
+        base_color_texture: none,
+        metallic_roughness_texture: none,
+        normal_texture: none,
+        emissive_texture: none,
+        ..bytemuck::Zeroable::zeroed()
+    }
+}
+
+/// A flat polygon fan.
+pub fn polygon(scene: &mut Scene, corners: &[Vec3], transform: Affine3A, material: Material) {
+    let n = corners.len();
+    let up = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+    let mesh = Mesh {
+        name: "polygon".into(),
+        positions: corners.to_vec(),
+        normals: vec![up; n],
+        tangents: vec![Vec4::X; n],
+        uv0: vec![glam::Vec2::ZERO; n],
+        uv1: vec![glam::Vec2::ZERO; n],
+        colors: vec![Vec4::ONE; n],
+        indices: (1..n as u32 - 1).map(|i| [0, i, i + 1]).collect(),
+        triangle_materials: vec![scene.materials.len() as u32; n - 2],
+        first_masked: n - 2,
+    };
+    scene.materials.push(material);
+    scene.instances.push(Instance::new("polygon", scene.meshes.len() as u32, transform));
+    scene.meshes.push(mesh);
+}
+
+/// Every kind of light, none of them in the way of another.
+pub fn all_kinds() -> Scene {
+    let mut scene = Scene::default();
+    let lamp = |color: [f32; 3]| Material::lamp("lamp", Vec3::from(color));
+    let square = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 0.0, -1.0), Vec3::NEG_Z];
+    // Facing down, by a half turn about x.
+    let down = |x: f32, scale: f32| {
+        Affine3A::from_translation(Vec3::new(x, 2.5, 0.0))
+            * Affine3A::from_rotation_x(std::f32::consts::PI)
+            * Affine3A::from_scale(Vec3::splat(scale))
+    };
+    polygon(&mut scene, &square, down(-1.5, 1.0), lamp([4.0, 2.0, 1.0]));
+    polygon(&mut scene, &square, down(0.7, 0.3), lamp([10.0, 20.0, 30.0]));
+    // Mirrored: the winding turns round, the front stays.
+    let mirrored = down(-3.0, 0.5) * Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+    polygon(&mut scene, &square, mirrored, lamp([1.0, 0.1, 0.1]));
+    // Facing up and double-sided.
+    let both = Material { double_sided: true, ..lamp([0.5, 0.5, 0.5]) };
+    polygon(&mut scene, &square, Affine3A::from_translation(Vec3::new(1.5, 3.0, 1.0)), both);
+
+    scene.lights = vec![
+        Light::point("point", Vec3::new(0.0, 2.0, 1.0), Vec3::new(5.0, 6.0, 7.0)),
+        Light { radius: 0.2, ..Light::point("ball", Vec3::new(1.0, 1.5, 0.0), Vec3::new(9.0, 1.0, 1.0)) },
+        Light::directional("sun", Vec3::new(0.3, -1.0, 0.2), Vec3::new(3.0, 2.5, 2.0)),
+        Light {
+            angular_radius: 0.1,
+            ..Light::directional("wide sun", Vec3::new(-0.5, -1.0, 0.0), Vec3::new(1.0, 1.0, 2.0))
+        },
+        Light::spot("spot", Vec3::new(-1.0, 2.0, 1.0), Vec3::new(0.4, -1.0, 0.0), 0.3, 0.6, Vec3::new(20.0, 15.0, 5.0)),
+    ];
+    scene.environment = bright_spot(13, 9);
+    scene.environment.rotation = 0.7;
+    scene.environment.intensity = 0.8;
+    scene
+}
+
+/// A dim gradient with black parts and two bright texels, one of them at the seam, one at a pole.
+pub fn bright_spot(width: u32, height: u32) -> Environment {
+    let mut texels: Vec<Vec3> = (0..width * height)
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            if y * 2 > height { Vec3::ZERO } else { Vec3::new(0.1, 0.2, 0.3) * (1 + (x + y) % 3) as f32 }
+        })
+        .collect();
+    texels[(2 * width) as usize] = Vec3::new(40.0, 30.0, 20.0);
+    texels[(width * height - 3) as usize] = Vec3::new(5.0, 9.0, 5.0);
+    Environment::new(EnvironmentImage { width, height, texels })
+}
