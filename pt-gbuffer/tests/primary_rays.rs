@@ -6,13 +6,13 @@ use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::unpack_unit_vector;
 use pt_core::test_support::TestDevice;
-use pt_core::trace::{InstancePlacement, MeshGeometry, NativeScene, TraceBackend};
+use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
 use pt_gbuffer::{Jitter, PrimaryParams, PrimaryRays, oracle};
-use pt_scene::gpu::{GpuScene, camera_record};
+use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{Camera, Instance, Projection, Scene};
 use pt_shaders::channels;
-use pt_shaders::records::{FrameRecord, MASK_OPAQUE};
+use pt_shaders::records::FrameRecord;
 
 const SIZE: [u32; 2] = [61, 34];
 
@@ -30,26 +30,11 @@ fn scene(time: f32) -> Scene {
     scene
 }
 
-fn native(scene: &Scene) -> NativeScene {
-    let meshes: Vec<_> = scene
-        .meshes
-        .iter()
-        .map(|m| MeshGeometry {
-            positions: &m.positions,
-            indices: bytemuck::cast_slice(&m.indices),
-            first_masked: m.first_masked as u32,
-        })
-        .collect();
-    let instances: Vec<_> = scene
-        .instances
-        .iter()
-        .map(|i| InstancePlacement { mesh: i.mesh, mask: MASK_OPAQUE, world_from_object: i.world_from_object })
-        .collect();
-    NativeScene::new(&meshes, &instances, Default::default()).unwrap()
-}
-
 fn check(backend: TraceBackend, orthographic: bool) {
     let device = TestDevice::open();
+    if let Some(why) = backend.missing(&device) {
+        return println!("skipped: {why}");
+    }
     let scene = scene(0.1);
     let mut camera = scene.default_camera();
     if orthographic {
@@ -87,7 +72,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
     let normals = images.current(channels::GEO_NORMAL).read_u32().unwrap();
     let depths = images.current(channels::VIEW_DEPTH).read_f32().unwrap();
     let motions = images.current(channels::MOTION).read_f32().unwrap();
-    let native = native(&scene);
+    let native = NativeScene::new(&mesh_geometry(&scene), &placements(&scene), Default::default()).unwrap();
     let (mut compared, mut elsewhere, mut seen_mirrored) = (0, 0, 0);
     for y in 0..SIZE[1] {
         for x in 0..SIZE[0] {
@@ -123,11 +108,13 @@ fn check(backend: TraceBackend, orthographic: bool) {
 }
 
 #[test]
-fn perspective_compute() {
-    check(TraceBackend::Compute, false);
+fn perspective() {
+    for backend in TraceBackend::CONCRETE {
+        check(backend, false);
+    }
 }
 
 #[test]
-fn orthographic_compute() {
+fn orthographic() {
     check(TraceBackend::Compute, true);
 }

@@ -33,14 +33,12 @@ pub struct GpuScene {
 
 /// The scene's meshes as the acceleration structures take them.
 pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
-    let geometry = |mesh: &'_ crate::Mesh| -> MeshGeometry<'_> {
-        MeshGeometry {
-            positions: &mesh.positions,
-            indices: bytemuck::cast_slice(&mesh.indices),
-            first_masked: mesh.first_masked as u32,
-        }
-    };
-    scene.meshes.iter().map(geometry).collect()
+    let geometry = scene.meshes.iter().map(|mesh| MeshGeometry {
+        positions: &mesh.positions,
+        indices: bytemuck::cast_slice(&mesh.indices),
+        first_masked: mesh.first_masked as u32,
+    });
+    geometry.collect()
 }
 
 /// The scene's instances where they are now.
