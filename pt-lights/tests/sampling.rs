@@ -54,7 +54,9 @@ fn p_value(samples: &[SampleRecord], chart: &Chart<'_>, counts: impl Fn(DVec3) -
         .map(|bin| {
             let corner = DVec2::new((bin % N * Q) as f64, (bin / N * Q) as f64);
             let points = (0..Q * Q).map(|i| corner + DVec2::new((i % Q) as f64 + 0.5, (i / Q) as f64 + 0.5));
-            points.map(|p| (chart.density)(p * step)).sum::<f64>() * step * step * samples.len() as f64
+            let mean = points.map(|p| (chart.density)(p * step)).sum::<f64>() * step * step;
+            // Where the horizon cuts off a corner of a bin, midpoints may all miss it.
+            (mean * samples.len() as f64).max(1e-6)
         })
         .collect();
     // What is left of one: samples that lie outside of the chart.
@@ -176,8 +178,8 @@ fn reflections_about_visible_normals() {
             for s in samples.iter().filter(|s| s.value.z > 1e-3).take(5000) {
                 let expected = sampling::ggx_reflection_pdf(v, s.value.as_dvec3(), a);
                 let error = (f64::from(s.pdf) / expected - 1.0).abs();
-                // The half vector's x and y are differences: their rounding grows with the lobe's sharpness.
-                assert!(error < 1e-4 + 2e-6 / a, "{name}: {} instead of {expected}", s.pdf);
+                // At grazing incidence the half vector is a small difference, and a sharp lobe magnifies its rounding.
+                assert!(error < 1e-4 + 2e-7 / (a * f64::from(cos)), "{name}: {} instead of {expected}", s.pdf);
             }
         }
     }
@@ -248,6 +250,7 @@ fn brdf_equals_its_oracle() {
 fn integrate(v: DVec3, alpha: f64, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     const N: usize = 256;
     let frame = sampling::basis_around(DVec3::new(-v.x, -v.y, v.z));
+    let alpha = alpha.max(0.1);
     let mut sum = DVec3::ZERO;
     for i in 0..N {
         let s = (i as f64 + 0.5) / N as f64;

@@ -12,32 +12,28 @@ pub fn sidak(tests: usize) -> f64 {
 /// than five samples are pooled. A sample where none is expected gives zero.
 pub fn chi_squared(observed: &[u64], expected: &[f64]) -> f64 {
     assert_eq!(observed.len(), expected.len());
-    let (mut statistic, mut bins) = (0.0, 0);
-    let mut add = |o: f64, e: f64| {
-        statistic += (o - e) * (o - e) / e;
-        bins += 1;
-    };
-    let (mut pooled_o, mut pooled_e) = (0.0, 0.0);
+    let mut bins: Vec<(f64, f64)> = Vec::new();
+    let mut pool = (0.0, 0.0);
     for (&o, &e) in observed.iter().zip(expected) {
         if e == 0.0 && o > 0 {
             return 0.0;
         }
         if e >= 5.0 {
-            add(o as f64, e);
-        } else {
-            pooled_o += o as f64;
-            pooled_e += e;
+            bins.push((o as f64, e));
+            continue;
         }
-        if pooled_e >= 5.0 {
-            add(pooled_o, pooled_e);
-            (pooled_o, pooled_e) = (0.0, 0.0);
+        pool = (pool.0 + o as f64, pool.1 + e);
+        if pool.1 >= 5.0 {
+            bins.push(std::mem::take(&mut pool));
         }
     }
-    if pooled_e > 0.0 {
-        add(pooled_o, pooled_e);
+    // What is left is too little for a bin of its own.
+    if let Some(last) = bins.last_mut() {
+        *last = (last.0 + pool.0, last.1 + pool.1);
     }
-    assert!(bins > 1, "one bin tests nothing");
-    upper_gamma(0.5 * f64::from(bins - 1), 0.5 * statistic)
+    assert!(bins.len() > 1, "one bin tests nothing");
+    let statistic: f64 = bins.iter().map(|(o, e)| (o - e) * (o - e) / e).sum();
+    upper_gamma(0.5 * (bins.len() - 1) as f64, 0.5 * statistic)
 }
 
 /// Regularised upper incomplete gamma function Q(a, x): series below a + 1, Lentz's continued fraction above (Abramowitz
