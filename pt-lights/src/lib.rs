@@ -6,7 +6,7 @@
 //! * [`oracle`]: the same mathematics on the CPU.
 
 mod alias;
-
+mod direct;
 mod emissive;
 mod environment;
 mod lists;
@@ -17,10 +17,14 @@ mod tables;
 mod texture_mean;
 
 pub use alias::AliasTable;
-
+pub use direct::{DirectLighting, DirectParams};
 pub use emissive::EmissiveTriangle;
 pub use lists::LightLists;
 pub use tables::LightTables;
+
+mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}
 
 /// Rec. 709 luminance of linear RGB (`luminance` of math.glsl).
 fn luminance(c: glam::Vec3) -> f64 {

@@ -10,7 +10,8 @@ use glam::{Vec2, Vec3};
 use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;
 use pt_core::{Buffer, Kernel, Recorder};
-use pt_lights::AliasTable;
+use pt_core::trace::TraceBackend;
+use pt_lights::{AliasTable, LightLists};
 use pt_lights::oracle::lights::{LightSample, LightSampler};
 use pt_scene::{Environment, Scene};
 use pt_shaders::records::SceneRecord;
@@ -25,10 +26,10 @@ const SAMPLES: u32 = 100_000;
 const TESTS: usize = 8;
 const AT: Vec3 = Vec3::new(0.2, 0.1, 0.3);
 
-fn draw(device: &TestDevice, scene: &Uploaded, family: u32, at: Vec3) -> Vec<SampleRecord> {
+fn draw(device: &TestDevice, scene: &mut Uploaded, family: u32, at: Vec3) -> Vec<SampleRecord> {
     let kernel = Kernel::compute::<SamplerPush>(device, &kernels::LIGHT_SAMPLERS).unwrap();
     let push = SamplerPush { family, count: SAMPLES, seed: 9, parameter: 0.0, vector: at };
-    run_sampler(device, &kernel, &push, |pass| scene.bind(pass))
+    run_sampler(device, &kernel, &push, Some(scene), |pass| pass)
 }
 
 fn bits(i: usize, family: u32) -> [u32; 4] {
@@ -38,12 +39,14 @@ fn bits(i: usize, family: u32) -> [u32; 4] {
 #[test]
 fn kernels_equal_the_oracle() {
     let device = TestDevice::open();
-    let uploaded = Uploaded::new(&device, all_kinds());
-    let oracle = LightSampler::new(&uploaded.scene, uploaded.lights.lists());
+    let mut uploaded = Uploaded::new(&device, all_kinds(), TraceBackend::Compute);
+    let scene = all_kinds();
+    let lists = LightLists::new(&scene);
+    let oracle = LightSampler::new(&scene, &lists);
     // The second point is above some lamps and beside others.
     for at in [AT, Vec3::new(1.2, 3.4, 0.5)] {
         for family in [SUN, POSITIONAL, EMISSIVE, ENVIRONMENT] {
-            let samples = draw(&device, &uploaded, family, at);
+            let samples = draw(&device, &mut uploaded, family, at);
             let mut found = 0;
             for (i, sample) in samples.iter().enumerate() {
                 let bits = bits(i, family);
@@ -86,15 +89,14 @@ fn compare(name: &str, sample: &SampleRecord, expected: &LightSample, radiance: 
 #[test]
 fn picks_follow_the_pmf() {
     let device = TestDevice::open();
-    let scene = Uploaded::new(&device, all_kinds());
-    let emissive = scene.lights.lists().emissive_alias.clone().unwrap();
+    let emissive = LightLists::new(&all_kinds()).emissive_alias.unwrap();
     let weights: Vec<f64> = (0..3000).map(|i| if i % 7 == 0 { 0.0 } else { 10f64.powf(-f64::from(i % 60) / 10.0) }).collect();
     for table in [emissive, AliasTable::new(&weights).unwrap()] {
         let n = table.entries().len();
         let sum: f64 = (0..n).map(|i| table.pmf(i)).sum();
         assert!((sum - 1.0).abs() < 1e-12);
         let entries = Buffer::from_slice(&device, "alias", table.entries()).unwrap();
-        let record = SceneRecord { emissive_alias: entries.address(), ..scene.record };
+        let record = SceneRecord { emissive_alias: entries.address(), ..bytemuck::Zeroable::zeroed() };
         let uniforms = Buffer::from_slice(&device, "scene_uniforms", &[record]).unwrap();
         let counts = Buffer::from_slice(&device, "counts", &vec![0u32; n]).unwrap();
         let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::ALIAS_PICKS).unwrap();
@@ -128,9 +130,10 @@ fn environment_directions_follow_the_pdf() {
             1 => Environment::constant(Vec3::ONE),
             _ => Environment { rotation, ..bright_spot(width, height) },
         };
-        let scene = Uploaded::new(&device, Scene { environment, ..all_kinds() });
+        let scene = Scene { environment, ..all_kinds() };
+        let mut scene = Uploaded::new(&device, scene, TraceBackend::Compute);
+        let samples = draw(&device, &mut scene, ENVIRONMENT, AT);
         let alias = scene.lights.lists().environment_alias.as_ref().unwrap();
-        let samples = draw(&device, &scene, ENVIRONMENT, AT);
         let (w, h) = (width as usize, height as usize);
         let mut observed = vec![0; 4 * w * h];
         let mut differing = 0;
@@ -172,7 +175,7 @@ fn with_border(observed: &[u64], expected: &[f64]) -> Vec<u64> {
 #[test]
 fn no_radiance_without_density() {
     let scene = Scene { environment: bright_spot(7, 5), ..all_kinds() };
-    let lists = pt_lights::LightLists::new(&scene);
+    let lists = LightLists::new(&scene);
     let oracle = LightSampler::new(&scene, &lists);
     let mut dark = 0;
     for i in 0..200_000 {
@@ -189,10 +192,10 @@ fn no_radiance_without_density() {
 #[test]
 fn emissive_points_follow_the_density() {
     let device = TestDevice::open();
-    let scene = Uploaded::new(&device, all_kinds());
+    let mut scene = Uploaded::new(&device, all_kinds(), TraceBackend::Compute);
     let below = Vec3::new(0.0, -40.0, 0.0);
     // From far below, all lamps show their front and the targets of samples are the points.
-    let samples = draw(&device, &scene, EMISSIVE, below);
+    let samples = draw(&device, &mut scene, EMISSIVE, below);
     let lists = scene.lights.lists();
     let alias = lists.emissive_alias.as_ref().unwrap();
     let lamps: [(f64, f64, usize); 3] = [(-1.5, 1.0, 0), (0.7, 0.3, 1), (-3.0, 0.5, 2)];

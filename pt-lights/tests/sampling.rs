@@ -24,7 +24,7 @@ const CONE: f32 = 0.1;
 
 fn draw(device: &TestDevice, kernel: &Kernel, family: u32, parameter: f32, vector: Vec3) -> Vec<SampleRecord> {
     let push = SamplerPush { family, count: SAMPLES, seed: 1 + family, parameter, vector };
-    run_sampler(device, kernel, &push, |pass| pass)
+    run_sampler(device, kernel, &push, None, |pass| pass)
 }
 
 /// A 2D region in which samples are binned: where a sample lies in [0, 1]^2, and the density there per unit of it.
@@ -221,7 +221,7 @@ fn brdf_equals_its_oracle() {
     let cases = cases();
     let push = SamplerPush { family: 0, count: cases.len() as u32, seed: 0, parameter: 0.0, vector: Vec3::ZERO };
     let buffer = Buffer::from_slice(&device, "cases", &cases).unwrap();
-    let samples = run_sampler(&device, &kernel, &push, |pass| pass.read("cases", &buffer));
+    let samples = run_sampler(&device, &kernel, &push, None, |pass| pass.read("cases", &buffer));
     for (case, sample) in cases.iter().zip(&samples) {
         let brdf = oracle(case);
         let (v, l) = (case.v.as_dvec3(), case.l.as_dvec3());

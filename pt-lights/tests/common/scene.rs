@@ -1,118 +1,25 @@
-//! Scenes for the light samplers' tests, and their upload without textures or acceleration structures.
+//! Scenes for the tests.
 
 use glam::{Affine3A, Vec3, Vec4};
-use pt_core::frame::Pass;
 use pt_core::test_support::TestDevice;
-use pt_core::texture::{SamplerDesc, TextureDesc, TextureFormat, TextureTable, Wrap};
-use pt_core::{Buffer, Location};
+use pt_core::trace::TraceBackend;
 use pt_lights::LightTables;
+use pt_scene::gpu::GpuScene;
 use pt_scene::{Environment, EnvironmentImage, Instance, Light, Material, Mesh, Scene};
-use pt_shaders::records::{
-    InstanceRecord, MASK_OPAQUE, MATERIAL_DOUBLE_SIDED, MaterialRecord, MeshRecord, NONE, SceneRecord, TextureSlot,
-    VertexRecord,
-};
 
 /// A scene on the GPU.
 pub struct Uploaded {
     pub scene: Scene,
     pub lights: LightTables,
-    pub uniforms: Buffer,
-    pub record: SceneRecord,
-    textures: TextureTable,
-    buffers: Vec<Buffer>,
+    pub gpu: GpuScene,
 }
 
 impl Uploaded {
-    pub fn new(device: &TestDevice, scene: Scene) -> Self {
-        let mut buffers = Vec::new();
-        let mut upload = |name: &str, bytes: &[u8]| {
-            let buffer = Buffer::from_slice(device, name, bytes).unwrap();
-            buffers.push(buffer.clone());
-            buffer.address()
-        };
-        let meshes: Vec<MeshRecord> = scene
-            .meshes
-            .iter()
-            .map(|mesh| {
-                let vertices = vec![
-                    VertexRecord { normal: 1, tangent: 1, uv0: [0.0; 2], uv1: [0.0; 2], color: u32::MAX };
-                    mesh.positions.len()
-                ];
-                MeshRecord {
-                    bvh_nodes: 0,
-                    bvh_triangles: 0,
-                    positions: upload("positions", bytemuck::cast_slice(&mesh.positions)),
-                    vertices: upload("vertices", bytemuck::cast_slice(&vertices)),
-                    indices: upload("indices", bytemuck::cast_slice(&mesh.indices)),
-                    triangle_materials: upload("materials", bytemuck::cast_slice(&mesh.triangle_materials)),
-                    first_masked: mesh.first_masked as u32,
-                    triangle_count: mesh.indices.len() as u32,
-                }
-            })
-            .collect();
-        let instances: Vec<InstanceRecord> = scene.instances.iter().map(instance).collect();
-        let materials: Vec<MaterialRecord> = scene.materials.iter().map(material).collect();
+    pub fn new(device: &TestDevice, scene: Scene, backend: TraceBackend) -> Self {
         let lights = LightTables::new(device, &scene).unwrap();
-        let mut record: SceneRecord = bytemuck::Zeroable::zeroed();
-        lights.fill(&mut record);
-        record.meshes = upload("meshes", bytemuck::cast_slice(&meshes));
-        record.instances = upload("instances", bytemuck::cast_slice(&instances));
-        record.materials = upload("materials", bytemuck::cast_slice(&materials));
-        record.instance_count = instances.len() as u32;
-        let textures = environment_texture(device, &scene.environment);
-        let uniforms = Buffer::new(device, "scene_uniforms", size_of::<SceneRecord>() as u64, Location::Upload).unwrap();
-        uniforms.write(0, bytemuck::bytes_of(&record));
-        Self { scene, lights, uniforms, record, textures, buffers }
-    }
-
-    pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
-        let pass = pass.read("scene_uniforms", &self.uniforms).textures(&self.textures);
-        self.buffers.iter().chain(self.lights.buffers()).fold(pass, Pass::addresses)
-    }
-}
-
-fn environment_texture(device: &TestDevice, environment: &Environment) -> TextureTable {
-    let image = &environment.image;
-    let texels: Vec<[f32; 4]> = image.texels.iter().map(|t| t.extend(1.0).to_array()).collect();
-    let desc = TextureDesc {
-        name: "environment",
-        extent: [image.width, image.height],
-        format: TextureFormat::Rgba32F,
-        sampler: SamplerDesc { wrap: [Wrap::Repeat, Wrap::ClampToEdge], max_anisotropy: 1.0, ..Default::default() },
-        mips: &[bytemuck::cast_slice(&texels)],
-    };
-    TextureTable::new(device, &[desc]).unwrap()
-}
-
-fn rows(m: &Affine3A) -> [Vec4; 3] {
-    let transposed = m.matrix3.transpose();
-    let row = |axis: glam::Vec3A, offset: f32| axis.extend(offset);
-    let t = m.translation;
-    [row(transposed.x_axis, t.x), row(transposed.y_axis, t.y), row(transposed.z_axis, t.z)]
-}
-
-fn instance(instance: &Instance) -> InstanceRecord {
-    InstanceRecord {
-        world_from_object: rows(&instance.world_from_object),
-        object_from_world: rows(&instance.world_from_object.inverse()),
-        world_from_object_prev: rows(&instance.world_from_object_prev),
-        mesh: instance.mesh,
-        mask: MASK_OPAQUE,
-        mirrored: u32::from(instance.world_from_object.matrix3.determinant() < 0.0),
-        pad: 0,
-    }
-}
-
-fn material(m: &Material) -> MaterialRecord {
-    let none = TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
-    MaterialRecord {
-        emissive: m.emissive,
-        flags: if m.double_sided { MATERIAL_DOUBLE_SIDED } else { 0 },
-        base_color_texture: none,
-        metallic_roughness_texture: none,
-        normal_texture: none,
-        emissive_texture: none,
-        ..bytemuck::Zeroable::zeroed()
+        let mut gpu = GpuScene::new(device, &scene, backend).unwrap();
+        lights.fill(gpu.record_mut());
+        Self { scene, lights, gpu }
     }
 }
 
