@@ -1,10 +1,10 @@
 //! The images of the frame contract ([`pt_shaders::channels`]) and histories.
 
 use crate::device::Device;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::image::Image;
 use pt_shaders::channels::{ChannelId, ExtentClass};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A value of this frame and of the last one.
 #[derive(Clone, Debug)]
@@ -59,18 +59,37 @@ pub fn extent(class: ExtentClass, size: [u32; 2]) -> [u32; 2] {
     }
 }
 
+fn channel_bytes(id: ChannelId, size: [u32; 2]) -> u64 {
+    let channel = id.channel();
+    let [width, height] = extent(channel.extent, size).map(u64::from);
+    width * height * u64::from(channel.format.bytes()) * (1 + u64::from(channel.history))
+}
+
 impl ChannelImages {
     /// Allocates `channels` (duplicates are fine) for a frame of `size` pixels.
+    ///
+    /// # Errors
+    /// More than the device's memory, before any of it is taken.
     pub fn new(
         device: &Device,
         size: [u32; 2],
         channels: impl IntoIterator<Item = ChannelId>,
     ) -> Result<Self> {
+        let channels: BTreeSet<_> = channels.into_iter().collect();
+        let bytes = channels.iter().map(|&id| channel_bytes(id, size)).sum::<u64>();
+        let memory = device.info().memory_bytes;
+        if bytes > memory {
+            let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
+            return Err(Error::Unsupported(format!(
+                "a frame of {}x{} takes {:.1} GiB of images, the device has {:.1} GiB; ask for a smaller one",
+                size[0],
+                size[1],
+                gib(bytes),
+                gib(memory)
+            )));
+        }
         let mut slots = BTreeMap::new();
         for id in channels {
-            if slots.contains_key(&id) {
-                continue;
-            }
             let channel = id.channel();
             let extent = extent(channel.extent, size);
             let image = |name: &str| Image::new(device, name, channel.format, extent);
@@ -131,12 +150,6 @@ impl ChannelImages {
 
     /// Bytes of all images.
     pub fn bytes(&self) -> u64 {
-        self.slots
-            .values()
-            .map(|slot| match slot {
-                Slot::Single(image) => image.bytes(),
-                Slot::History(history) => history.current().bytes() + history.previous().bytes(),
-            })
-            .sum()
+        self.slots.keys().map(|&id| channel_bytes(id, self.size)).sum()
     }
 }
