@@ -1,0 +1,307 @@
+//! The direct lighting pass against closed forms and the BRDF oracle, on every trace backend of the device.
+
+mod common;
+
+use common::scene::{Uploaded, polygon};
+use glam::{Affine3A, DVec3, UVec2, Vec3};
+use pt_core::channels::field_width;
+use pt_core::frame::Uniforms;
+use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
+use pt_core::test_support::TestDevice;
+use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Recorder};
+use pt_lights::oracle::brdf::Brdf;
+use pt_lights::oracle::sampling::basis_around;
+use pt_lights::{DirectLighting, DirectParams};
+use pt_scene::{Environment, EnvironmentImage, Light, Material, Scene};
+use pt_shaders::channels::{
+    BASE_COLOR, COLOR_HF, COLOR_SPEC, GEO_NORMAL, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION,
+    VIEW_DIRECTION,
+};
+use pt_shaders::records::FrameRecord;
+use std::f64::consts::PI;
+
+const SIZE: [u32; 2] = [32, 32];
+/// Texel without a surface.
+const HOLE: usize = 77;
+
+/// What the G-buffer holds at every texel but [`HOLE`].
+#[derive(Clone, Copy)]
+struct Point {
+    position: Vec3,
+    normal: Vec3,
+    /// Towards the viewer.
+    view: Vec3,
+    base: [f32; 4],
+    metallic: f32,
+    roughness: f32,
+}
+
+const LAMBERTIAN: Point = Point {
+    position: Vec3::ZERO,
+    normal: Vec3::Y,
+    view: Vec3::Y,
+    base: [0.5, 0.5, 0.5, 0.0],
+    metallic: 0.0,
+    roughness: 1.0,
+};
+
+/// The light channels of every texel and frame.
+struct Light4 {
+    hf: Vec<DVec3>,
+    spec: Vec<DVec3>,
+}
+
+fn unorm16(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| ((v * 65535.0).round() as u16).to_le_bytes()).collect()
+}
+
+fn render(
+    device: &TestDevice,
+    scene: Scene,
+    backend: TraceBackend,
+    params: &DirectParams,
+    frames: u32,
+    point: impl Fn(usize) -> Point,
+) -> Light4 {
+    let stage = DirectLighting::new(device, backend).unwrap();
+    let mut uploaded = Uploaded::new(device, scene, backend);
+    let images =
+        ChannelImages::new(device, SIZE, DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied()).unwrap();
+    let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms").unwrap();
+    let count = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
+    let points: Vec<Point> = (0..count).map(&point).collect();
+    let words = |f: &dyn Fn(&Point) -> Vec<u32>| -> Vec<u8> {
+        points.iter().flat_map(f).flat_map(|word| word.to_le_bytes()).collect()
+    };
+    let write = |id, bytes: &[u8]| images.current(id).write(bytes).unwrap();
+    write(BASE_COLOR, &unorm16(&points.iter().flat_map(|p| p.base).collect::<Vec<_>>()));
+    write(METALLIC_ROUGHNESS, &unorm16(&points.iter().flat_map(|p| [p.metallic, p.roughness]).collect::<Vec<_>>()));
+    write(NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
+    write(GEO_NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
+    write(VIEW_DIRECTION, &words(&|p| vec![pack_unit_vector(-p.view), 1]));
+    let mut position = words(&|p| [p.position.x, p.position.y, p.position.z, f32::from_bits(1)].map(f32::to_bits).into());
+    position[16 * HOLE + 12..16 * HOLE + 16].fill(0);
+    write(SHADING_POSITION, &position);
+    let mut light = Light4 { hf: Vec::new(), spec: Vec::new() };
+    let mut recorder = Recorder::new(device).unwrap();
+    for index in 0..frames {
+        let keys: Vec<u8> = (0..count as u32).flat_map(|i| [i, index]).flat_map(|word| word.to_le_bytes()).collect();
+        write(RNG_SEED, &keys);
+        let mut frame = recorder.begin().unwrap();
+        let mut record: FrameRecord = bytemuck::Zeroable::zeroed();
+        record.size = UVec2::from_array(SIZE);
+        record.field_width = field_width(SIZE[0]);
+        record.seed = 4;
+        uniforms.upload(&mut frame, &record).unwrap();
+        uploaded.gpu.update(&mut frame, &uploaded.scene).unwrap();
+        stage.record(&mut frame, &uploaded.gpu, &uploaded.lights, &uniforms, &images, params).unwrap();
+        frame.submit().unwrap();
+        recorder.finish().unwrap();
+        for (list, id) in [(&mut light.hf, COLOR_HF), (&mut light.spec, COLOR_SPEC)] {
+            let texels = images.current(id).read_f32().unwrap();
+            let rgb = texels.chunks_exact(4).map(|t| DVec3::new(t[0].into(), t[1].into(), t[2].into()));
+            list.extend(rgb.enumerate().filter(|(i, _)| *i != HOLE).map(|(_, c)| c));
+            assert_eq!(texels[4 * HOLE..4 * HOLE + 3], [0.0; 3], "light where there is no surface");
+        }
+    }
+    light
+}
+
+/// Mean of the green channel with its standard error.
+fn mean(values: &[DVec3]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().map(|v| v.y).sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v.y - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// Within four standard errors, of which there is to be some, and those below `precision` of the value.
+fn assert_mean(name: &str, values: &[DVec3], expected: f64, precision: f64) {
+    let (mean, error) = mean(values);
+    assert!((mean - expected).abs() < 4.0 * error + 1e-4 * expected, "{name}: {mean} +- {error}, not {expected}");
+    assert!(error < precision * expected, "{name}: the test is too noisy to tell: {mean} +- {error}");
+}
+
+fn floor() -> Scene {
+    let mut scene = Scene::default();
+    let corners = [(-9.0, 9.0), (9.0, 9.0), (9.0, -9.0), (-9.0, -9.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
+    polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::splat(0.5)));
+    scene
+}
+
+fn backends(device: &TestDevice) -> Vec<TraceBackend> {
+    let backends = TraceBackend::available(device);
+    assert!(backends.contains(&TraceBackend::Compute));
+    backends
+}
+
+/// Points on the floor along a diagonal, which does not shadow itself; the board over a part of it does.
+#[test]
+fn point_light_with_and_without_shadow() {
+    let device = TestDevice::open();
+    let mut scene = floor();
+    let board = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(x, z)| Vec3::new(x + 2.0, 1.0, z + 2.0));
+    polygon(&mut scene, &board, Affine3A::IDENTITY, Material::lambertian("board", Vec3::ONE));
+    scene.lights.push(Light::point("lamp", Vec3::new(0.0, 2.0, 0.0), Vec3::splat(10.0)));
+    let at = |i: usize| Vec3::new(i as f32 * 0.008 - 3.0, 0.0, i as f32 * 0.008 - 3.0);
+    for backend in backends(&device) {
+        let point = |i| Point { position: at(i), ..LAMBERTIAN };
+        let light = render(&device, scene.clone(), backend, &DirectParams::default(), 1, point);
+        let (mut lit, mut dark) = (0, 0);
+        for (i, hf) in (0..).filter(|&i| i != HOLE).zip(&light.hf) {
+            let p = at(i).as_dvec3();
+            // The board spans (1, 1) to (3, 3) half way up: on the floor its shadow reaches from (2, 2) to (6, 6).
+            if (p.x - 2.0).abs() < 0.01 {
+                continue;
+            }
+            if p.x > 2.0 {
+                assert_eq!(hf.y, 0.0, "{backend} {p}");
+                dark += 1;
+            } else {
+                let d2 = p.length_squared() + 4.0;
+                let expected = 10.0 * 2.0 / d2.powf(1.5) / PI;
+                assert!((hf.y / expected - 1.0).abs() < 2e-4, "{backend} {p}: {} {expected}", hf.y);
+                lit += 1;
+            }
+        }
+        assert!(lit > 500 && dark > 200, "{lit} {dark}");
+        assert!(light.spec.iter().all(|s| *s == DVec3::ZERO), "a Lambertian surface has no specular light");
+    }
+}
+
+/// Extended lights and the environment, unoccluded: closed forms, within the noise.
+#[test]
+fn extended_lights_have_their_closed_forms() {
+    let device = TestDevice::open();
+    let render = |scene: Scene, point: Point| {
+        let frames = 8;
+        render(&device, scene, TraceBackend::Compute, &DirectParams::default(), frames, |_| point).hf
+    };
+    let mut ball = floor();
+    let position = Vec3::new(0.5, 1.5, 0.0);
+    ball.lights.push(Light { radius: 0.3, ..Light::point("ball", position, Vec3::splat(10.0)) });
+    // A sphere above the horizon lights like a point (inverse square law of Lambertian spheres).
+    let d2 = f64::from(position.length_squared());
+    assert_mean("ball", &render(ball, LAMBERTIAN), 10.0 * 1.5 / d2.powf(1.5) / PI, 5e-3);
+
+    let mut sun = floor();
+    let direction = Vec3::new(0.6, -0.8, 0.0);
+    sun.lights.push(Light { angular_radius: 0.2, ..Light::directional("sun", direction, Vec3::splat(3.0)) });
+    assert_mean("sun", &render(sun, LAMBERTIAN), 3.0 * 0.8 / PI, 5e-3);
+
+    let mut lamps = floor();
+    let corners = [(-0.5, -0.4), (0.5, -0.4), (0.5, 0.4), (-0.5, 0.4)].map(|(x, z)| Vec3::new(x + 0.8, 1.0, z));
+    polygon(&mut lamps, &corners, Affine3A::IDENTITY, Material::lamp("lamp", Vec3::splat(4.0)));
+    // Turned up: no light from the back.
+    let up = corners.map(|c| Vec3::new(c.x - 2.0, 1.2, -c.z));
+    polygon(&mut lamps, &up, Affine3A::IDENTITY, Material::lamp("back", Vec3::splat(4.0)));
+    assert_mean("lamp", &render(lamps, LAMBERTIAN), 4.0 * lambert(&corners) / PI, 2e-2);
+
+    let mut sky = floor();
+    sky.environment = Environment::constant(Vec3::splat(2.0));
+    assert_mean("constant sky", &render(sky, LAMBERTIAN), 2.0, 2e-2);
+
+    // A gradient: L = 1 + v-dependent; by quadrature of the lookup itself.
+    let mut gradient = floor();
+    let texels = (0..32 * 16).map(|i| Vec3::splat((i % 32) as f32 * 0.1 + (i / 32) as f32)).collect();
+    gradient.environment = Environment::new(EnvironmentImage { width: 32, height: 16, texels });
+    gradient.environment.rotation = 0.4;
+    let expected = cosine_mean(|d| f64::from(gradient.environment.radiance(d.as_vec3()).y));
+    assert_mean("gradient sky", &render(gradient.clone(), LAMBERTIAN), expected, 2e-2);
+    let tilted = Point { normal: Vec3::X, view: Vec3::X, position: Vec3::new(0.0, 4.0, 0.0), ..LAMBERTIAN };
+    let basis = basis_around(DVec3::X);
+    let mut open = gradient.clone();
+    open.instances.clear();
+    polygon(&mut open, &[Vec3::ZERO, Vec3::X * 1e-3, Vec3::Y * 1e-3], Affine3A::IDENTITY, Material::lambertian("speck", Vec3::ONE));
+    let turn = |d: DVec3| basis * DVec3::new(d.x, d.z, d.y);
+    let expected = cosine_mean(|d| f64::from(gradient.environment.radiance(turn(d).as_vec3()).y));
+    assert_mean("gradient sky from the side", &render(open, tilted), expected, 2e-2);
+}
+
+/// Irradiance at the origin (normal +Y) from a polygon of radiance 1 (Lambert).
+fn lambert(corners: &[Vec3]) -> f64 {
+    let to = |i: usize| corners[i % corners.len()].as_dvec3().normalize();
+    let edge = |i: usize| to(i).angle_between(to(i + 1)) * to(i).cross(to(i + 1)).normalize().y;
+    0.5 * (0..corners.len()).map(edge).sum::<f64>().abs()
+}
+
+/// Cosine-weighted mean over the hemisphere about +Y.
+fn cosine_mean(f: impl Fn(DVec3) -> f64) -> f64 {
+    const N: usize = 400;
+    let mut sum = 0.0;
+    for i in 0..N {
+        for j in 0..N {
+            let (r, phi) = (((i as f64 + 0.5) / N as f64).sqrt(), 2.0 * PI * (j as f64 + 0.5) / N as f64);
+            sum += f(DVec3::new(r * phi.cos(), (1.0 - r * r).sqrt(), r * phi.sin()));
+        }
+    }
+    sum / (N * N) as f64
+}
+
+/// Both parts of the light of a sun, for many materials and views: the BRDF's oracle, demodulated.
+#[test]
+fn parts_equal_the_oracle() {
+    let device = TestDevice::open();
+    let mut scene = floor();
+    let direction = Vec3::new(-0.4, -0.7, 0.3).normalize();
+    scene.lights.push(Light::directional("sun", direction, Vec3::new(1.0, 2.0, 3.0)));
+    let point = |i: usize| {
+        let unit = |k: u32| pt_core::rng::random4([i as u32, 7], 0, k, 1);
+        let ([a, b, c, d], [e, f, g, h]) = (unit(0), unit(1));
+        let phi = std::f32::consts::TAU * h;
+        let cos = 0.25 + 0.75 * g;
+        let sin = (1.0 - cos * cos).sqrt();
+        let quantise = |v: f32| (v * 65535.0).round() / 65535.0;
+        Point {
+            position: Vec3::ZERO,
+            normal: unpack_unit_vector(pack_unit_vector(Vec3::new(0.2 * a - 0.1, 1.0, 0.2 * b - 0.1).normalize())),
+            view: unpack_unit_vector(pack_unit_vector(Vec3::new(sin * phi.cos(), cos, sin * phi.sin()))),
+            base: [a, b, c, d].map(quantise),
+            metallic: (3.0 * e).floor() / 2.0,
+            roughness: quantise(0.2 + 0.8 * f),
+        }
+    };
+    let light = render(&device, scene, TraceBackend::Compute, &DirectParams::default(), 1, point);
+    for ((i, hf), spec) in (0..).filter(|&i| i != HOLE).zip(&light.hf).zip(&light.spec) {
+        let p: Point = point(i);
+        let base = p.base.map(f64::from);
+        let roughness = f64::from((p.roughness * 65535.0).round()) / 65535.0;
+        let brdf = Brdf::new(DVec3::new(base[0], base[1], base[2]), base[3], (f64::from(p.metallic) * 65535.0).round() / 65535.0, roughness);
+        let local = basis_around(p.normal.as_dvec3()).transpose();
+        let (v, l) = (local * p.view.as_dvec3(), local * -direction.as_dvec3());
+        let value = brdf.eval(v, l);
+        let irradiance = DVec3::new(1.0, 2.0, 3.0) * l.z;
+        let diffuse = value.diffuse * irradiance;
+        let specular = value.specular * irradiance / brdf.f0.max(DVec3::splat(0.01));
+        let near = |a: DVec3, b: DVec3| (a - b).abs().max_element() <= 2e-3 * b.abs().max_element().max(1e-2);
+        assert!(near(*hf, diffuse), "{i}: {hf} {diffuse}");
+        assert!(near(*spec, specular), "{i}: {spec} {specular}");
+    }
+}
+
+/// Every kind of light can be switched off, and the kinds add up.
+#[test]
+fn kinds_add_up() {
+    let device = TestDevice::open();
+    let off = DirectParams { sun: false, positional: false, emissive: false, environment: false };
+    let kinds = [
+        DirectParams { sun: true, ..off.clone() },
+        DirectParams { positional: true, ..off.clone() },
+        DirectParams { emissive: true, ..off.clone() },
+        DirectParams { environment: true, ..off.clone() },
+    ];
+    let light = |params: &DirectParams| {
+        let point = Point { position: Vec3::new(0.2, 0.0, 0.3), ..LAMBERTIAN };
+        render(&device, common::scene::all_kinds(), TraceBackend::Compute, params, 1, |_| point).hf
+    };
+    assert!(light(&off).iter().all(|c| *c == DVec3::ZERO));
+    let parts = kinds.map(|params| light(&params));
+    for part in &parts {
+        assert!(part.iter().any(|c| c.y > 0.0));
+    }
+    for (i, whole) in light(&DirectParams::default()).iter().enumerate() {
+        let sum: DVec3 = parts.iter().map(|part| part[i]).sum();
+        assert!((*whole - sum).abs().max_element() <= 1e-5 * sum.max_element(), "{whole} {sum}");
+    }
+}
