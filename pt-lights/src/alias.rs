@@ -29,8 +29,7 @@ impl AliasTable {
         let heaviest = (0..n).fold(0, |best, i| if weights[i] > weights[best] { i } else { best });
         // What rounding leaves over at the end has a share of 1, or never had a weight.
         let mut keep: Vec<u64> = weights.iter().map(|w| if *w > 0.0 { STEPS } else { 0 }).collect();
-        let mut alias: Vec<usize> =
-            (0..n).map(|i| if weights[i] > 0.0 { i } else { heaviest }).collect();
+        let mut alias: Vec<usize> = (0..n).map(|i| if weights[i] > 0.0 { i } else { heaviest }).collect();
         let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| share[i] < 1.0);
         while let (Some(&giver), Some(taker)) = (large.last(), small.pop()) {
             alias[taker] = giver;

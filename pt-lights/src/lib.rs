@@ -13,6 +13,7 @@ mod lists;
 pub mod oracle;
 mod punctual;
 pub mod records;
+pub mod synthetic;
 mod tables;
 mod texture_mean;
 

@@ -28,6 +28,7 @@ pub fn glsl() -> String {
         ("KIND_EMISSIVE", KIND_EMISSIVE),
         ("KIND_ENVIRONMENT", KIND_ENVIRONMENT),
     ];
-    let constants: String = kinds.iter().map(|(name, bit)| format!("const uint {name} = {bit}u;\n")).collect();
+    let constants: String =
+        kinds.iter().map(|(name, bit)| format!("const uint {name} = {bit}u;\n")).collect();
     constants + &<DirectPush as pt_shaders::GpuStruct>::glsl()
 }

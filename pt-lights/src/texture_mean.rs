@@ -91,8 +91,9 @@ mod tests {
     use pt_scene::Sampler;
 
     fn checkered(width: u32, height: u32, white: impl Fn(u32, u32) -> bool) -> Texture {
-        let texels =
-            (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).flat_map(|(x, y)| [255 * u8::from(white(x, y)); 4]);
+        let texels = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (x, y)))
+            .flat_map(|(x, y)| [255 * u8::from(white(x, y)); 4]);
         Texture {
             name: "test".into(),
             width,

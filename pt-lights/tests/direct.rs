@@ -67,7 +67,8 @@ fn render(
     let stage = DirectLighting::new(device, backend).unwrap();
     let mut uploaded = Uploaded::new(device, scene, backend);
     let images =
-        ChannelImages::new(device, SIZE, DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied()).unwrap();
+        ChannelImages::new(device, SIZE, DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied())
+            .unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms").unwrap();
     let count = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
     let points: Vec<Point> = (0..count).map(&point).collect();
@@ -76,17 +77,22 @@ fn render(
     };
     let write = |id, bytes: &[u8]| images.current(id).write(bytes).unwrap();
     write(BASE_COLOR, &unorm16(&points.iter().flat_map(|p| p.base).collect::<Vec<_>>()));
-    write(METALLIC_ROUGHNESS, &unorm16(&points.iter().flat_map(|p| [p.metallic, p.roughness]).collect::<Vec<_>>()));
+    write(
+        METALLIC_ROUGHNESS,
+        &unorm16(&points.iter().flat_map(|p| [p.metallic, p.roughness]).collect::<Vec<_>>()),
+    );
     write(NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
     write(GEO_NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
     write(VIEW_DIRECTION, &words(&|p| vec![pack_unit_vector(-p.view), 1]));
-    let mut position = words(&|p| [p.position.x, p.position.y, p.position.z, f32::from_bits(1)].map(f32::to_bits).into());
+    let mut position =
+        words(&|p| [p.position.x, p.position.y, p.position.z, f32::from_bits(1)].map(f32::to_bits).into());
     position[16 * HOLE + 12..16 * HOLE + 16].fill(0);
     write(SHADING_POSITION, &position);
     let mut light = Light4 { hf: Vec::new(), spec: Vec::new() };
     let mut recorder = Recorder::new(device).unwrap();
     for index in 0..frames {
-        let keys: Vec<u8> = (0..count as u32).flat_map(|i| [i, index]).flat_map(|word| word.to_le_bytes()).collect();
+        let keys: Vec<u8> =
+            (0..count as u32).flat_map(|i| [i, index]).flat_map(|word| word.to_le_bytes()).collect();
         write(RNG_SEED, &keys);
         let mut frame = recorder.begin().unwrap();
         let mut record: FrameRecord = bytemuck::Zeroable::zeroed();
@@ -119,7 +125,10 @@ fn mean(values: &[DVec3]) -> (f64, f64) {
 /// Within four standard errors, of which there is to be some, and those below `precision` of the value.
 fn assert_mean(name: &str, values: &[DVec3], expected: f64, precision: f64) {
     let (mean, error) = mean(values);
-    assert!((mean - expected).abs() < 4.0 * error + 1e-4 * expected, "{name}: {mean} +- {error}, not {expected}");
+    assert!(
+        (mean - expected).abs() < 4.0 * error + 1e-4 * expected,
+        "{name}: {mean} +- {error}, not {expected}"
+    );
     assert!(error < precision * expected, "{name}: the test is too noisy to tell: {mean} +- {error}");
 }
 
@@ -141,7 +150,8 @@ fn backends(device: &TestDevice) -> Vec<TraceBackend> {
 fn point_light_with_and_without_shadow() {
     let device = TestDevice::open();
     let mut scene = floor();
-    let board = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(x, z)| Vec3::new(x + 2.0, 1.0, z + 2.0));
+    let board =
+        [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(x, z)| Vec3::new(x + 2.0, 1.0, z + 2.0));
     polygon(&mut scene, &board, Affine3A::IDENTITY, Material::lambertian("board", Vec3::ONE));
     scene.lights.push(Light::point("lamp", Vec3::new(0.0, 2.0, 0.0), Vec3::splat(10.0)));
     let at = |i: usize| Vec3::new(i as f32 * 0.008 - 3.0, 0.0, i as f32 * 0.008 - 3.0);
@@ -191,7 +201,8 @@ fn extended_lights_have_their_closed_forms() {
     assert_mean("sun", &render(sun, LAMBERTIAN), 3.0 * 0.8 / PI, 5e-3);
 
     let mut lamps = floor();
-    let corners = [(-0.5, -0.4), (0.5, -0.4), (0.5, 0.4), (-0.5, 0.4)].map(|(x, z)| Vec3::new(x + 0.8, 1.0, z));
+    let corners =
+        [(-0.5, -0.4), (0.5, -0.4), (0.5, 0.4), (-0.5, 0.4)].map(|(x, z)| Vec3::new(x + 0.8, 1.0, z));
     polygon(&mut lamps, &corners, Affine3A::IDENTITY, Material::lamp("lamp", Vec3::splat(4.0)));
     // Turned up: no light from the back.
     let up = corners.map(|c| Vec3::new(c.x - 2.0, 1.2, -c.z));
@@ -213,7 +224,12 @@ fn extended_lights_have_their_closed_forms() {
     let basis = basis_around(DVec3::X);
     let mut open = gradient.clone();
     open.instances.clear();
-    polygon(&mut open, &[Vec3::ZERO, Vec3::X * 1e-3, Vec3::Y * 1e-3], Affine3A::IDENTITY, Material::lambertian("speck", Vec3::ONE));
+    polygon(
+        &mut open,
+        &[Vec3::ZERO, Vec3::X * 1e-3, Vec3::Y * 1e-3],
+        Affine3A::IDENTITY,
+        Material::lambertian("speck", Vec3::ONE),
+    );
     let turn = |d: DVec3| basis * DVec3::new(d.x, d.z, d.y);
     let expected = cosine_mean(|d| f64::from(gradient.environment.radiance(turn(d).as_vec3()).y));
     assert_mean("gradient sky from the side", &render(open, tilted), expected, 2e-2);
@@ -255,7 +271,9 @@ fn parts_equal_the_oracle() {
         let quantise = |v: f32| (v * 65535.0).round() / 65535.0;
         Point {
             position: Vec3::ZERO,
-            normal: unpack_unit_vector(pack_unit_vector(Vec3::new(0.2 * a - 0.1, 1.0, 0.2 * b - 0.1).normalize())),
+            normal: unpack_unit_vector(pack_unit_vector(
+                Vec3::new(0.2 * a - 0.1, 1.0, 0.2 * b - 0.1).normalize(),
+            )),
             view: unpack_unit_vector(pack_unit_vector(Vec3::new(sin * phi.cos(), cos, sin * phi.sin()))),
             base: [a, b, c, d].map(quantise),
             metallic: (3.0 * e).floor() / 2.0,
@@ -267,7 +285,12 @@ fn parts_equal_the_oracle() {
         let p: Point = point(i);
         let base = p.base.map(f64::from);
         let roughness = f64::from((p.roughness * 65535.0).round()) / 65535.0;
-        let brdf = Brdf::new(DVec3::new(base[0], base[1], base[2]), base[3], (f64::from(p.metallic) * 65535.0).round() / 65535.0, roughness);
+        let brdf = Brdf::new(
+            DVec3::new(base[0], base[1], base[2]),
+            base[3],
+            (f64::from(p.metallic) * 65535.0).round() / 65535.0,
+            roughness,
+        );
         let local = basis_around(p.normal.as_dvec3()).transpose();
         let (v, l) = (local * p.view.as_dvec3(), local * -direction.as_dvec3());
         let value = brdf.eval(v, l);

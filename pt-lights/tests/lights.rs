@@ -9,10 +9,10 @@ use common::{close, kernels, run_sampler};
 use glam::{Vec2, Vec3};
 use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;
-use pt_core::{Buffer, Kernel, Recorder};
 use pt_core::trace::TraceBackend;
-use pt_lights::{AliasTable, LightLists};
+use pt_core::{Buffer, Kernel, Recorder};
 use pt_lights::oracle::lights::{LightSample, LightSampler};
+use pt_lights::{AliasTable, LightLists};
 use pt_scene::{Environment, Scene};
 use pt_shaders::records::SceneRecord;
 use std::f64::consts::PI;
@@ -90,7 +90,8 @@ fn compare(name: &str, sample: &SampleRecord, expected: &LightSample, radiance: 
 fn picks_follow_the_pmf() {
     let device = TestDevice::open();
     let emissive = LightLists::new(&all_kinds()).emissive_alias.unwrap();
-    let weights: Vec<f64> = (0..3000).map(|i| if i % 7 == 0 { 0.0 } else { 10f64.powf(-f64::from(i % 60) / 10.0) }).collect();
+    let weights: Vec<f64> =
+        (0..3000).map(|i| if i % 7 == 0 { 0.0 } else { 10f64.powf(-f64::from(i % 60) / 10.0) }).collect();
     for table in [emissive, AliasTable::new(&weights).unwrap()] {
         let n = table.entries().len();
         let sum: f64 = (0..n).map(|i| table.pmf(i)).sum();
@@ -225,7 +226,8 @@ fn emissive_points_follow_the_density() {
     }
     let p = chi_squared(&observed, &expected);
     assert!(p > sidak(TESTS), "p = {p}");
-    let by_area: Vec<f64> = (0..49).map(|i| [1.0, 0.09, 0.25, 1.0][i / 16] / if i == 48 { 1.0 } else { 16.0 }).collect();
+    let by_area: Vec<f64> =
+        (0..49).map(|i| [1.0, 0.09, 0.25, 1.0][i / 16] / if i == 48 { 1.0 } else { 16.0 }).collect();
     let scale = f64::from(SAMPLES) / by_area.iter().sum::<f64>();
     let wrong: Vec<f64> = by_area.iter().map(|a| a * scale).collect();
     assert!(chi_squared(&observed, &wrong) < SIGNIFICANCE, "picks by area alone are not noticed");

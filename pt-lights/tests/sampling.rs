@@ -22,7 +22,13 @@ const INCIDENCES: [f32; 3] = [1.0, 0.6, 0.02];
 const ALPHAS: [f32; 4] = [0.01, 0.09, 0.4, 1.0];
 const CONE: f32 = 0.1;
 
-fn draw(device: &TestDevice, kernel: &Kernel, family: u32, parameter: f32, vector: Vec3) -> Vec<SampleRecord> {
+fn draw(
+    device: &TestDevice,
+    kernel: &Kernel,
+    family: u32,
+    parameter: f32,
+    vector: Vec3,
+) -> Vec<SampleRecord> {
     let push = SamplerPush { family, count: SAMPLES, seed: 1 + family, parameter, vector };
     run_sampler(device, kernel, &push, None, |pass| pass)
 }
@@ -78,8 +84,13 @@ fn check(name: &str, samples: &[SampleRecord], chart: &Chart<'_>, counts: impl F
     assert!(p > sidak(TESTS), "{name}: p = {p}");
     let tilted = |at: DVec2| (chart.density)(at) * if at.x < 0.5 { 1.1 } else { 0.9 };
     let broken = Chart { density: &tilted, ..*chart };
-    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| p_value(samples, &broken, counts) < SIGNIFICANCE))
-        .unwrap_or(true), "{name}: a wrong density is not noticed");
+    assert!(
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(
+            || p_value(samples, &broken, counts) < SIGNIFICANCE
+        ))
+        .unwrap_or(true),
+        "{name}: a wrong density is not noticed"
+    );
 }
 
 fn everywhere(_: DVec3) -> bool {
@@ -96,10 +107,8 @@ fn points_on_triangle_and_disk() {
     let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::SAMPLERS).unwrap();
     // The triangle's uniform density as one over the square: b2 = y, b1 = x (1 - y).
     let triangle = draw(&device, &kernel, 0, 0.0, Vec3::ZERO);
-    let chart = Chart {
-        place: &|v| DVec2::new(v.x / (1.0 - v.y).max(1e-9), v.y),
-        density: &|p| 2.0 * (1.0 - p.y),
-    };
+    let chart =
+        Chart { place: &|v| DVec2::new(v.x / (1.0 - v.y).max(1e-9), v.y), density: &|p| 2.0 * (1.0 - p.y) };
     check("triangle", &triangle, &chart, everywhere);
     let disk = draw(&device, &kernel, 1, 0.0, Vec3::ZERO);
     let chart = Chart { place: &|v| DVec2::new(azimuth(v), v.length_squared()), density: &|_| 1.0 };
@@ -179,7 +188,11 @@ fn reflections_about_visible_normals() {
                 let expected = sampling::ggx_reflection_pdf(v, s.value.as_dvec3(), a);
                 let error = (f64::from(s.pdf) / expected - 1.0).abs();
                 // At grazing incidence the half vector is a small difference, and a sharp lobe magnifies its rounding.
-                assert!(error < 1e-4 + 2e-7 / (a * f64::from(cos)), "{name}: {} instead of {expected}", s.pdf);
+                assert!(
+                    error < 1e-4 + 2e-7 / (a * f64::from(cos)),
+                    "{name}: {} instead of {expected}",
+                    s.pdf
+                );
             }
         }
     }
@@ -219,7 +232,8 @@ fn brdf_equals_its_oracle() {
     let device = TestDevice::open();
     let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::BRDF_CASES).unwrap();
     let cases = cases();
-    let push = SamplerPush { family: 0, count: cases.len() as u32, seed: 0, parameter: 0.0, vector: Vec3::ZERO };
+    let push =
+        SamplerPush { family: 0, count: cases.len() as u32, seed: 0, parameter: 0.0, vector: Vec3::ZERO };
     let buffer = Buffer::from_slice(&device, "cases", &cases).unwrap();
     let samples = run_sampler(&device, &kernel, &push, None, |pass| pass.read("cases", &buffer));
     for (case, sample) in cases.iter().zip(&samples) {
@@ -291,7 +305,10 @@ fn white_furnace() {
             worst = worst.max(whole);
         }
     }
-    assert!((1.2..1.9).contains(&worst), "the gain of the model at grazing incidence is documented as up to 1.8: {worst}");
+    assert!(
+        (1.2..1.9).contains(&worst),
+        "the gain of the model at grazing incidence is documented as up to 1.8: {worst}"
+    );
 }
 
 /// f cos / pdf averaged over the samples is the reflectance, and the pdf integrates to the share of samples above the surface.

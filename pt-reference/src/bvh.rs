@@ -81,9 +81,12 @@ impl Bvh {
             let axis = (max - min).to_array();
             let axis = (0..3).fold(0, |best, i| if axis[i] > axis[best] { i } else { best });
             let triangles = &self.triangles;
-            let center = |i: &usize| 3.0 * triangles[*i].corner[axis] + triangles[*i].edges[0][axis] + triangles[*i].edges[1][axis];
+            let center = |i: &usize| {
+                3.0 * triangles[*i].corner[axis] + triangles[*i].edges[0][axis] + triangles[*i].edges[1][axis]
+            };
             let middle = (end - start) / 2;
-            self.order[start..end].select_nth_unstable_by(middle, |a, b| center(a).total_cmp(&center(b)).then(a.cmp(b)));
+            self.order[start..end]
+                .select_nth_unstable_by(middle, |a, b| center(a).total_cmp(&center(b)).then(a.cmp(b)));
             self.build(start, start + middle);
             let second = self.build(start + middle, end);
             self.nodes[index].start = second;
@@ -93,7 +96,14 @@ impl Bvh {
     }
 
     /// Calls `found` for every hit in (t_min, t_max); it returns the new t_max.
-    fn visit(&self, origin: DVec3, direction: DVec3, t_min: f64, t_max: f64, mut found: impl FnMut(Hit) -> f64) {
+    fn visit(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_min: f64,
+        t_max: f64,
+        mut found: impl FnMut(Hit) -> f64,
+    ) {
         let inverse = direction.recip();
         let mut t_max = t_max;
         let mut stack = if self.nodes.is_empty() { Vec::new() } else { vec![0] };

@@ -15,7 +15,9 @@ use std::f64::consts::{PI, TAU};
 #[derive(Debug, thiserror::Error)]
 pub enum DirectError {
     /// A surface that is not opaque and Lambertian with constant colour.
-    #[error("material {material}: {what}; the direct light reference takes opaque Lambertian surfaces without textures")]
+    #[error(
+        "material {material}: {what}; the direct light reference takes opaque Lambertian surfaces without textures"
+    )]
     Material {
         /// Its name.
         material: String,
@@ -84,7 +86,8 @@ impl<'a> DirectLight<'a> {
     /// A material or a light that the integration does not cover.
     pub fn new(scene: &'a Scene, quality: Quality) -> Result<Self, DirectError> {
         for light in &scene.lights {
-            let extent = if light.kind == LightKind::Directional { light.angular_radius } else { light.radius };
+            let extent =
+                if light.kind == LightKind::Directional { light.angular_radius } else { light.radius };
             if extent > 0.0 {
                 return Err(DirectError::Light(light.name.clone()));
             }
@@ -99,8 +102,8 @@ impl<'a> DirectLight<'a> {
             for (t, indices) in mesh.indices.iter().enumerate() {
                 let material = &scene.materials[mesh.triangle_materials[t] as usize];
                 check(material)?;
-                let corners =
-                    indices.map(|v| world_from_object.transform_point3(mesh.positions[v as usize].as_dvec3()));
+                let corners = indices
+                    .map(|v| world_from_object.transform_point3(mesh.positions[v as usize].as_dvec3()));
                 let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
                 if cross == DVec3::ZERO {
                     continue;
@@ -111,7 +114,8 @@ impl<'a> DirectLight<'a> {
                 let emission = material.emissive.as_dvec3();
                 triangles.push(Triangle::new(corners));
                 surfaces.push(Surface {
-                    normals: indices.map(|v| (normal_matrix * mesh.normals[v as usize].as_dvec3()).normalize()),
+                    normals: indices
+                        .map(|v| (normal_matrix * mesh.normals[v as usize].as_dvec3()).normalize()),
                     flat_normal,
                     albedo: indices.map(|v| base * mesh.colors[v as usize].truncate().as_dvec3()),
                     emission,
@@ -242,7 +246,8 @@ impl<'a> DirectLight<'a> {
             .zip(first..)
             .map(|(at, k)| {
                 let shift = (DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3) * k as f64).fract();
-                let (origin, direction) = camera_ray(camera, size, DVec2::new(f64::from(x), f64::from(y)) + at);
+                let (origin, direction) =
+                    camera_ray(camera, size, DVec2::new(f64::from(x), f64::from(y)) + at);
                 self.radiance(origin, direction, shift)
             })
             .sum();
@@ -264,7 +269,8 @@ impl<'a> DirectLight<'a> {
 /// Centres of a grid on the unit square.
 fn centers(columns: u32, rows: u32) -> impl Iterator<Item = DVec2> {
     let size = DVec2::new(f64::from(columns), f64::from(rows));
-    (0..columns * rows).map(move |i| (DVec2::new(f64::from(i % columns), f64::from(i / columns)) + 0.5) / size)
+    (0..columns * rows)
+        .map(move |i| (DVec2::new(f64::from(i % columns), f64::from(i / columns)) + 0.5) / size)
 }
 
 /// The same moved by `shift`, wrapped, and folded by the baker's transform: the folded integrand is periodic, so that the

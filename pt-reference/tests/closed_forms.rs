@@ -25,7 +25,8 @@ fn polygon(scene: &mut Scene, corners: &[Vec3], material: Material) {
 }
 
 fn square(y: f32, half: f32, up: bool) -> [Vec3; 4] {
-    let corners = [(-half, half), (half, half), (half, -half), (-half, -half)].map(|(x, z)| Vec3::new(x, y, z));
+    let corners =
+        [(-half, half), (half, half), (half, -half), (-half, -half)].map(|(x, z)| Vec3::new(x, y, z));
     if up { corners } else { [corners[3], corners[2], corners[1], corners[0]] }
 }
 

@@ -72,7 +72,14 @@ pub fn all_kinds() -> Scene {
             angular_radius: 0.1,
             ..Light::directional("wide sun", Vec3::new(-0.5, -1.0, 0.0), Vec3::new(1.0, 1.0, 2.0))
         },
-        Light::spot("spot", Vec3::new(-1.0, 2.0, 1.0), Vec3::new(0.4, -1.0, 0.0), 0.3, 0.6, Vec3::new(20.0, 15.0, 5.0)),
+        Light::spot(
+            "spot",
+            Vec3::new(-1.0, 2.0, 1.0),
+            Vec3::new(0.4, -1.0, 0.0),
+            0.3,
+            0.6,
+            Vec3::new(20.0, 15.0, 5.0),
+        ),
     ];
     scene.environment = bright_spot(13, 9);
     scene.environment.rotation = 0.7;

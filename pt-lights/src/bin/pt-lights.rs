@@ -1,0 +1,156 @@
+//! Direct lighting alone, on points spread over a scene's surfaces: which lights there are, how much light each kind gives
+//! and how noisy one candidate is. Exit codes: 0 done, 2 usage or environment.
+
+#![forbid(unsafe_code)]
+
+use anyhow::{Context, Result, ensure};
+use clap::Parser;
+use pt_core::frame::Uniforms;
+use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Device, DeviceOptions, Recorder};
+use pt_lights::{DirectLighting, DirectParams, LightTables, synthetic};
+use pt_scene::gpu::GpuScene;
+use pt_scene::{Environment, LoadOptions, Scene};
+use pt_shaders::channels::COLOR_HF;
+use pt_shaders::records::FrameRecord;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Lights points on a scene's surfaces and reports light and noise of every kind of light.
+#[derive(Parser)]
+#[command(version)]
+struct Args {
+    /// glTF file or built-in scene.
+    scene: String,
+    /// Lat-long environment, .hdr or .exr.
+    #[arg(long, value_name = "FILE")]
+    env: Option<PathBuf>,
+    /// Surface points, as the side of a square.
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..=4096))]
+    side: u32,
+    /// Candidates for each point and kind.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=65536))]
+    frames: u32,
+    /// auto, compute, ray-query or rt-pipeline.
+    #[arg(long, default_value = "auto")]
+    backend: TraceBackend,
+    /// Device, by index or part of its name [default: the best].
+    #[arg(long)]
+    device: Option<String>,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<()> {
+    let mut scene = pt_scene::open(&args.scene, &LoadOptions::default())?;
+    if let Some(path) = &args.env {
+        scene.environment = Environment::load(path)?;
+    }
+    let device = Device::open(&DeviceOptions { device: args.device.clone(), ..DeviceOptions::default() })?;
+    let started = Instant::now();
+    let lights = LightTables::new(&device, &scene)?;
+    report_lists(&lights, started.elapsed().as_secs_f64() * 1e3);
+
+    let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
+    lights.fill(gpu.record_mut());
+    let stage = DirectLighting::new(&device, gpu.backend())?;
+    let off = DirectParams { sun: false, positional: false, emissive: false, environment: false };
+    let kinds = [
+        ("sun", DirectParams { sun: true, ..off.clone() }),
+        ("positional", DirectParams { positional: true, ..off.clone() }),
+        ("emissive", DirectParams { emissive: true, ..off.clone() }),
+        ("environment", DirectParams { environment: true, ..off }),
+        ("all", DirectParams::default()),
+    ];
+    println!("{}, backend {}, {} points", device.info().name, gpu.backend(), args.side * args.side);
+    println!("{:<12} {:>14} {:>16} {:>12}", "kind", "radiosity / pi", "noise of 1", "ms per pass");
+    for (name, params) in kinds {
+        let estimate = estimate(args, &device, &scene, &mut gpu, &lights, &stage, &params)?;
+        println!(
+            "{name:<12} {:>14.6} {:>15.1}% {:>12.3}",
+            estimate.mean,
+            100.0 * estimate.noise,
+            estimate.ms
+        );
+    }
+    Ok(())
+}
+
+fn report_lists(lights: &LightTables, ms: f64) {
+    let lists = lights.lists();
+    let [width, height] = lists.environment_size;
+    let environment = match lists.environment_alias {
+        Some(_) => format!("environment of {width}x{height} texels"),
+        None => "no environment".into(),
+    };
+    println!(
+        "{} directional lights, {} positional lights, {} emissive triangles, {environment}; listed in {ms:.1} ms",
+        lists.sun_count,
+        lists.lights.len() - lists.sun_count as usize,
+        lists.emissives.len(),
+    );
+}
+
+struct Estimate {
+    /// Mean over the points of the diffuse light, luminance.
+    mean: f64,
+    /// Root mean square over the points of one candidate's standard deviation, relative to `mean`.
+    noise: f64,
+    /// Median GPU time of the pass.
+    ms: f64,
+}
+
+fn estimate(
+    args: &Args,
+    device: &Device,
+    scene: &Scene,
+    gpu: &mut GpuScene,
+    lights: &LightTables,
+    stage: &DirectLighting,
+    params: &DirectParams,
+) -> Result<Estimate> {
+    let size = [args.side; 2];
+    let channels = DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied();
+    let images = ChannelImages::new(device, size, channels)?;
+    synthetic::fill_surfaces(&images, scene)?;
+    let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms")?;
+    let mut recorder = Recorder::new(device)?;
+    let mut sums: Vec<(f64, f64)> = Vec::new();
+    let mut times = Vec::new();
+    for index in 0..args.frames {
+        synthetic::fill_seeds(&images, index)?;
+        let mut frame = recorder.begin()?;
+        gpu.update(&mut frame, scene)?;
+        uniforms.upload(&mut frame, &FrameRecord { seed: args.seed, ..bytemuck::Zeroable::zeroed() })?;
+        stage.record(&mut frame, gpu, lights, &uniforms, &images, params)?;
+        frame.submit()?;
+        let timings = recorder.finish()?;
+        times.extend(timings.iter().filter_map(|t| t.passes.last()).map(|pass| pass.ms));
+        let texels = images.current(COLOR_HF).read_f32()?;
+        sums.resize(texels.len() / 4, (0.0, 0.0));
+        for (sum, c) in sums.iter_mut().zip(texels.chunks_exact(4)) {
+            let y = f64::from(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
+            *sum = (sum.0 + y, sum.1 + y * y);
+        }
+    }
+    ensure!(sums.iter().all(|s| s.0.is_finite()), "the pass returned values that are not finite");
+    let n = f64::from(args.frames);
+    let points = sums.len() as f64;
+    let mean = sums.iter().map(|s| s.0 / n).sum::<f64>() / points;
+    let variance = sums.iter().map(|s| (s.1 - s.0 * s.0 / n).max(0.0) / (n - 1.0)).sum::<f64>() / points;
+    times.sort_by(f64::total_cmp);
+    let ms = *times.get(times.len() / 2).context("no pass was timed")?;
+    Ok(Estimate { mean, noise: if mean > 0.0 { variance.sqrt() / mean } else { 0.0 }, ms })
+}

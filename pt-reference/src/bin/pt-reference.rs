@@ -1,0 +1,71 @@
+//! Ground truth of direct light, written as an image. Exit codes: 0 done, 2 usage or environment.
+
+#![forbid(unsafe_code)]
+
+use anyhow::{Context, Result, ensure};
+use clap::Parser;
+use pt_core::image_file::{Layer, LayeredImage, OutputFormat, check_output, check_size};
+use pt_reference::direct::{DirectLight, Quality};
+use pt_scene::{Environment, LoadOptions};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Integrates direct light on opaque Lambertian surfaces, deterministically, on the CPU.
+#[derive(Parser)]
+#[command(version)]
+struct Args {
+    /// glTF file or built-in scene.
+    scene: String,
+    /// Lat-long environment, .hdr or .exr.
+    #[arg(long, value_name = "FILE")]
+    env: Option<PathBuf>,
+    /// Width x height in pixels.
+    #[arg(long, default_value = "64x64", value_parser = size)]
+    size: [u32; 2],
+    /// Samples along each side of a pixel.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pixel: u32,
+    /// Points along each side of the grid on an emissive triangle.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=256))]
+    emitter: u32,
+    /// Rows of the grid on the environment.
+    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    environment: u32,
+    /// Linear scene radiance to write.
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: PathBuf,
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let wrong = || format!("{text:?} is not WIDTHxHEIGHT");
+    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+    let size: [u32; 2] = [width.parse().map_err(|_| wrong())?, height.parse().map_err(|_| wrong())?];
+    check_size(size[0].into(), size[1].into()).map_err(|e| e.to_string())?;
+    Ok(size)
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<()> {
+    let format = check_output(&args.output)?;
+    ensure!(format == OutputFormat::Exr, "{}: the output is linear radiance, an .exr", args.output.display());
+    let mut scene = pt_scene::open(&args.scene, &LoadOptions::default())?;
+    if let Some(path) = &args.env {
+        scene.environment = Environment::load(path)?;
+    }
+    let quality = Quality { pixel: args.pixel, emitter: args.emitter, environment: args.environment };
+    let light = DirectLight::new(&scene, quality)?;
+    let pixels = light.image(&scene.default_camera(), args.size)?;
+    let values: Vec<f32> = pixels.iter().flatten().map(|&c| c as f32).collect();
+    let mut image = LayeredImage::new(args.size[0], args.size[1])?;
+    image.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &values));
+    image.write_exr(&args.output).context("writing the image")
+}
