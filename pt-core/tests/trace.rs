@@ -3,7 +3,7 @@
 use glam::{Affine3A, Quat, UVec3, Vec2, Vec3, Vec4};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;
-use pt_core::trace::ray_list::{Query, RayScene};
+use pt_core::trace::ray_list::{Coverage, Query, RayScene};
 use pt_core::trace::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene, TraceBackend, choose};
 use pt_core::{Buffer, Location, Recorder};
 use pt_shaders::glam;
@@ -82,7 +82,7 @@ fn rays() -> Vec<Ray> {
 /// A scene on the device with all that the alpha test reads.
 fn scene(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> RayScene {
     let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
-    let mut scene = RayScene::new(device, &geometry, instances, backend).unwrap();
+    let mut scene = RayScene::new(device, &geometry, instances, backend, Coverage::AlphaTest).unwrap();
     let none = TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
     let material = MaterialRecord {
         base_color: Vec4::ONE,
@@ -207,7 +207,7 @@ fn moving_instances_with_masks_and_alpha() {
 
 #[test]
 fn lone_instance() {
-    compare(&[Mesh::soup(40, 5000, 4000, 0.1)], 1, 2, 0xff, 200);
+    compare(&[Mesh::soup(40, 5000, 4000, 0.3)], 1, 2, 0xff, 100);
 }
 
 #[test]
@@ -270,7 +270,7 @@ fn bad_geometry_is_an_error() {
     let outside = [UVec3::new(0, 1, 3)];
     let bad = MeshGeometry { positions: &positions, indices: &outside, first_masked: 1 };
     for backend in TraceBackend::available(&device) {
-        let error = RayScene::new(&device, &[bad], 1, backend).err().expect("an error").to_string();
+        let error = RayScene::new(&device, &[bad], 1, backend, Coverage::Opaque).err().expect("an error").to_string();
         assert!(error.contains("triangle 0: vertex 3 does not exist"), "{error}");
     }
     // Vertices that are not finite are left out by the trees.

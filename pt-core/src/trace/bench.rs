@@ -1,6 +1,6 @@
 //! Rays per second of every backend on one scene, and the choice that `auto` makes from them.
 
-use super::ray_list::{Query, RayScene};
+use super::ray_list::{Coverage, Query, RayScene};
 use super::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene, TraceBackend};
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
@@ -95,7 +95,6 @@ pub fn bench(
     camera: &CameraRecord,
     options: BenchOptions,
 ) -> Result<Vec<BenchRow>> {
-    let meshes = &opaque(meshes);
     let native = NativeScene::new(meshes, instances, BvhQuality::default())?;
     let lists = ray_lists(&native, meshes, instances, camera, options);
     let mut runs: Vec<Run> = Vec::new();
@@ -180,7 +179,6 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
         Ray { origin: a, t_min: 0.0, direction: (b - a).normalize_or(Vec3::Y), t_max: f32::MAX }
     };
     let list = RayList { kind: RayKind::Bounce, rays: (0..count).map(ray).collect(), hits: Vec::new() };
-    let meshes = &opaque(meshes);
     let mut rates = Vec::new();
     for backend in available {
         let mut run = Run::new(device, meshes, instances, backend)?;
@@ -219,7 +217,7 @@ impl Run {
         instances: &[InstancePlacement],
         backend: TraceBackend,
     ) -> Result<Self> {
-        let mut scene = RayScene::new(device, meshes, instances.len(), backend)?;
+        let mut scene = RayScene::new(device, meshes, instances.len(), backend, Coverage::Opaque)?;
         let mut recorder = Recorder::new(device)?;
         let mut frame = recorder.begin()?;
         scene.place(&mut frame, instances)?;
@@ -337,11 +335,6 @@ fn face_normal(meshes: &[MeshGeometry], instances: &[InstancePlacement], hit: &H
     let corner = |i: u32| instance.world_from_object.transform_point3(mesh.positions[i as usize]);
     let (a, b, c) = (corner(index.x), corner(index.y), corner(index.z));
     (b - a).cross(c - a).normalize_or(Vec3::Y)
-}
-
-/// The same triangles without the alpha test.
-fn opaque<'a>(meshes: &[MeshGeometry<'a>]) -> Vec<MeshGeometry<'a>> {
-    meshes.iter().map(|m| MeshGeometry { first_masked: m.indices.len() as u32, ..*m }).collect()
 }
 
 fn scene_bounds(meshes: &[MeshGeometry], instances: &[InstancePlacement]) -> Option<(Vec3, Vec3)> {
