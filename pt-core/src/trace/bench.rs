@@ -233,7 +233,14 @@ impl Run {
         let size = u64::from(count) * size_of::<Hit>() as u64;
         let results = Buffer::new(&device, "hits", size, Location::Device)?;
         let launch = [count, 1024.min(count)];
-        self.lists.push(Timed { kind: list.kind, rays, results, launch, rates: Vec::new(), hits: Vec::new() });
+        self.lists.push(Timed {
+            kind: list.kind,
+            rays,
+            results,
+            launch,
+            rates: Vec::new(),
+            hits: Vec::new(),
+        });
         self.time(list.kind)?;
         if let Some(timed) = self.lists.last_mut() {
             timed.hits = timed.results.read()?;
@@ -279,7 +286,8 @@ fn ray_lists(
     let [width, height] = options.size;
     let primary: Vec<_> = (0..width * height)
         .map(|i| {
-            let uv = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5) / Vec2::new(width as f32, height as f32);
+            let uv = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5)
+                / Vec2::new(width as f32, height as f32);
             camera_ray(camera, uv)
         })
         .collect();
@@ -342,7 +350,9 @@ fn scene_bounds(meshes: &[MeshGeometry], instances: &[InstancePlacement]) -> Opt
         let positions = meshes.get(i.mesh as usize).map_or(&[][..], |m| m.positions);
         positions.iter().map(|&p| i.world_from_object.transform_point3(p)).filter(|p| p.is_finite())
     });
-    points.fold(None, |bounds, p| Some(bounds.map_or((p, p), |(low, high): (Vec3, Vec3)| (low.min(p), high.max(p)))))
+    points.fold(None, |bounds, p| {
+        Some(bounds.map_or((p, p), |(low, high): (Vec3, Vec3)| (low.min(p), high.max(p))))
+    })
 }
 
 fn agreement(list: &RayList, hits: &[Hit]) -> f64 {
