@@ -6,7 +6,7 @@
 //                                               so main() returns when it lies outside of the extent
 //
 // Instances take part when (mask & InstanceRecord.mask) != 0; triangles from first_masked on pass the alpha test. Both sides
-// of a triangle are hit. Whichever backend found the triangle, t and the barycentrics come from triangle_intersection().
+// of a triangle are hit. A kernel that defines TRACE_OPAQUE before takes every triangle for covered. Whichever backend found the triangle, t and the barycentrics come from triangle_intersection().
 #include "scene.glsl"
 
 // Sums and products in a fixed order, so that every backend's kernel computes the same bits.

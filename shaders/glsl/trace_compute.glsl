@@ -17,6 +17,13 @@ const uint STACK_SIZE = 48u;
 // Barycentrics this far outside still hit: closes the cracks that rounding leaves between neighbours.
 const float EDGE_TOLERANCE = 1e-6;
 
+// Without branches the alpha test costs every ray something, so that a kernel may do without (TRACE_OPAQUE, see trace.glsl).
+#ifdef TRACE_OPAQUE
+const bool ALPHA_TEST = false;
+#else
+const bool ALPHA_TEST = true;
+#endif
+
 // A set of siblings to visit: x = index of the first, y = those left in bits 8..15, all that are numbered from x in bits 0..7.
 // Inner children stand in the order of visit (slot ^ octant), leaves in slots.
 const uvec2 ROOT = uvec2(0u, 0x8000u);
@@ -48,8 +55,7 @@ uint hit_children(uvec2 x, uvec2 y, uvec2 z, vec3 scale, vec3 enter, vec3 leave,
                     max(fma(planes(z.x), scale.zzzz, enter.zzzz), vec4(t_min)));
     vec4 far = min(min(fma(planes(x.y), scale.xxxx, leave.xxxx), fma(planes(y.y), scale.yyyy, leave.yyyy)),
                    min(fma(planes(z.y), scale.zzzz, leave.zzzz), vec4(t_max)));
-    uvec4 bits = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), lessThanEqual(near, far));
-    return (bits.x | bits.y) | (bits.z | bits.w);
+    return (near.x <= far.x ? 1u : 0u) | (near.y <= far.y ? 2u : 0u) | (near.z <= far.z ? 4u : 0u) | (near.w <= far.w ? 8u : 0u);
 }
 
 // Moves bit i of an 8-bit set to i ^ octant.
@@ -151,27 +157,34 @@ Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
             leaves = NO_SIBLINGS;
         }
         for (;;) {
-            while (instance != NONE && !is_empty(leaves) && candidate.instance == NONE) {
+            // Leaves are left over only after an alpha test.
+            if (!ALPHA_TEST || is_empty(leaves)) {
+                if (is_empty(inner)) {
+                    if (height == bottom) break;
+                    inner = unpackUint2x32(stack[--height]);
+                }
+                uint child = take(inner, box.octant);
+                // Written in any case and kept when there is more to come: a masked store costs more.
+                stack[height] = packUint2x32(inner);
+                height += is_empty(inner) ? 0u : 1u;
+                visit(NodeWords(nodes + uint64_t(child) * NODE_BYTES), box, ray.t_min, best.t, inner, leaves);
+                if (instance == NONE && !is_empty(leaves)) break;
+            }
+            while (!is_empty(leaves)) {
                 MeshTriangle t = load_triangle(triangles, take(leaves, 0u));
                 vec3 uvt = triangle_intersection(ray, t.v0, t.e1, t.e2);
                 bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
                            uvt.z >= ray.t_min && uvt.z < best.t;
-                if (hit && t.index < first_masked) best = Hit(instance, t.index, uvt.xy, uvt.z);
-                if (hit && t.index >= first_masked) candidate = Hit(instance, t.index, uvt.xy, uvt.z);
+                bool masked = ALPHA_TEST && t.index >= first_masked;
+                if (hit && !masked) best = Hit(instance, t.index, uvt.xy, uvt.z);
+                if (hit && masked) {
+                    candidate = Hit(instance, t.index, uvt.xy, uvt.z);
+                    break;
+                }
             }
             if (candidate.instance != NONE || any_hit && best.instance != NONE) break;
-            if (is_empty(inner)) {
-                if (height == bottom) break;
-                inner = unpackUint2x32(stack[--height]);
-            }
-            uint child = take(inner, box.octant);
-            // Written in any case and kept when there is more to come: a masked store costs more.
-            stack[height] = packUint2x32(inner);
-            height += is_empty(inner) ? 0u : 1u;
-            visit(NodeWords(nodes + uint64_t(child) * NODE_BYTES), box, ray.t_min, best.t, inner, leaves);
-            if (instance == NONE && !is_empty(leaves)) break;
         }
-        if (candidate.instance != NONE) {
+        if (ALPHA_TEST && candidate.instance != NONE) {
             if (alpha_test(scene_mesh(instances.at[instance].mesh), candidate.triangle, candidate.barycentrics)) best = candidate;
             candidate.instance = NONE;
             if (!(any_hit && best.instance != NONE)) continue;

@@ -3,6 +3,12 @@ layout(local_size_x = 8, local_size_y = 4) in;
 
 uvec2 launch_id() { return gl_GlobalInvocationID.xy; }
 
+#ifdef TRACE_OPAQUE
+const uint TRACE_FLAGS = gl_RayFlagsOpaqueEXT;
+#else
+const uint TRACE_FLAGS = gl_RayFlagsNoneEXT;
+#endif
+
 void ray_query(rayQueryEXT query, Ray ray, uint mask, uint flags) {
     rayQueryInitializeEXT(query, accelerationStructureEXT(scene.tlas), flags, mask, ray.origin, ray.t_min, ray.direction, ray.t_max);
     while (rayQueryProceedEXT(query)) {
@@ -16,7 +22,7 @@ void ray_query(rayQueryEXT query, Ray ray, uint mask, uint flags) {
 
 Hit trace_closest(Ray ray, uint mask) {
     rayQueryEXT query;
-    ray_query(query, ray, mask, gl_RayFlagsNoneEXT);
+    ray_query(query, ray, mask, TRACE_FLAGS);
     if (rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT) return MISS;
     uint instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);
     uint triangle = mesh_triangle(instance, rayQueryGetIntersectionGeometryIndexEXT(query, true),
@@ -26,6 +32,6 @@ Hit trace_closest(Ray ray, uint mask) {
 
 bool trace_occluded(Ray ray, uint mask) {
     rayQueryEXT query;
-    ray_query(query, ray, mask, gl_RayFlagsTerminateOnFirstHitEXT);
+    ray_query(query, ray, mask, TRACE_FLAGS | gl_RayFlagsTerminateOnFirstHitEXT);
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }

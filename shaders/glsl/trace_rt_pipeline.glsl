@@ -4,10 +4,16 @@
 
 layout(location = 0) rayPayloadEXT TracePayload payload;
 
+#ifdef TRACE_OPAQUE
+const uint TRACE_FLAGS = gl_RayFlagsOpaqueEXT;
+#else
+const uint TRACE_FLAGS = gl_RayFlagsNoneEXT;
+#endif
+
 uvec2 launch_id() { return gl_LaunchIDEXT.xy; }
 
 Hit trace_closest(Ray ray, uint mask) {
-    traceRayEXT(accelerationStructureEXT(scene.tlas), gl_RayFlagsNoneEXT, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction,
+    traceRayEXT(accelerationStructureEXT(scene.tlas), TRACE_FLAGS, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction,
                 ray.t_max, 0);
     if (payload.instance == NONE) return MISS;
     return triangle_hit(ray, payload.instance, mesh_triangle(payload.instance, payload.geometry, payload.primitive));
@@ -15,7 +21,7 @@ Hit trace_closest(Ray ray, uint mask) {
 
 bool trace_occluded(Ray ray, uint mask) {
     payload.instance = 0u;
-    traceRayEXT(accelerationStructureEXT(scene.tlas), gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT, mask,
-                0, 0, 0, ray.origin, ray.t_min, ray.direction, ray.t_max, 0);
+    uint flags = TRACE_FLAGS | gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT;
+    traceRayEXT(accelerationStructureEXT(scene.tlas), flags, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction, ray.t_max, 0);
     return payload.instance != NONE;
 }

@@ -234,8 +234,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             writes: names(&|how| matches!(how, Use::Write | Use::Update)),
             bytes: self.bound.values().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
         };
-        let mut keep: Vec<_> =
-            self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
+        let mut keep: Vec<_> = self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
         keep.push(Keep::Kernel(self.kernel.clone()));
         keep.extend(self.textures.clone().map(Keep::Textures));
         let (kernel, push) = (self.kernel, &self.push);

@@ -217,7 +217,14 @@ impl Kernel {
                     if let Some(extension) = &layout.device.inner().ray_tracing_pipeline {
                         let none = vk::StridedDeviceAddressRegionKHR::default();
                         extension.cmd_trace_rays(
-                            cmd, &table.ray_gen, &table.miss, &table.hit, &none, extent[0], extent[1], extent[2],
+                            cmd,
+                            &table.ray_gen,
+                            &table.miss,
+                            &table.hit,
+                            &none,
+                            extent[0],
+                            extent[1],
+                            extent[2],
                         );
                     }
                 }

@@ -30,7 +30,9 @@ impl Kernel {
     pub fn trace<P: GpuStruct>(device: &Device, code: &TraceCode, backend: TraceBackend) -> Result<Self> {
         backend.check(device)?;
         match backend {
-            TraceBackend::Auto => Err(Error::Unsupported("a kernel needs a definite trace backend, not auto".into())),
+            TraceBackend::Auto => {
+                Err(Error::Unsupported("a kernel needs a definite trace backend, not auto".into()))
+            }
             TraceBackend::Compute => Self::compute::<P>(device, &code.compute),
             TraceBackend::RayQuery => Self::compute::<P>(device, &code.ray_query),
             TraceBackend::RtPipeline => Self::ray_tracing::<P>(device, code),
@@ -39,14 +41,19 @@ impl Kernel {
 
     fn ray_tracing<P: GpuStruct>(device: &Device, code: &TraceCode) -> Result<Self> {
         let extension = device.inner().ray_tracing_pipeline.as_ref();
-        let extension = extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
+        let extension =
+            extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
         let ray_gen = &code.ray_gen;
         let mut interface = reflection::reflect::<P>(code.name, ray_gen.stage, ray_gen.spirv)?;
         for shell in [&kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT, &kernels::TRACE_MISS] {
             merge(&mut interface, reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?);
         }
         use vk::ShaderStageFlags as S;
-        let layout = Layout::new(device, &interface, S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR)?;
+        let layout = Layout::new(
+            device,
+            &interface,
+            S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR,
+        )?;
         let stages = [
             (S::RAYGEN_KHR, Module::new(device, ray_gen.spirv)?),
             (S::MISS_KHR, Module::new(device, kernels::TRACE_MISS.spirv)?),
@@ -67,7 +74,9 @@ impl Kernel {
         let groups = [
             group(vk::RayTracingShaderGroupTypeKHR::GENERAL).general_shader(0),
             group(vk::RayTracingShaderGroupTypeKHR::GENERAL).general_shader(1),
-            group(vk::RayTracingShaderGroupTypeKHR::TRIANGLES_HIT_GROUP).closest_hit_shader(2).any_hit_shader(3),
+            group(vk::RayTracingShaderGroupTypeKHR::TRIANGLES_HIT_GROUP)
+                .closest_hit_shader(2)
+                .any_hit_shader(3),
         ];
         let info = [vk::RayTracingPipelineCreateInfoKHR::default()
             .stages(&infos)
@@ -85,7 +94,9 @@ impl Kernel {
         }
         .map_err(|(_, result)| Error::Vulkan { call: "vkCreateRayTracingPipelinesKHR", result })?[0];
         match BindingTable::new(device, code.name, pipeline) {
-            Ok(table) => Ok(Self::assemble(code.name, interface, layout, pipeline, Launch::RayTracing(table))),
+            Ok(table) => {
+                Ok(Self::assemble(code.name, interface, layout, pipeline, Launch::RayTracing(table)))
+            }
             Err(error) => {
                 // SAFETY: never used.
                 unsafe { device.raw().destroy_pipeline(pipeline, None) };
@@ -114,11 +125,14 @@ fn merge(interface: &mut Reflection, other: Reflection) {
 impl BindingTable {
     fn new(device: &Device, name: &str, pipeline: vk::Pipeline) -> Result<Self> {
         let extension = device.inner().ray_tracing_pipeline.as_ref();
-        let extension = extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
+        let extension =
+            extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
         let properties = device.info().capabilities;
         let handle = properties.shader_group_handle_size as usize;
         let alignment = u64::from(properties.shader_group_base_alignment);
-        let stride = u64::from(properties.shader_group_handle_size.next_multiple_of(properties.shader_group_handle_alignment));
+        let stride = u64::from(
+            properties.shader_group_handle_size.next_multiple_of(properties.shader_group_handle_alignment),
+        );
         // SAFETY: the pipeline has that many groups.
         let handles = unsafe {
             extension.get_ray_tracing_shader_group_handles(pipeline, 0, GROUPS, handle * GROUPS as usize)

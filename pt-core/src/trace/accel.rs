@@ -52,7 +52,9 @@ impl AccelStructure {
         backend.check(device)?;
         let kind = match backend {
             TraceBackend::Auto => {
-                return Err(Error::Unsupported("an acceleration structure needs a definite backend, not auto".into()));
+                return Err(Error::Unsupported(
+                    "an acceleration structure needs a definite backend, not auto".into(),
+                ));
             }
             TraceBackend::Compute => Kind::Compute(Box::new(Trees::new(device, meshes, instances, quality)?)),
             TraceBackend::RayQuery | TraceBackend::RtPipeline => {
@@ -136,7 +138,12 @@ impl Trees {
             meshes,
             top: TopLevel::default(),
             top_nodes: Buffer::new(device, "top-level BVH nodes", nodes, Location::Device)?,
-            top_instances: Buffer::new(device, "top-level BVH instances", instances as u64 * 4, Location::Device)?,
+            top_instances: Buffer::new(
+                device,
+                "top-level BVH instances",
+                instances as u64 * 4,
+                Location::Device,
+            )?,
         })
     }
 
@@ -145,7 +152,8 @@ impl Trees {
         if placements.len() == 1 {
             return Ok(());
         }
-        self.top.rebuild(placements.iter().map(|p| (self.meshes[p.mesh as usize].bounds, p.world_from_object)));
+        self.top
+            .rebuild(placements.iter().map(|p| (self.meshes[p.mesh as usize].bounds, p.world_from_object)));
         frame.upload(&self.top_nodes, bytemuck::cast_slice(&bvh::gpu_nodes(&self.top.bvh)))?;
         frame.upload(&self.top_instances, bytemuck::cast_slice(&self.top.bvh.primitive_indices))
     }

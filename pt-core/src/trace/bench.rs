@@ -1,6 +1,6 @@
 //! Rays per second of every backend on one scene, and the choice that `auto` makes from them.
 
-use super::ray_list::{Query, RayScene};
+use super::ray_list::{Coverage, Query, RayScene};
 use super::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene, TraceBackend};
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
@@ -95,7 +95,6 @@ pub fn bench(
     camera: &CameraRecord,
     options: BenchOptions,
 ) -> Result<Vec<BenchRow>> {
-    let meshes = &opaque(meshes);
     let native = NativeScene::new(meshes, instances, BvhQuality::default())?;
     let lists = ray_lists(&native, meshes, instances, camera, options);
     let mut runs: Vec<Run> = Vec::new();
@@ -180,7 +179,6 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
         Ray { origin: a, t_min: 0.0, direction: (b - a).normalize_or(Vec3::Y), t_max: f32::MAX }
     };
     let list = RayList { kind: RayKind::Bounce, rays: (0..count).map(ray).collect(), hits: Vec::new() };
-    let meshes = &opaque(meshes);
     let mut rates = Vec::new();
     for backend in available {
         let mut run = Run::new(device, meshes, instances, backend)?;
@@ -219,7 +217,7 @@ impl Run {
         instances: &[InstancePlacement],
         backend: TraceBackend,
     ) -> Result<Self> {
-        let mut scene = RayScene::new(device, meshes, instances.len(), backend)?;
+        let mut scene = RayScene::new(device, meshes, instances.len(), backend, Coverage::Opaque)?;
         let mut recorder = Recorder::new(device)?;
         let mut frame = recorder.begin()?;
         scene.place(&mut frame, instances)?;
@@ -235,7 +233,14 @@ impl Run {
         let size = u64::from(count) * size_of::<Hit>() as u64;
         let results = Buffer::new(&device, "hits", size, Location::Device)?;
         let launch = [count, 1024.min(count)];
-        self.lists.push(Timed { kind: list.kind, rays, results, launch, rates: Vec::new(), hits: Vec::new() });
+        self.lists.push(Timed {
+            kind: list.kind,
+            rays,
+            results,
+            launch,
+            rates: Vec::new(),
+            hits: Vec::new(),
+        });
         self.time(list.kind)?;
         if let Some(timed) = self.lists.last_mut() {
             timed.hits = timed.results.read()?;
@@ -281,7 +286,8 @@ fn ray_lists(
     let [width, height] = options.size;
     let primary: Vec<_> = (0..width * height)
         .map(|i| {
-            let uv = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5) / Vec2::new(width as f32, height as f32);
+            let uv = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5)
+                / Vec2::new(width as f32, height as f32);
             camera_ray(camera, uv)
         })
         .collect();
@@ -339,17 +345,14 @@ fn face_normal(meshes: &[MeshGeometry], instances: &[InstancePlacement], hit: &H
     (b - a).cross(c - a).normalize_or(Vec3::Y)
 }
 
-/// The same triangles without the alpha test.
-fn opaque<'a>(meshes: &[MeshGeometry<'a>]) -> Vec<MeshGeometry<'a>> {
-    meshes.iter().map(|m| MeshGeometry { first_masked: m.indices.len() as u32, ..*m }).collect()
-}
-
 fn scene_bounds(meshes: &[MeshGeometry], instances: &[InstancePlacement]) -> Option<(Vec3, Vec3)> {
     let points = instances.iter().flat_map(|i| {
         let positions = meshes.get(i.mesh as usize).map_or(&[][..], |m| m.positions);
         positions.iter().map(|&p| i.world_from_object.transform_point3(p)).filter(|p| p.is_finite())
     });
-    points.fold(None, |bounds, p| Some(bounds.map_or((p, p), |(low, high): (Vec3, Vec3)| (low.min(p), high.max(p)))))
+    points.fold(None, |bounds, p| {
+        Some(bounds.map_or((p, p), |(low, high): (Vec3, Vec3)| (low.min(p), high.max(p))))
+    })
 }
 
 fn agreement(list: &RayList, hits: &[Hit]) -> f64 {

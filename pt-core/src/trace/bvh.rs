@@ -130,7 +130,8 @@ impl TopLevel {
         self.bounds.clear();
         self.instances.clear();
         for (index, (bounds, world_from_object)) in instances.enumerate() {
-            let Some(bounds) = bounds.map(|b| world_bounds(&b, &world_from_object)).filter(Aabb::valid) else {
+            let Some(bounds) = bounds.map(|b| world_bounds(&b, &world_from_object)).filter(Aabb::valid)
+            else {
                 continue;
             };
             self.bounds.push(bounds);

@@ -69,10 +69,16 @@ impl NativeScene {
     /// [`TraceError::UnknownMesh`].
     pub fn place(&mut self, instances: &[InstancePlacement]) -> Result<(), TraceError> {
         super::check_instances(instances, self.meshes.len())?;
-        self.top.rebuild(instances.iter().map(|i| (self.meshes[i.mesh as usize].tree.bounds(), i.world_from_object)));
+        self.top.rebuild(
+            instances.iter().map(|i| (self.meshes[i.mesh as usize].tree.bounds(), i.world_from_object)),
+        );
         self.instances = instances
             .iter()
-            .map(|i| NativeInstance { mesh: i.mesh, mask: i.mask, object_from_world: i.world_from_object.inverse() })
+            .map(|i| NativeInstance {
+                mesh: i.mesh,
+                mask: i.mask,
+                object_from_world: i.world_from_object.inverse(),
+            })
             .collect();
         Ok(())
     }
@@ -178,7 +184,13 @@ impl NativeScene {
 
 impl NativeMesh {
     #[inline]
-    fn covered(&self, instance: u32, leaf: usize, ray: &obvhs::ray::Ray, coverage: Option<&Coverage>) -> bool {
+    fn covered(
+        &self,
+        instance: u32,
+        leaf: usize,
+        ray: &obvhs::ray::Ray,
+        coverage: Option<&Coverage>,
+    ) -> bool {
         let Some(coverage) = coverage else { return true };
         let triangle = self.tree.triangles[leaf].triangle;
         triangle < self.first_masked || coverage(instance, triangle, self.barycentrics(leaf, ray))

@@ -21,6 +21,15 @@ pub enum Query {
     Occluded,
 }
 
+/// What masked triangles are to the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coverage {
+    /// Covered everywhere, as all others.
+    Opaque,
+    /// Alpha-tested; needs [`RayScene::set_materials`] when there are any.
+    AlphaTest,
+}
+
 /// A scene without materials, traced with one backend.
 pub struct RayScene {
     accel: AccelStructure,
@@ -40,7 +49,17 @@ impl RayScene {
     ///
     /// # Errors
     /// As [`AccelStructure::new`].
-    pub fn new(device: &Device, meshes: &[MeshGeometry], instances: usize, backend: TraceBackend) -> Result<Self> {
+    pub fn new(
+        device: &Device,
+        meshes: &[MeshGeometry],
+        instances: usize,
+        backend: TraceBackend,
+        coverage: Coverage,
+    ) -> Result<Self> {
+        let [closest, occluded] = match coverage {
+            Coverage::Opaque => [&kernels::RAY_LIST_CLOSEST_OPAQUE, &kernels::RAY_LIST_OCCLUDED_OPAQUE],
+            Coverage::AlphaTest => [&kernels::RAY_LIST_CLOSEST, &kernels::RAY_LIST_OCCLUDED],
+        };
         let accel = AccelStructure::new(device, meshes, instances, backend, BvhQuality::default())?;
         let mut geometry = Vec::new();
         let mut mesh_records = Vec::new();
@@ -77,8 +96,8 @@ impl RayScene {
             instances: instance_table,
             geometry,
             textures: TextureTable::new(device, &[])?,
-            closest: Kernel::trace::<RayListPush>(device, &kernels::RAY_LIST_CLOSEST, backend)?,
-            occluded: Kernel::trace::<RayListPush>(device, &kernels::RAY_LIST_OCCLUDED, backend)?,
+            closest: Kernel::trace::<RayListPush>(device, closest, backend)?,
+            occluded: Kernel::trace::<RayListPush>(device, occluded, backend)?,
         })
     }
 

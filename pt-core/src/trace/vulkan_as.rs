@@ -24,7 +24,8 @@ impl Structure {
         let extension = extension(device)?;
         let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
         let buffer = Buffer::with_usage(device, name, size, Location::Device, usage)?;
-        let info = vk::AccelerationStructureCreateInfoKHR::default().buffer(buffer.handle()).size(size).ty(ty);
+        let info =
+            vk::AccelerationStructureCreateInfoKHR::default().buffer(buffer.handle()).size(size).ty(ty);
         // SAFETY: the buffer has that size and lives as long as the structure.
         let handle = unsafe { extension.create_acceleration_structure(&info, None) }
             .context("vkCreateAccelerationStructureKHR")?;
@@ -63,7 +64,8 @@ impl DriverStructures {
         let capacity = instances as u32;
         let instance_bytes = (instances * size_of::<vk::AccelerationStructureInstanceKHR>()) as u64;
         // The build wants the instances on a 16-byte boundary, which every buffer's start is.
-        let instances = Buffer::new(device, "acceleration structure instances", instance_bytes, Location::Device)?;
+        let instances =
+            Buffer::new(device, "acceleration structure instances", instance_bytes, Location::Device)?;
         let geometry = [top_geometry(&instances)];
         let sizes = build_sizes(device, &top_build(&geometry), &[capacity])?;
         let ty = vk::AccelerationStructureTypeKHR::TOP_LEVEL;
@@ -132,9 +134,18 @@ impl DriverStructures {
         vk::AccelerationStructureInstanceKHR {
             transform: vk::TransformMatrixKHR {
                 matrix: [
-                    rows.x_axis.x, rows.x_axis.y, rows.x_axis.z, shift.x,
-                    rows.y_axis.x, rows.y_axis.y, rows.y_axis.z, shift.y,
-                    rows.z_axis.x, rows.z_axis.y, rows.z_axis.z, shift.z,
+                    rows.x_axis.x,
+                    rows.x_axis.y,
+                    rows.x_axis.z,
+                    shift.x,
+                    rows.y_axis.x,
+                    rows.y_axis.y,
+                    rows.y_axis.z,
+                    shift.y,
+                    rows.z_axis.x,
+                    rows.z_axis.y,
+                    rows.z_axis.z,
+                    shift.z,
                 ],
             },
             instance_custom_index_and_mask: vk::Packed24_8::new(index, placement.mask as u8),
