@@ -34,7 +34,11 @@ impl ShLight {
         // Integrals of the clamped cosine against the bands: A_1 = 2 pi / 3, A_0 = pi.
         let y = (2.0 * PI / 3.0 * y1() * self.luma1.dot(normal) + PI * y0() * self.luma0).max(0.0);
         let whole = self.luma0 / y0();
-        if whole > 0.0 { rgb_from_ycocg([y, self.chroma[0] * y / whole, self.chroma[1] * y / whole]) } else { DVec3::ZERO }
+        if whole > 0.0 {
+            rgb_from_ycocg([y, self.chroma[0] * y / whole, self.chroma[1] * y / whole])
+        } else {
+            DVec3::ZERO
+        }
     }
 }
 
@@ -52,7 +56,11 @@ impl Add for ShLight {
 impl Mul<f64> for ShLight {
     type Output = Self;
     fn mul(self, factor: f64) -> Self {
-        Self { luma1: self.luma1 * factor, luma0: self.luma0 * factor, chroma: self.chroma.map(|c| c * factor) }
+        Self {
+            luma1: self.luma1 * factor,
+            luma0: self.luma0 * factor,
+            chroma: self.chroma.map(|c| c * factor),
+        }
     }
 }
 

@@ -80,9 +80,11 @@ fn kernel_equals_the_oracle() {
     for (case, gpu) in cases.iter().zip(buffer.read::<ShRecord>().unwrap()) {
         let light = encode(&[0, 1].map(|k| (case.directions[k].as_dvec3(), case.radiances[k].as_dvec3())));
         let irradiance = light.irradiance(case.normal.as_dvec3());
-        let actual = [gpu.irradiance.to_array().as_slice(), &gpu.luma1.to_array(), &[gpu.luma0], &gpu.chroma].concat();
+        let actual =
+            [gpu.irradiance.to_array().as_slice(), &gpu.luma1.to_array(), &[gpu.luma0], &gpu.chroma].concat();
         let expected =
-            [irradiance.to_array().as_slice(), &light.luma1.to_array(), &[light.luma0], &light.chroma].concat();
+            [irradiance.to_array().as_slice(), &light.luma1.to_array(), &[light.luma0], &light.chroma]
+                .concat();
         // Some ten roundings of sums whose terms are at most the radiance.
         let scale = f64::from((case.radiances[0] + case.radiances[1]).max_element());
         for (a, e) in actual.iter().zip(&expected) {
