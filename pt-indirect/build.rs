@@ -1,0 +1,12 @@
+//! Compiles the kernels of the tests.
+
+use pt_shaders::GpuStruct;
+
+#[path = "tests/common/records.rs"]
+mod test_records;
+
+fn main() {
+    pt_shaders::compiler::Kernels::new()
+        .header("test_records.glsl", test_records::ShRecord::glsl())
+        .compile_as("tests/shaders", "test_kernels.rs");
+}

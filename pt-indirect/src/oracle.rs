@@ -1,0 +1,92 @@
+//! What `sh.glsl` is tested against: the same functions in f64.
+//!
+//! Real spherical harmonics and the cosine kernel: Ramamoorthi and Hanrahan 2001, "An Efficient Representation for Irradiance
+//! Environment Maps". YCoCg by lifting: Malvar and Sullivan 2003, "YCoCg-R: A Color Space with RGB Reversibility and Low
+//! Dynamic Range".
+
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::iter::Sum;
+use std::ops::{Add, Mul};
+
+/// Light that arrives at a point from all directions, as integrals over them. Adding and scaling light adds and scales this.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ShLight {
+    /// Luma, the three functions of l = 1, in the order of the axes.
+    pub luma1: DVec3,
+    /// Luma, l = 0.
+    pub luma0: f64,
+    /// Co and Cg, integrated without a direction.
+    pub chroma: [f64; 2],
+}
+
+impl ShLight {
+    /// Light of one unit direction. `radiance`: linear RGB, divided by the density per solid angle with which the direction was
+    /// sampled, or times the solid angle that it stands for.
+    pub fn encode(direction: DVec3, radiance: DVec3) -> Self {
+        let [y, co, cg] = ycocg_from_rgb(radiance);
+        Self { luma1: direction * (y * y1()), luma0: y * y0(), chroma: [co, cg] }
+    }
+
+    /// Irradiance of a surface that faces the unit vector `normal`, linear RGB, never negative for non-negative light. Chroma
+    /// keeps its share of the whole luma, so that every normal sees the same hue.
+    pub fn irradiance(&self, normal: DVec3) -> DVec3 {
+        // Integrals of the clamped cosine against the bands: A_1 = 2 pi / 3, A_0 = pi.
+        let y = (2.0 * PI / 3.0 * y1() * self.luma1.dot(normal) + PI * y0() * self.luma0).max(0.0);
+        let whole = self.luma0 / y0();
+        if whole > 0.0 {
+            rgb_from_ycocg([y, self.chroma[0] * y / whole, self.chroma[1] * y / whole])
+        } else {
+            DVec3::ZERO
+        }
+    }
+}
+
+impl Add for ShLight {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            luma1: self.luma1 + other.luma1,
+            luma0: self.luma0 + other.luma0,
+            chroma: [self.chroma[0] + other.chroma[0], self.chroma[1] + other.chroma[1]],
+        }
+    }
+}
+
+impl Mul<f64> for ShLight {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self {
+            luma1: self.luma1 * factor,
+            luma0: self.luma0 * factor,
+            chroma: self.chroma.map(|c| c * factor),
+        }
+    }
+}
+
+impl Sum for ShLight {
+    fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
+        lights.fold(Self::default(), Add::add)
+    }
+}
+
+/// Y_1m over the component of the direction.
+fn y1() -> f64 {
+    (3.0 / (4.0 * PI)).sqrt()
+}
+
+/// Y_00.
+fn y0() -> f64 {
+    (1.0 / (4.0 * PI)).sqrt()
+}
+
+/// Luma, Co and Cg of linear RGB.
+pub fn ycocg_from_rgb(c: DVec3) -> [f64; 3] {
+    [0.25 * c.x + 0.5 * c.y + 0.25 * c.z, c.x - c.z, c.y - 0.5 * (c.x + c.z)]
+}
+
+/// The inverse of [`ycocg_from_rgb`].
+pub fn rgb_from_ycocg([y, co, cg]: [f64; 3]) -> DVec3 {
+    let red_and_blue = y - 0.5 * cg;
+    DVec3::new(red_and_blue + 0.5 * co, y + 0.5 * cg, red_and_blue - 0.5 * co)
+}

@@ -1,0 +1,59 @@
+//! The harness on files.
+
+use pt_core::image_file::{Layer, LayeredImage};
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(path: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_pt-indirect")).arg(path).output().unwrap()
+}
+
+/// A 128x64 environment; `radiance` of the row (0 at +Y) and the column.
+fn write(path: &Path, radiance: impl Fn(usize, usize) -> f32) {
+    let values: Vec<f32> = (0..128 * 64 * 3).map(|i| radiance(i / 384, i / 3 % 128)).collect();
+    let mut image = LayeredImage::new(128, 64).unwrap();
+    image.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &values));
+    image.write_exr(path).unwrap();
+}
+
+/// The table's lines, in the order of the axes, with the error in percent; NaN where there is none.
+fn table(path: &Path) -> Vec<(String, f64)> {
+    let done = run(path);
+    assert!(done.status.success(), "{done:?}");
+    let text = String::from_utf8(done.stdout).unwrap();
+    let error = |line: &str| line.trim_end_matches(" %").rsplit(' ').next()?.parse().ok();
+    text.lines().skip(2).map(|line| (line.into(), error(line).unwrap_or(f64::NAN))).collect()
+}
+
+#[test]
+fn what_the_representation_holds_and_what_it_loses() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("env.exr");
+    write(&path, |_, _| 3.0);
+    assert!(table(&path).iter().all(|(_, error)| error.abs() < 0.5), "constant: {:?}", table(&path));
+    // The upper half: pi upwards, pi/2 sideways and nothing from below are all held.
+    write(&path, |row, _| if row < 32 { 1.0 } else { 0.0 });
+    let half = table(&path);
+    assert_eq!(half.len(), 6);
+    assert!([0, 1, 2, 4, 5].iter().all(|&i| half[i].1.abs() < 0.5), "{half:?}");
+    assert!(half[2].0.starts_with("+Y      3.14") && half[0].0.starts_with("+X      1.57"), "{half:?}");
+    assert!(half[3].0.ends_with('-'), "black has no relative error: {half:?}");
+    // A beam from above: a quarter of it is lost where it is faced.
+    write(&path, |row, _| if row == 0 { 1.0 } else { 0.0 });
+    assert!((table(&path)[2].1 + 25.0).abs() < 1.0, "{:?}", table(&path));
+}
+
+#[test]
+fn bad_input_is_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = folder.path().join("empty.hdr");
+    std::fs::write(&empty, "").unwrap();
+    for path in [folder.path().join("none.exr"), empty, folder.path().into()] {
+        let failed = run(&path);
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!(failed.status.code(), Some(2), "{message}");
+        assert!(message.starts_with("error: ") && message.lines().count() == 1, "{message}");
+        assert!(message.contains(&path.display().to_string()), "{message}");
+        assert!(failed.stdout.is_empty());
+    }
+}
