@@ -1,1 +1,105 @@
-//! (being built)
+//! Whole frames in the same process as the test, under the validation layers.
+
+use pt_app::cli::BackendChoice;
+use pt_app::frame::FullFrame;
+use pt_app::params::FrameParams;
+use pt_app::session::Session;
+use pt_core::Recorder;
+use pt_core::image_file::{ImageState, LinearImage};
+use pt_core::trace::TraceBackend;
+use pt_scene::{Camera, LoadOptions, Scene};
+use pt_shaders::channels::ChannelId;
+use std::path::{Path, PathBuf};
+
+/// Test data beside the workspace, not part of it; says so when it is missing.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
+    if !path.exists() {
+        println!("skipped: {} is missing", path.display());
+    }
+    path.exists().then_some(path)
+}
+
+/// A built-in scene as `pt render` sees it.
+///
+/// # Panics
+/// When there is none of this name.
+pub fn builtin(name: &str) -> Scene {
+    pt_scene::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A scene that is rendered frame by frame with default parameters. Its methods panic where a test has to fail.
+pub struct Frames {
+    session: Session,
+    full: FullFrame,
+    recorder: Recorder,
+    camera: Camera,
+    seed: u32,
+    time: f64,
+}
+
+impl Frames {
+    /// Opens the device named by the environment variable `PT_TEST_DEVICE`, or the best one. With `accumulate` the frame has
+    /// the pass that averages all frames.
+    pub fn new(
+        scene: Scene,
+        camera: &Camera,
+        backend: BackendChoice,
+        size: [u32; 2],
+        seed: u32,
+        accumulate: bool,
+    ) -> Self {
+        let device = std::env::var("PT_TEST_DEVICE").ok();
+        let session =
+            Session::open(device.as_deref(), true, scene, backend).unwrap_or_else(|e| panic!("{e:#}"));
+        let full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
+        Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0 }
+    }
+
+    /// Renders the next frame, at `time` seconds.
+    pub fn render(&mut self, time: f64) {
+        self.session.scene.set_time(time, self.time);
+        self.time = time;
+        let mut frame = self.recorder.begin().unwrap();
+        self.session.gpu.update(&mut frame, &self.session.scene).unwrap();
+        let (gpu, lights) = (&self.session.gpu, &self.session.lights);
+        let camera = self.camera.at(time);
+        self.full.record(&mut frame, gpu, lights, &camera, self.seed, &FrameParams::default()).unwrap();
+        frame.submit().unwrap();
+    }
+
+    /// A channel of floats as the last frame left it.
+    pub fn floats(&self, channel: ChannelId) -> Vec<f32> {
+        self.full.images().current(channel).read_f32().unwrap()
+    }
+
+    /// A channel of integers.
+    pub fn integers(&self, channel: ChannelId) -> Vec<u32> {
+        self.full.images().current(channel).read_u32().unwrap()
+    }
+
+    /// Red, green and blue of a channel of the flat frame.
+    pub fn image(&self, channel: ChannelId) -> LinearImage {
+        let [width, height] = self.full.images().size();
+        let pixels = self.floats(channel).chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect();
+        LinearImage { width, height, pixels, state: ImageState::SceneReferred }
+    }
+
+    /// How rays are traced.
+    pub fn backend(&self) -> TraceBackend {
+        self.session.gpu.backend()
+    }
+
+    /// The backends that the device has.
+    pub fn backends(&self) -> Vec<TraceBackend> {
+        TraceBackend::available(&self.session.device)
+    }
+
+    /// Waits for the last frame and fails if the validation layers said anything.
+    pub fn finish(mut self) {
+        self.recorder.finish().unwrap();
+        self.session.check_validation().unwrap();
+    }
+}
