@@ -11,7 +11,8 @@ fn writes_the_g_buffer() {
         let mut program = Command::new(env!("CARGO_BIN_EXE_pt-gbuffer"));
         program.current_dir(folder.path()).args(arguments).output().unwrap()
     };
-    let traced = ["cornell", "--size", "33x18", "--frames", "2", "--backend", "compute", "--set", "jitter=none"];
+    let traced =
+        ["cornell", "--size", "33x18", "--frames", "2", "--backend", "compute", "--set", "jitter=none"];
     let done = run(&[&traced[..], &["-o", "g.exr"]].concat());
     assert!(done.status.success(), "{done:?}");
     let table = String::from_utf8(done.stdout).unwrap();
