@@ -31,9 +31,19 @@ fn trace(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
     let rows = bench(&device, &mesh_geometry(&scene), &placements(&scene), &camera, options)?;
 
     let triangles = scene.statistics().instanced_triangles;
-    writeln!(out, "{}: {triangles} triangles, {} rays of each kind, best of {} windows", scene.name, size[0] * size[1], options.windows)?;
-    writeln!(out, "{}, {} {}", device.info().name, device.info().driver, device.info().driver_version)?;
-    writeln!(out, "{:<12}{:>10}{:>10}{:>10}   Mrays/s (agreement with native)", "", "primary", "bounce", "shadow")?;
+    writeln!(
+        out,
+        "{}: {triangles} triangles, {} rays of each kind, best of {} windows",
+        scene.name,
+        size[0] * size[1],
+        options.windows
+    )?;
+    writeln!(out, "{}, {}", device.info().name, device.info().driver_line())?;
+    writeln!(
+        out,
+        "{:<12}{:>10}{:>10}{:>10}   Mrays/s (agreement with native)",
+        "", "primary", "bounce", "shadow"
+    )?;
     let mut backends: Vec<_> = rows.iter().map(|row| row.backend).collect();
     backends.dedup();
     for backend in backends {

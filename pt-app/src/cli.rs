@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
-use pt_core::image_file::{OutputFormat, check_output, check_size};
+use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::metrics::Metric;
 
 /// Research workbench for real-time path tracing.
@@ -251,28 +251,6 @@ pub enum BackendChoice {
     RayQuery,
     /// VK_KHR_ray_tracing_pipeline.
     RtPipeline,
-}
-
-/// Width and height in pixels, each 1 to [`pt_core::image_file::MAX_IMAGE_SIDE`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImageSize {
-    /// Pixels per row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl FromStr for ImageSize {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let side = |text: &str| text.parse::<u64>().ok();
-        let (width, height) = text
-            .split_once('x')
-            .and_then(|(width, height)| Some((side(width)?, side(height)?)))
-            .ok_or("expected WIDTHxHEIGHT, for example 1280x720")?;
-        check_size(width, height).map_err(|error| error.to_string())?;
-        Ok(Self { width: width as u32, height: height as u32 })
-    }
 }
 
 /// A camera of the scene: digits are an index from 0, anything else a name.

@@ -4,12 +4,12 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use pt_core::console::print_warning;
 use pt_core::image_file::{ImageState, LinearImage, OutputFormat, PixelLayout, check_output, write_png};
 use pt_core::metrics::{DISPLAY_TRANSFORM, Measurement, Metric, compare, heatmap};
 use serde_json::{Value, json};
 
 use crate::cli::{CompareArgs, Limit, MetricName, Region};
-use crate::console::print_warning;
 
 /// Part of the pixels that a heat map shows without clipping, where the metric has no fixed upper end.
 const HEATMAP_QUANTILE: f64 = 0.99;

@@ -4,7 +4,6 @@ pub mod aov;
 pub mod bench;
 pub mod cli;
 pub mod compare;
-pub mod console;
 pub mod frame;
 pub mod info;
 pub mod params;

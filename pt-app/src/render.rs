@@ -9,8 +9,11 @@ use crate::session::{Session, choose_camera};
 use anyhow::{Context, Result};
 use pt_core::Recorder;
 use pt_core::atomic_file::write_atomic;
+use pt_core::capture::{keys, read_layer};
+use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
-use pt_core::image_file::{IMAGE_STATE_KEY, Layer, LayeredImage, OutputFormat, PixelLayout, write_png};
+use pt_core::harness::Spread;
+use pt_core::image_file::{Layer, LayeredImage, OutputFormat, PixelLayout, write_png};
 use pt_scene::{Camera, LoadOptions};
 use pt_shaders::channels::{self, ChannelId};
 use serde_json::json;
@@ -32,7 +35,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     };
     let scene = pt_scene::open(&args.scene, &options)?;
     for notice in &scene.notices {
-        crate::console::print_warning(notice);
+        print_warning(notice);
     }
     let camera = choose_camera(&scene, args.camera.as_ref(), args.look, args.vfov)?;
     let mut session = Session::open(args.device.as_deref(), args.validation, scene, args.backend)?;
@@ -102,39 +105,38 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     let [width, height] = full.images().size();
     let mut file = LayeredImage::new(width, height)?;
     let channel = if display { channels::DISPLAY } else { full.radiance().channel() };
-    file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.images().current(channel).read_f32()?));
+    file.layers.push(Layer::from_interleaved(
+        "",
+        &["R", "G", "B"],
+        4,
+        &full.images().current(channel).read_f32()?,
+    ));
     for &id in aovs {
-        file.layers.push(aov::layer(full.images(), id)?);
+        file.layers.push(read_layer(full.images(), id)?);
     }
     if display {
-        file.metadata.insert(IMAGE_STATE_KEY.into(), "display".into());
+        file.metadata.insert(keys::IMAGE_STATE.into(), "display".into());
     }
     let Metadata { args, params, session, camera } = metadata;
     let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
-    put("scene", session.scene.name.clone());
-    put("camera", format!("{camera:?}"));
-    put("time", args.time.to_string());
-    put("frames", args.frames.to_string());
-    put("accumulate", args.accumulate.to_string());
-    put("seed", args.seed.to_string());
-    put("params", serde_json::to_string(params)?);
-    put("ev100", full.ev100()?.to_string());
-    put("device", session.device.info().name.clone());
-    put("driver", format!("{} {}", session.device.info().driver, session.device.info().driver_version));
-    put("backend", session.gpu.backend().to_string());
-    put("version", env!("CARGO_PKG_VERSION").into());
+    put(keys::SCENE, session.scene.name.clone());
+    put(keys::CAMERA, format!("{camera:?}"));
+    put(keys::TIME, args.time.to_string());
+    put(keys::FRAMES, args.frames.to_string());
+    put(keys::ACCUMULATE, args.accumulate.to_string());
+    put(keys::SEED, args.seed.to_string());
+    put(keys::PARAMS, serde_json::to_string(params)?);
+    put(keys::EV100, full.ev100()?.to_string());
+    put(keys::DEVICE, session.device.info().name.clone());
+    put(keys::DRIVER, session.device.info().driver_line());
+    put(keys::BACKEND, session.gpu.backend().to_string());
+    put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
     Ok(file.write_exr(path)?)
 }
 
 /// Frames whose times count: the first two compile kernels and fill caches.
 fn warm(timings: &[FrameTiming]) -> &[FrameTiming] {
     if timings.len() > 2 { &timings[2..] } else { timings }
-}
-
-/// The `q` quantile of unsorted values.
-fn quantile(mut values: Vec<f64>, q: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(((values.len().saturating_sub(1)) as f64 * q).round() as usize).copied().unwrap_or(0.0)
 }
 
 fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) -> Result<()> {
@@ -147,20 +149,21 @@ fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) 
                     .iter()
                     .filter_map(|f| f.passes.get(i).filter(|p| p.pass == *name).map(|p| p.ms))
                     .collect();
-                json!({ "pass": name, "median_ms": quantile(times.clone(), 0.5), "p95_ms": quantile(times, 0.95) })
+                let Spread { median_ms, p95_ms } = Spread::of(times);
+                json!({ "pass": name, "median_ms": median_ms, "p95_ms": p95_ms })
             })
             .collect()
     });
-    let frame_ms: Vec<_> = counted.iter().map(|f| f.gpu_ms).collect();
+    let frame = Spread::of(counted.iter().map(|f| f.gpu_ms).collect());
     let info = metadata.session.device.info();
     let document = json!({
         "scene": metadata.session.scene.name,
         "size": [metadata.args.size.width, metadata.args.size.height],
         "device": info.name,
-        "driver": format!("{} {}", info.driver, info.driver_version),
+        "driver": info.driver_line(),
         "backend": metadata.session.gpu.backend().to_string(),
         "warm_up_frames": timings.len() - counted.len(),
-        "frame": { "median_ms": quantile(frame_ms.clone(), 0.5), "p95_ms": quantile(frame_ms, 0.95) },
+        "frame": frame,
         "passes": passes,
         "frames": timings,
     });
@@ -170,10 +173,11 @@ fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) 
 
 fn summary(timings: &[FrameTiming], session: &Session, size: [u32; 2], out: &mut impl Write) -> Result<bool> {
     let counted = warm(timings);
-    let frame_ms = quantile(counted.iter().map(|f| f.gpu_ms).collect(), 0.5);
-    let primary = counted.iter().flat_map(|f| &f.passes).filter(|p| p.pass == "primary rays").map(|p| p.ms).collect();
+    let frame_ms = Spread::of(counted.iter().map(|f| f.gpu_ms).collect()).median_ms;
+    let primary =
+        counted.iter().flat_map(|f| &f.passes).filter(|p| p.pass == "primary rays").map(|p| p.ms).collect();
     let rays = f64::from(2 * pt_core::channels::field_width(size[0])) * f64::from(size[1]);
-    let mrays = rays / quantile(primary, 0.5).max(1e-9) * 1e-3;
+    let mrays = rays / Spread::of(primary).median_ms.max(1e-9) * 1e-3;
     writeln!(
         out,
         "{}x{}, {} frames: {frame_ms:.3} ms/frame, {mrays:.1} Mrays/s (primary), {}, {}",

@@ -26,7 +26,12 @@ impl Session {
     ///
     /// # Errors
     /// No device, or a scene that does not fit.
-    pub fn open(device: Option<&str>, validation: bool, scene: Scene, backend: BackendChoice) -> Result<Self> {
+    pub fn open(
+        device: Option<&str>,
+        validation: bool,
+        scene: Scene,
+        backend: BackendChoice,
+    ) -> Result<Self> {
         let device = Device::open(&DeviceOptions { device: device.map(str::to_owned), validation })?;
         let mut gpu = GpuScene::new(&device, &scene, backend.into())?;
         let lights = LightTables::new(&device, &scene)?;
@@ -37,7 +42,7 @@ impl Session {
     /// Device and driver in one line.
     pub fn device_line(&self) -> String {
         let info = self.device.info();
-        format!("{} ({} {})", info.name, info.driver, info.driver_version)
+        format!("{} ({})", info.name, info.driver_line())
     }
 
     /// Fails with what the validation layers said, if they ran and said anything.
@@ -91,7 +96,8 @@ pub fn choose_camera(
         Some(CameraChoice::Name(name)) => name.clone(),
         None => String::new(),
     };
-    let names: Vec<_> = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} \"{}\"", c.name)).collect();
+    let names: Vec<_> =
+        scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} \"{}\"", c.name)).collect();
     let there = if names.is_empty() { "none".into() } else { names.join(", ") };
     bail!("camera {wanted}: {} has no such camera; it has {there}", scene.name)
 }

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::{CommandFactory, Parser};
 use pt_app::cli::{
-    AovSelection, BackendChoice, BenchArgs, BenchCommand, CameraChoice, Cli, ImageSize, InfoArgs, LookAt,
-    RenderArgs,
+    AovSelection, BackendChoice, BenchArgs, BenchCommand, CameraChoice, Cli, InfoArgs, LookAt, RenderArgs,
 };
-use pt_core::image_file::OutputFormat;
+use pt_core::image_file::{ImageSize, OutputFormat};
 
 #[derive(Debug, Parser)]
 struct Render {

@@ -1,10 +1,9 @@
 //! The seam between the checkerboarded frame and the flat one: both fields interleaved, split surfaces blended.
 //!
-//! [`mapping`] is the coordinate mapping, [`Interleave`] the pass.
+//! The pass is [`Interleave`]; the coordinate mapping is part of the frame contract ([`pt_core::split`]).
 
 #![forbid(unsafe_code)]
 
-pub mod mapping;
 pub mod oracle;
 mod records;
 

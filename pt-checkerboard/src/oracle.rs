@@ -1,7 +1,7 @@
 //! The interleave on the CPU: what `interleave.comp` is tested against.
 
-use crate::mapping::flat_to_split;
 use pt_core::channels::field_width;
+use pt_core::split::flat_to_split;
 
 /// Flat colour and motion of a frame of `size`, from its split colour and motion in scan-line order.
 pub fn interleave(

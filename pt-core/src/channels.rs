@@ -3,6 +3,7 @@
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::image::Image;
+use crate::split::split_size;
 use pt_shaders::channels::{ChannelId, ExtentClass};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -54,7 +55,7 @@ pub const fn field_width(width: u32) -> u32 {
 /// Extent of a channel for a frame of `size`.
 pub fn extent(class: ExtentClass, size: [u32; 2]) -> [u32; 2] {
     match class {
-        ExtentClass::Split => [2 * field_width(size[0]), size[1]],
+        ExtentClass::Split => split_size(size),
         ExtentClass::Flat => size,
     }
 }

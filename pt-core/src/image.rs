@@ -237,10 +237,36 @@ impl Image {
             Format::R32Uint | Format::Rg32Uint => {
                 bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
             }
-            other => {
-                return Err(Error::Unsupported(format!("{}: {other:?} texels are no integers", self.0.name)));
-            }
+            other => return Err(self.no_integers(other)),
         })
+    }
+
+    fn no_integers(&self, format: Format) -> Error {
+        Error::Unsupported(format!("{}: {format:?} texels are no integers", self.0.name))
+    }
+
+    /// Inverse of [`Image::read_f32`]. Normalised formats clamp to 0..1 and round to nearest, integers clamp to their
+    /// range and truncate; NaN gives 0 there.
+    ///
+    /// # Errors
+    /// When there are not `components()` values per texel, or the device fails.
+    pub fn write_f32(&self, values: &[f32]) -> Result<()> {
+        self.write(&encode_f32(self.0.format, values))
+    }
+
+    /// Inverse of [`Image::read_u32`], for the integer formats. Values above the format's range become its largest.
+    ///
+    /// # Errors
+    /// When there are not `components()` values per texel, the texels are no integers, or the device fails.
+    pub fn write_u32(&self, values: &[u32]) -> Result<()> {
+        match self.0.format {
+            Format::R16Uint => {
+                let clamped = values.iter().map(|&v| v.min(u16::MAX.into()) as u16);
+                self.write(&clamped.flat_map(u16::to_le_bytes).collect::<Vec<_>>())
+            }
+            Format::R32Uint | Format::Rg32Uint => self.write(bytemuck::cast_slice(values)),
+            other => Err(self.no_integers(other)),
+        }
     }
 
     /// Replaces the texels (same layout as [`Image::read`]) and waits: for recorded inputs and tests.
@@ -278,6 +304,21 @@ impl Image {
 
     pub(crate) fn id(&self) -> u64 {
         self.0.id
+    }
+}
+
+/// Bytes of texels from values, `format.components()` per texel.
+fn encode_f32(format: Format, values: &[f32]) -> Vec<u8> {
+    let unorm = |max: f32| move |v: &f32| (v.clamp(0.0, 1.0) * max).round();
+    match format {
+        Format::R32F | Format::Rg32F | Format::Rgba32F => bytemuck::cast_slice(values).to_vec(),
+        Format::Rgba16F => values.iter().flat_map(|&v| f16::from_f32(v).to_le_bytes()).collect(),
+        Format::Rg16Unorm | Format::Rgba16Unorm => {
+            values.iter().map(unorm(65535.0)).flat_map(|v| (v as u16).to_le_bytes()).collect()
+        }
+        Format::Rgba8Unorm => values.iter().map(unorm(255.0)).map(|v| v as u8).collect(),
+        Format::R32Uint | Format::Rg32Uint => values.iter().flat_map(|&v| (v as u32).to_le_bytes()).collect(),
+        Format::R16Uint => values.iter().flat_map(|&v| (v as u16).to_le_bytes()).collect(),
     }
 }
 

@@ -2,10 +2,13 @@
 
 pub mod atomic_file;
 pub mod buffer;
+pub mod capture;
 pub mod channels;
+pub mod console;
 pub mod device;
 pub mod error;
 pub mod frame;
+pub mod harness;
 pub mod image;
 pub mod image_file;
 pub mod kernel;
@@ -13,6 +16,7 @@ pub mod metrics;
 pub mod pack;
 pub mod rng;
 pub mod settings;
+pub mod split;
 pub mod test_support;
 pub mod texture;
 pub mod trace;

@@ -7,7 +7,6 @@
 
 pub mod oracle;
 mod records;
-pub mod texels;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));

@@ -6,7 +6,7 @@ use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_denoise::oracle::{Pixel, composite};
-use pt_denoise::{Composite, DenoiseParams, texels};
+use pt_denoise::{Composite, DenoiseParams};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
     TRANSPARENT, VIEW_DIRECTION,
@@ -17,7 +17,7 @@ fn run(device: &TestDevice, size: [u32; 2], pixels: &mut [Pixel], params: &Denoi
     let images = ChannelImages::new(device, size, [Composite::READS, Composite::WRITES].concat()).unwrap();
     let write = |id: ChannelId, texel: &dyn Fn(&Pixel) -> Vec<f32>| {
         let values: Vec<f32> = pixels.iter().flat_map(texel).collect();
-        images.current(id).write(&texels::encode(id.channel().format, &values)).unwrap();
+        images.current(id).write_f32(&values).unwrap();
     };
     let rgb0 = |v: [f32; 3]| vec![v[0], v[1], v[2], 0.0];
     write(COLOR_HF, &|p| rgb0(p.color_hf));

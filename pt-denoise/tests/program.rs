@@ -1,31 +1,44 @@
-//! The stage program on a capture.
+//! The stage program on captures.
 
+use pt_core::capture::read_layer;
+use pt_core::harness::save;
 use pt_core::image_file::{Channel, Layer, LayeredImage, Samples};
+use pt_core::test_support::TestDevice;
+use pt_core::{ChannelImages, Recorder};
+use pt_denoise::{Composite, DenoiseParams};
+use pt_shaders::channels::{
+    BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
+    TRANSPARENT, VIEW_DIRECTION,
+};
+use std::path::Path;
 use std::process::{Command, Output};
 
+fn pt_denoise(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_pt-denoise")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+/// Two pixels alike, written out component by component.
 fn capture() -> LayeredImage {
-    let floats = |name: &str, values: &[f32]| Layer {
+    let floats = |name: &str, names: &str, values: &[f32]| Layer {
         name: name.into(),
-        channels: (values.iter().zip(["X", "Y", "Z", "W"]))
+        channels: (values.iter().zip(names.chars()))
             .map(|(&v, name)| Channel { name: name.into(), samples: Samples::F32(vec![v, v]) })
             .collect(),
     };
-    let words = |name: &str, x: u32, y: u32| Layer {
-        name: name.into(),
-        channels: ([("X", x), ("Y", y)])
-            .map(|(name, v)| Channel { name: name.into(), samples: Samples::U32(vec![v, v]) })
-            .into(),
+    let with = |mut layer: Layer, name: &str, word: u32| {
+        layer.channels.push(Channel { name: name.into(), samples: Samples::U32(vec![word, word]) });
+        layer
     };
     let mut image = LayeredImage::new(2, 1).unwrap();
     image.layers = vec![
-        floats("color_hf", &[2.0, 2.0, 2.0, 0.0]),
-        floats("color_spec", &[10.0, 10.0, 10.0, 0.0]),
-        floats("base_color", &[1.0, 1.0, 0.0, 1.0]),
-        floats("metallic_roughness", &[0.0, 0.5]),
-        floats("shading_position", &[0.0, 0.0, 0.0, f32::from_bits(1)]),
-        floats("throughput", &[0.5, 0.5, 0.5, 0.0]),
-        floats("transparent", &[0.0, 0.0, 3.0, 0.0]),
-        words("view_direction", u32::MAX, 4),
+        floats("color_hf", "RGBA", &[2.0, 2.0, 2.0, 0.0]),
+        floats("color_spec", "RGBA", &[10.0, 10.0, 10.0, 0.0]),
+        floats("base_color", "RGBA", &[1.0, 1.0, 0.0, 1.0]),
+        floats("metallic_roughness", "XY", &[0.0, 0.5]),
+        with(floats("shading_position", "XYZ", &[0.0; 3]), "material", 1),
+        floats("throughput", "RGBA", &[0.5, 0.5, 0.5, 0.0]),
+        floats("transparent", "RGBA", &[0.0, 0.0, 3.0, 0.0]),
+        with(floats("view_direction", "XYZ", &[0.0, 0.0, -1.0]), "flags", 4),
     ];
     image
 }
@@ -35,36 +48,97 @@ fn composites_a_capture() {
     let folder = tempfile::tempdir().unwrap();
     let run = |image: &LayeredImage, set: &[&str]| -> Output {
         image.write_exr(&folder.path().join("capture.exr")).unwrap();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_pt-denoise"));
-        program.current_dir(folder.path()).args(["capture.exr", "-o", "out.exr"]);
-        program.args(set.iter().flat_map(|s| ["--set", *s])).output().unwrap()
+        let sets = set.iter().flat_map(|s| ["--set", *s]);
+        pt_denoise(
+            folder.path(),
+            &["capture.exr", "-o", "out.exr", "--frames", "2"].into_iter().chain(sets).collect::<Vec<_>>(),
+        )
     };
+    let output = || LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
     let done = run(&capture(), &[]);
     assert!(done.status.success(), "{done:?}");
-    let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
+    let table = String::from_utf8(done.stdout).unwrap();
+    assert!(table.contains("2x1, 2 frames after 4 to warm up"), "{table}");
+    assert!(
+        table.contains("median ms") && table.contains("GB/s") && table.contains("\ncomposite "),
+        "{table}"
+    );
     for (name, want) in [("R", 1.2f32), ("G", 1.2), ("B", 3.2), ("A", 4.0)] {
-        let got = out.channel("", name).unwrap().to_f32();
+        let got = output().channel("color", name).unwrap().to_f32();
         assert!(got.iter().all(|v| (v - want).abs() < 1e-5), "{name}: {got:?}, expected {want}");
     }
+    assert_eq!(output().channel("", "R"), output().channel("color", "R"), "the main layer shows the colour");
 
-    // The words by themselves, as AOV files have them.
-    let mut aov = capture();
-    for (layer, from, to, value) in
-        [("shading_position", "W", "material", 0), ("view_direction", "Y", "flags", 2)]
-    {
-        let layer = aov.layers.iter_mut().find(|l| l.name == layer).unwrap();
-        layer.channels.retain(|c| c.name != from);
-        layer.channels.push(Channel { name: to.into(), samples: Samples::U32(vec![value; 2]) });
-    }
-    assert!(run(&aov, &[]).status.success());
-    let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
-    let pixel = ["R", "G", "B", "A"].map(|name| out.channel("", name).unwrap().to_f32()[1]);
-    assert_eq!(pixel, [0.0, 0.0, 3.0, 2.0], "no surface: the transparent layer alone");
+    assert!(run(&capture(), &["scale_hf=0", "scale_spec=0"]).status.success());
+    assert_eq!(output().channel("color", "B").unwrap().to_f32(), [3.0, 3.0]);
 
     let mut partial = capture();
     partial.layers.retain(|layer| layer.name != "throughput");
-    let missing = String::from_utf8(run(&partial, &[]).stderr).unwrap();
-    assert!(missing.contains("capture.exr: no layer \"throughput\""), "{missing}");
-    let unknown = String::from_utf8(run(&capture(), &["scale_sepc=0"]).stderr).unwrap();
-    assert!(unknown.contains("closest: \"scale_spec\""), "{unknown}");
+    let mut half = capture();
+    half.layers[4].channels.retain(|component| component.name != "material");
+    for (image, set, expected) in [
+        (&partial, "scale_hf=1", "capture.exr: no layer \"throughput\""),
+        (&half, "scale_hf=1", "layer \"shading_position\" has no uint component \"material\""),
+        (&capture(), "scale_sepc=0", "closest: \"scale_spec\""),
+    ] {
+        let failed = run(image, &[set]);
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!(failed.status.code(), Some(2), "{message}");
+        assert!(message.contains(expected) && message.lines().count() == 1, "{message}");
+    }
+    for arguments in
+        [&["capture.exr", "-o", "out.png"][..], &["capture.exr", "--frames", "0"], &["none.exr"], &[]]
+    {
+        let failed = pt_denoise(folder.path(), arguments);
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!((failed.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+    }
+}
+
+/// What a frame wrote is what the program computes from the frame's capture, bit by bit, also at odd widths.
+#[test]
+fn replays_a_frame() {
+    let device = TestDevice::open();
+    let images =
+        ChannelImages::new(&device, [33, 18], [Composite::READS, Composite::WRITES].concat()).unwrap();
+    let texels = images.current(COLOR).extent().iter().product::<u32>();
+    let fill = |id: ChannelId, scale: f32| {
+        let count = texels * id.channel().format.components();
+        let values: Vec<f32> = (0..count).map(|i| scale * ((i * 7919) % 6007) as f32 / 6007.0).collect();
+        images.current(id).write_f32(&values).unwrap();
+    };
+    for id in [BASE_COLOR, METALLIC_ROUGHNESS, THROUGHPUT, TRANSPARENT] {
+        fill(id, 1.0);
+    }
+    fill(COLOR_HF, 30.0);
+    fill(COLOR_SPEC, 1e4);
+    let positions: Vec<u32> = (0..texels).flat_map(|i| [1.5f32.to_bits(), 2, 3, i % 4]).collect();
+    images
+        .current(SHADING_POSITION)
+        .write(&positions.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<_>>())
+        .unwrap();
+    let directions: Vec<u32> = (0..texels).flat_map(|i| [0x1234_5678, 1 + i % 7]).collect();
+    images.current(VIEW_DIRECTION).write_u32(&directions).unwrap();
+
+    let stage = Composite::new(&device).unwrap();
+    let mut recorder = Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    stage.record(&mut frame, &images, &DenoiseParams::default()).unwrap();
+    frame.submit().unwrap();
+
+    let folder = tempfile::tempdir().unwrap();
+    let metadata = [("seed".to_owned(), "7".to_owned())].into();
+    save(&folder.path().join("in.exr"), &device, &images, Composite::READS, metadata).unwrap();
+    let done = pt_denoise(folder.path(), &["in.exr", "-o", "out.exr", "--frames", "1"]);
+    assert!(done.status.success(), "{done:?}");
+    let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
+    let sorted = |mut layer: Layer| {
+        layer.channels.sort_by(|a, b| a.name.cmp(&b.name));
+        layer
+    };
+    let replayed = sorted(out.layer("color").unwrap().clone());
+    assert_eq!(replayed, sorted(read_layer(&images, COLOR).unwrap()));
+    assert!(out.channel("color", "R").unwrap().to_f32().iter().any(|&v| v > 1.0), "the frame is not black");
+    assert_eq!(out.metadata["seed"], "7");
+    assert!(out.metadata.contains_key("driver"));
 }

@@ -1,10 +1,10 @@
 //! The primary ray kernel against its oracle: instances that mirror and move, a moving camera, odd sizes.
 
 use glam::{Affine3A, DVec2, DVec3, Quat, Vec3};
-use pt_checkerboard::mapping::flat_to_split;
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::unpack_unit_vector;
+use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};

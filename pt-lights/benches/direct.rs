@@ -2,14 +2,16 @@
 
 use criterion::{Criterion, Throughput};
 use pt_core::frame::Uniforms;
+use pt_core::harness::{WARM_UP, measure};
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Device, DeviceOptions, Recorder, Result};
+use pt_core::{ChannelImages, Device, DeviceOptions, Result};
 use pt_lights::{AliasTable, DirectLighting, DirectParams, LightLists, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::FrameRecord;
 use std::time::Duration;
 
 const SIZE: [u32; 2] = [640, 360];
+const FRAMES: u32 = 32;
 
 fn main() -> Result<()> {
     let mut criterion = Criterion::default().sample_size(10).measurement_time(Duration::from_secs(2));
@@ -19,7 +21,7 @@ fn main() -> Result<()> {
     host(&mut criterion, name, &scene);
     let device = Device::open(&DeviceOptions::default())?;
     for backend in TraceBackend::available(&device) {
-        gpu(&mut criterion, &device, name, &scene, backend)?;
+        gpu(&device, name, &scene, backend)?;
     }
     criterion.final_summary();
     Ok(())
@@ -35,13 +37,7 @@ fn host(criterion: &mut Criterion, name: &str, scene: &pt_scene::Scene) {
 }
 
 /// Time by the GPU's own clock, one shadow ray per pixel and kind of light that the scene has.
-fn gpu(
-    criterion: &mut Criterion,
-    device: &Device,
-    name: &str,
-    scene: &pt_scene::Scene,
-    backend: TraceBackend,
-) -> Result<()> {
+fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBackend) -> Result<()> {
     let lights = LightTables::new(device, scene)?;
     let mut gpu = GpuScene::new(device, scene, backend)?;
     lights.fill(gpu.record_mut());
@@ -51,24 +47,11 @@ fn gpu(
     synthetic::fill_surfaces(&images, scene)?;
     synthetic::fill_seeds(&images, 0)?;
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms")?;
-    let mut recorder = Recorder::new(device)?;
-    let mut pass = || -> Result<f64> {
-        let mut frame = recorder.begin()?;
-        gpu.update(&mut frame, scene)?;
-        uniforms.upload(&mut frame, &bytemuck::Zeroable::zeroed())?;
-        stage.record(&mut frame, &gpu, &lights, &uniforms, &images, &DirectParams::default())?;
-        frame.submit()?;
-        Ok(recorder.finish()?.iter().filter_map(|t| t.passes.last()).map(|p| p.ms).sum())
-    };
-    // Structures are built in the first frame.
-    pass()?;
-    let mut group = criterion.benchmark_group(format!("direct lighting of {name}"));
-    group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1])));
-    group.bench_function(backend.name(), |b| {
-        b.iter_custom(|n| {
-            Duration::from_secs_f64(1e-3 * (0..n).map(|_| pass().expect("a pass")).sum::<f64>())
-        });
-    });
-    group.finish();
+    let times = measure(device, SIZE, WARM_UP, FRAMES, |frame| {
+        gpu.update(frame, scene)?;
+        uniforms.upload(frame, &bytemuck::Zeroable::zeroed())?;
+        stage.record(frame, &gpu, &lights, &uniforms, &images, &DirectParams::default())
+    })?;
+    print!("direct lighting of {name}, backend {backend}\n{times}");
     Ok(())
 }

@@ -1,5 +1,5 @@
 // Split frame <-> flat frame. The even field (flat x and y of equal parity) is the left half of a split image, the odd
-// field the right half; each is `field_width = ceil(W/2)` wide. The host twin is pt_checkerboard::mapping.
+// field the right half; each is `field_width = ceil(W/2)` wide. The host twin is pt_core::split.
 
 const uint FLAG_PRIMARY = 1u;
 const uint FLAG_REFLECTION = 2u;

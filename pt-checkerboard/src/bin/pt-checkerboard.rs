@@ -5,11 +5,13 @@
 
 use anyhow::Result;
 use clap::Parser;
-use pt_checkerboard::mapping::to_split;
 use pt_checkerboard::{CheckerboardParams, Interleave};
+use pt_core::harness::StageArgs;
 use pt_core::image_file::LinearImage;
-use pt_core::{ChannelImages, Device, DeviceOptions, Recorder};
+use pt_core::split::to_split;
+use pt_core::{ChannelImages, console};
 use pt_shaders::channels::{COLOR, FLAT_COLOR};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -22,37 +24,27 @@ struct Args {
     /// Checkerboard flags of every pixel: 1 primary, 2 reflection, 4 refraction; with more than one, fields are blended.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..8))]
     flags: u8,
-    /// Device, by index or part of its name [default: the best].
-    #[arg(long)]
-    device: Option<String>,
+    #[command(flatten)]
+    stage: StageArgs,
 }
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(1),
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(2)
-        }
-    }
+    console::program(run)
 }
 
-fn run(args: &Args) -> Result<bool> {
+fn run(args: &Args, out: &mut impl Write) -> Result<bool> {
+    let params: CheckerboardParams = args.stage.params()?;
     let image = LinearImage::read(&args.input)?;
     let size = [image.width, image.height];
     let flags = f32::from(args.flags);
     let texels: Vec<[f32; 4]> = image.pixels.iter().map(|c| [c[0], c[1], c[2], flags]).collect();
 
-    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
+    let device = args.stage.open_device()?;
     let images = ChannelImages::new(&device, size, [Interleave::READS, Interleave::WRITES].concat())?;
-    images.current(COLOR).write(bytemuck::cast_slice(&to_split(&texels, size, [0.0; 4])))?;
+    images.current(COLOR).write_f32(to_split(&texels, size, [0.0; 4]).as_flattened())?;
     let stage = Interleave::new(&device)?;
-    let mut recorder = Recorder::new(&device)?;
-    let mut frame = recorder.begin()?;
-    stage.record(&mut frame, &images, &CheckerboardParams::default())?;
-    frame.submit()?;
-    let ms = recorder.finish()?[0].gpu_ms;
+    let times = args.stage.measure(&device, size, |frame| stage.record(frame, &images, &params))?;
+    write!(out, "{times}")?;
 
     let flat = images.current(FLAT_COLOR).read_f32()?;
     let mut altered = 0usize;
@@ -68,10 +60,10 @@ fn run(args: &Args) -> Result<bool> {
     }
     let [width, height] = size;
     let rmse = (squares / (3 * texels.len()) as f64).sqrt();
-    println!(
-        "{width}x{height}: {altered} pixels altered, largest difference {largest}, RMSE {rmse:.3e}, \
-         {ms:.3} ms, {}",
-        device.info().name
-    );
-    Ok(args.flags.count_ones() > 1 || altered == 0)
+    writeln!(
+        out,
+        "{width}x{height}: {altered} pixels altered, largest difference {largest}, RMSE {rmse:.3e}"
+    )?;
+    let blended = params.blend_split && args.flags.count_ones() > 1;
+    Ok(blended || altered == 0)
 }

@@ -53,6 +53,13 @@ pub struct DeviceInfo {
     pub unusable: Option<String>,
 }
 
+impl DeviceInfo {
+    /// Driver and its version.
+    pub fn driver_line(&self) -> String {
+        format!("{} {}", self.driver, self.driver_version)
+    }
+}
+
 pub(super) struct Candidate {
     pub(super) physical: vk::PhysicalDevice,
     pub(super) queue_family: u32,

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 pub struct PassInfo {
     /// Pass name.
     pub name: String,
-    /// Kernel that it runs.
+    /// Kernel that it runs; in parentheses what the driver does instead, such as `(copy)`.
     pub kernel: String,
     /// Threads.
     pub extent: [u32; 3],
@@ -28,6 +28,13 @@ pub struct PassInfo {
     pub writes: Vec<String>,
     /// Bytes that it moves when it touches every texel of its images and every byte of its buffers once.
     pub bytes: u64,
+}
+
+impl PassInfo {
+    /// Whether it runs a kernel, so that `extent` counts threads.
+    pub fn runs_kernel(&self) -> bool {
+        !self.kernel.starts_with('(')
+    }
 }
 
 /// What a frame in flight keeps alive.

@@ -9,6 +9,7 @@ mod srgb;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use half::f16;
 
@@ -78,6 +79,34 @@ pub fn check_size(width: u64, height: u64) -> Result<(), ImageFileError> {
         Ok(())
     } else {
         Err(ImageFileError::Size { width, height })
+    }
+}
+
+/// Width and height in pixels, each 1 to [`MAX_IMAGE_SIDE`]; parsed from `WIDTHxHEIGHT`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSize {
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl From<ImageSize> for [u32; 2] {
+    fn from(size: ImageSize) -> Self {
+        [size.width, size.height]
+    }
+}
+
+impl FromStr for ImageSize {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |text: &str| text.parse::<u64>().ok();
+        let (width, height) = text
+            .split_once('x')
+            .and_then(|(width, height)| Some((side(width)?, side(height)?)))
+            .ok_or("expected WIDTHxHEIGHT, for example 1280x720")?;
+        check_size(width, height).map_err(|error| error.to_string())?;
+        Ok(Self { width: width as u32, height: height as u32 })
     }
 }
 

@@ -93,7 +93,7 @@ pub(crate) fn reflect<P: GpuStruct>(kernel: &str, stage: Stage, spirv: &[u8]) ->
                     DescriptorType::UniformBuffer() => BindingKind::Uniform,
                     DescriptorType::StorageBuffer(_) => BindingKind::Storage,
                     DescriptorType::StorageImage(_) => match ty {
-                        Type::StorageImage(image) => BindingKind::Image(image.fmt.clone()),
+                        Type::StorageImage(image) => BindingKind::Image(image.fmt),
                         _ => {
                             return Err(problem(format!(
                                 "set {set} binding {binding}: arrays of images are not used here"

@@ -3,16 +3,18 @@
 
 #![forbid(unsafe_code)]
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_core::frame::Uniforms;
+use pt_core::harness::Spread;
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Device, DeviceOptions, Recorder};
+use pt_core::{ChannelImages, Device, DeviceOptions, Recorder, console};
 use pt_lights::{DirectLighting, DirectParams, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Environment, LoadOptions, Scene};
 use pt_shaders::channels::COLOR_HF;
 use pt_shaders::records::FrameRecord;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -44,16 +46,10 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(2)
-        }
-    }
+    console::program(|args, out| run(args, out).map(|()| true))
 }
 
-fn run(args: &Args) -> Result<()> {
+fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut scene = pt_scene::open(&args.scene, &LoadOptions::default())?;
     if let Some(path) = &args.env {
         scene.environment = Environment::load(path)?;
@@ -61,7 +57,7 @@ fn run(args: &Args) -> Result<()> {
     let device = Device::open(&DeviceOptions { device: args.device.clone(), ..DeviceOptions::default() })?;
     let started = Instant::now();
     let lights = LightTables::new(&device, &scene)?;
-    report_lists(&lights, started.elapsed().as_secs_f64() * 1e3);
+    report_lists(&lights, started.elapsed().as_secs_f64() * 1e3, out)?;
 
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     lights.fill(gpu.record_mut());
@@ -74,33 +70,32 @@ fn run(args: &Args) -> Result<()> {
         ("environment", DirectParams { environment: true, ..off }),
         ("all", DirectParams::default()),
     ];
-    println!("{}, backend {}, {} points", device.info().name, gpu.backend(), args.side * args.side);
-    println!("{:<12} {:>14} {:>16} {:>12}", "kind", "radiosity / pi", "noise of 1", "ms per pass");
+    writeln!(out, "{}, {}", device.info().name, device.info().driver_line())?;
+    writeln!(out, "backend {}, {} points", gpu.backend(), args.side * args.side)?;
+    writeln!(out, "{:<12} {:>14} {:>16} {:>12}", "kind", "radiosity / pi", "noise of 1", "ms per pass")?;
     for (name, params) in kinds {
         let estimate = estimate(args, &device, &scene, &mut gpu, &lights, &stage, &params)?;
-        println!(
-            "{name:<12} {:>14.6} {:>15.1}% {:>12.3}",
-            estimate.mean,
-            100.0 * estimate.noise,
-            estimate.ms
-        );
+        let Estimate { mean, noise, ms } = estimate;
+        writeln!(out, "{name:<12} {mean:>14.6} {:>15.1}% {ms:>12.3}", 100.0 * noise)?;
     }
     Ok(())
 }
 
-fn report_lists(lights: &LightTables, ms: f64) {
+fn report_lists(lights: &LightTables, ms: f64, out: &mut impl Write) -> Result<()> {
     let lists = lights.lists();
     let [width, height] = lists.environment_size;
     let environment = match lists.environment_alias {
         Some(_) => format!("environment of {width}x{height} texels"),
         None => "no environment".into(),
     };
-    println!(
+    writeln!(
+        out,
         "{} directional lights, {} positional lights, {} emissive triangles, {environment}; listed in {ms:.1} ms",
         lists.sun_count,
         lists.lights.len() - lists.sun_count as usize,
         lists.emissives.len(),
-    );
+    )?;
+    Ok(())
 }
 
 struct Estimate {
@@ -150,7 +145,6 @@ fn estimate(
     let points = sums.len() as f64;
     let mean = sums.iter().map(|s| s.0 / n).sum::<f64>() / points;
     let variance = sums.iter().map(|s| (s.1 - s.0 * s.0 / n).max(0.0) / (n - 1.0)).sum::<f64>() / points;
-    times.sort_by(f64::total_cmp);
-    let ms = *times.get(times.len() / 2).context("no pass was timed")?;
+    let ms = Spread::of(times).median_ms;
     Ok(Estimate { mean, noise: if mean > 0.0 { variance.sqrt() / mean } else { 0.0 }, ms })
 }

@@ -4,11 +4,13 @@
 
 use anyhow::{Result, bail, ensure};
 use clap::{Parser, ValueEnum};
+use pt_core::harness::StageArgs;
 use pt_core::image_file::{ImageState, LinearImage, OutputFormat, PixelLayout, check_output, write_png};
 use pt_core::settings::Validate;
-use pt_core::{ChannelImages, Device, DeviceOptions, Recorder};
+use pt_core::{ChannelImages, Frame, console};
 use pt_post::{ExposureMode, PostParams, Radiance, ToneMap, Tonemap};
 use pt_shaders::channels::{DISPLAY, FLAT_COLOR};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -21,21 +23,20 @@ struct Args {
     /// Picture to write (sRGB).
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
-    /// Tone curve.
-    #[arg(long, value_enum, default_value_t = Curve::Aces)]
-    tonemap: Curve,
-    /// Exposure value at ISO 100, or auto.
-    #[arg(long, value_name = "X|auto", default_value = "auto", value_parser = exposure_value, allow_hyphen_values = true)]
-    ev: ExposureValue,
-    /// Exposure compensation in stops; positive is brighter.
-    #[arg(long, value_name = "X", default_value_t = 0.0, allow_hyphen_values = true)]
-    compensation: f32,
-    /// Auto: metered range of the histogram, as two fractions [default: that of the stage].
+    /// Tone curve; short for --set tonemap.
+    #[arg(long, value_enum)]
+    tonemap: Option<Curve>,
+    /// Exposure value at ISO 100, or auto; short for --set exposure and --set ev100.
+    #[arg(long, value_name = "X|auto", value_parser = exposure_value, allow_hyphen_values = true)]
+    ev: Option<ExposureValue>,
+    /// Exposure compensation in stops, positive is brighter; short for --set compensation.
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    compensation: Option<f32>,
+    /// Auto: metered range of the histogram, as two fractions; short for --set meter_low and --set meter_high.
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
     meter: Option<Vec<f32>>,
-    /// Device, by index or part of its name [default: the best].
-    #[arg(long)]
-    device: Option<String>,
+    #[command(flatten)]
+    stage: StageArgs,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -59,33 +60,31 @@ fn exposure_value(text: &str) -> Result<ExposureValue, String> {
 }
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(2)
-        }
-    }
+    console::program(|args, out| run(args, out).map(|()| true))
 }
 
 fn params(args: &Args) -> Result<PostParams> {
-    let mut params = PostParams { compensation: args.compensation, ..Default::default() };
-    if let ExposureValue::Ev100(ev100) = args.ev {
-        (params.exposure, params.ev100) = (ExposureMode::Manual, ev100);
+    let mut params: PostParams = args.stage.params()?;
+    match args.ev {
+        Some(ExposureValue::Ev100(ev100)) => (params.exposure, params.ev100) = (ExposureMode::Manual, ev100),
+        Some(ExposureValue::Auto) => params.exposure = ExposureMode::Auto,
+        None => {}
     }
+    params.compensation = args.compensation.unwrap_or(params.compensation);
     if let Some([low, high]) = args.meter.as_deref() {
         (params.meter_low, params.meter_high) = (*low, *high);
     }
     params.tonemap = match args.tonemap {
-        Curve::Aces => Tonemap::Aces,
-        Curve::Reinhard => Tonemap::Reinhard,
-        Curve::None => Tonemap::None,
+        Some(Curve::Aces) => Tonemap::Aces,
+        Some(Curve::Reinhard) => Tonemap::Reinhard,
+        Some(Curve::None) => Tonemap::None,
+        None => params.tonemap,
     };
     params.validate()?;
     Ok(params)
 }
 
-fn run(args: &Args) -> Result<()> {
+fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let params = params(args)?;
     if check_output(&args.output)? != OutputFormat::Png {
         bail!("{}: only png can be written here", args.output.display());
@@ -99,29 +98,26 @@ fn run(args: &Args) -> Result<()> {
     let size = [image.width, image.height];
     let texels: Vec<[f32; 4]> = image.pixels.iter().map(|c| [c[0], c[1], c[2], 1.0]).collect();
 
-    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
+    let device = args.stage.open_device()?;
     let images = ChannelImages::new(&device, size, [FLAT_COLOR, DISPLAY])?;
-    images.current(FLAT_COLOR).write(bytemuck::cast_slice(&texels))?;
+    images.current(FLAT_COLOR).write_f32(texels.as_flattened())?;
     let stage = ToneMap::new(&device)?;
-    let mut recorder = Recorder::new(&device)?;
-    let mut frame = recorder.begin()?;
-    stage.record(&mut frame, &images, Radiance::Frame, &params)?;
-    frame.submit()?;
-    let ms = recorder.finish()?[0].gpu_ms;
+    let record = |frame: &mut Frame<'_>| stage.record(frame, &images, Radiance::Frame, &params);
+    write!(out, "{}", args.stage.measure(&device, size, record)?)?;
 
     let exposure = stage.exposure()?;
     let rgb: Vec<u8> =
         images.current(DISPLAY).read()?.chunks_exact(4).flat_map(|c| [c[0], c[1], c[2]]).collect();
     write_png(&args.output, image.width, image.height, PixelLayout::Rgb, &rgb)?;
-    println!(
-        "{}: {}x{}, EV100 {:.3}, radiance x {:.5}, {} pixels metered, {ms:.3} ms, {}",
+    writeln!(
+        out,
+        "{}: {}x{}, EV100 {:.3}, radiance x {:.5}, {} pixels metered",
         args.output.display(),
         image.width,
         image.height,
         exposure.ev100,
         exposure.scale,
-        exposure.metered_pixels,
-        device.info().name
-    );
+        exposure.metered_pixels
+    )?;
     Ok(())
 }

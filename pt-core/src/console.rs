@@ -1,5 +1,6 @@
-//! What the program prints, and how it fails.
+//! What programs print, and how they fail.
 
+use std::error::Error;
 use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
 use std::process::ExitCode;
 
@@ -40,9 +41,47 @@ impl<W: Write> Write for Console<W> {
     }
 }
 
+/// Runs a program: parses its command line, calls `run`, prints an error as one line. Exit codes: 0 done, 1 a check failed
+/// (`run` says `false`), 2 wrong usage or environment.
+pub fn program<A, E>(
+    run: impl FnOnce(&A, &mut Console<BufWriter<StdoutLock<'static>>>) -> Result<bool, E>,
+) -> ExitCode
+where
+    A: clap::Parser,
+    E: Into<Box<dyn Error + Send + Sync>>,
+{
+    let args = match A::try_parse() {
+        Ok(args) => args,
+        Err(error) => return usage_error(&error),
+    };
+    let mut out = Console::stdout();
+    let passed = match run(&args, &mut out) {
+        Ok(passed) => passed,
+        Err(error) => {
+            // What was found before the failure is worth seeing.
+            let _ = out.flush();
+            print_error(&one_line(error.into().as_ref()));
+            return ExitCode::from(2);
+        }
+    };
+    match out.flush() {
+        Ok(()) => ExitCode::from(u8::from(!passed)),
+        Err(error) => {
+            print_error(&format!("cannot write to standard output: {error}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
 /// The chain of causes as one line, joined with `: `.
-pub fn one_line(error: &anyhow::Error) -> String {
-    join_lines(&format!("{error:#}"))
+pub fn one_line(error: &(dyn Error + 'static)) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text.push_str(&format!(": {error}"));
+        cause = error.source();
+    }
+    join_lines(&text)
 }
 
 /// Prints `error: MESSAGE` to standard error; says nothing when that is closed.
@@ -56,7 +95,7 @@ pub fn print_warning(message: &str) {
 }
 
 /// Prints help and version as clap lays them out (exit code 0), a usage error as one line (exit code 2).
-pub fn usage_error(error: &clap::Error) -> ExitCode {
+fn usage_error(error: &clap::Error) -> ExitCode {
     use clap::error::ErrorKind;
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
@@ -114,7 +153,10 @@ mod tests {
 
     #[test]
     fn causes_are_joined() {
-        let error = anyhow::anyhow!("no such\n  device").context("cannot start");
-        assert_eq!(one_line(&error), "cannot start: no such device");
+        #[derive(Debug, thiserror::Error)]
+        #[error("cannot\n  start")]
+        struct Outer(#[source] std::fmt::Error);
+        let cause = std::fmt::Error;
+        assert_eq!(one_line(&Outer(cause)), format!("cannot start: {cause}"));
     }
 }

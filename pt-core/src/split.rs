@@ -4,7 +4,7 @@
 //! `field_width = ceil(W/2)` wide. For odd W the last column of one field, which alternates from row to row, has no flat
 //! pixel.
 
-use pt_core::channels::field_width;
+use crate::channels::field_width;
 
 /// Flat pixel of a split pixel. For odd W, x comes out as W where there is no flat pixel.
 pub const fn split_to_flat(split: [u32; 2], field_width: u32) -> [u32; 2] {
@@ -36,7 +36,25 @@ pub fn to_split<T: Copy>(flat: &[T], flat_size: [u32; 2], fill: T) -> Vec<T> {
     let [split_width, _] = split_size(flat_size);
     (0..height)
         .flat_map(|y| (0..split_width).map(move |x| split_to_flat([x, y], split_width / 2)))
-        .map(|[x, y]| if x < width { flat[(y * width + x) as usize] } else { fill })
+        .map(|[x, y]| if x < width { flat[y as usize * width as usize + x as usize] } else { fill })
+        .collect()
+}
+
+/// Puts the two fields of a split image together again: the inverse of [`to_split`].
+///
+/// # Panics
+/// When `split` has not as many pixels as [`split_size`] says.
+pub fn to_flat<T: Copy>(split: &[T], flat_size: [u32; 2]) -> Vec<T> {
+    let [width, height] = flat_size;
+    let [split_width, _] = split_size(flat_size);
+    assert_eq!(
+        split.len(),
+        split_width as usize * height as usize,
+        "split pixels of a {width}x{height} frame"
+    );
+    (0..height)
+        .flat_map(|y| (0..width).map(move |x| flat_to_split([x, y], split_width / 2)))
+        .map(|[x, y]| split[y as usize * split_width as usize + x as usize])
         .collect()
 }
 
@@ -67,6 +85,13 @@ mod tests {
         }
     }
 
+    /// Field by field, written out.
+    #[test]
+    fn a_small_frame_is_sorted() {
+        let flat: Vec<u32> = (0..6).collect();
+        assert_eq!(to_split(&flat, [3, 2], 9), [0, 2, 1, 9, 4, 9, 3, 5]);
+    }
+
     #[test]
     fn bijection_at_small_sizes() {
         for width in 1..=9 {
@@ -80,6 +105,12 @@ mod tests {
         #[test]
         fn bijection_at_any_size(width in 1u32..300, height in 1u32..40) {
             check_bijection([width, height]);
+        }
+
+        #[test]
+        fn fields_come_together_again(width in 1u32..60, height in 1u32..20) {
+            let flat: Vec<u32> = (0..width * height).collect();
+            prop_assert_eq!(to_flat(&to_split(&flat, [width, height], u32::MAX), [width, height]), flat);
         }
     }
 }

@@ -1,0 +1,234 @@
+//! Channels to layers and back.
+
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use pt_core::capture::{CaptureError, load, read_layer, write_layer};
+use pt_core::image_file::{Channel, LayeredImage, Samples};
+use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
+use pt_core::split::{split_to_flat, to_split};
+use pt_core::test_support::TestDevice;
+use pt_core::{ChannelImages, Image};
+use pt_shaders::channels::{self, ChannelId, ExtentClass, Format};
+use pt_shaders::glam::Vec3;
+
+/// Words of packed unit vectors in a channel's texels.
+fn direction_words(id: ChannelId) -> &'static [usize] {
+    match id {
+        channels::NORMAL | channels::GEO_NORMAL | channels::VIEW_DIRECTION => &[0],
+        _ => &[],
+    }
+}
+
+/// The texels' words as the format stores them: 2, 4 or 1 bytes each.
+fn random_texels(image: &Image, id: ChannelId, bits: &mut impl FnMut() -> u32) -> Vec<u8> {
+    let format = id.channel().format;
+    let width = format.components() as usize;
+    let words = (image.bytes() / u64::from(format.bytes())) as usize * width;
+    let mut bytes = Vec::new();
+    for index in 0..words {
+        let word = bits();
+        match format.bytes() as usize / width {
+            1 => bytes.push(word as u8),
+            // Half floats: without NaN, whose payload the conversion to f32 and back may alter.
+            2 if format == Format::Rgba16F => bytes.extend((word as u16 & 0xfbff).to_le_bytes()),
+            2 => bytes.extend((word as u16).to_le_bytes()),
+            _ if direction_words(id).contains(&(index % width)) => {
+                let [x, y, z, none] = [0, 8, 16, 24].map(|shift| ((word >> shift) & 0xff) as f32 - 127.5);
+                let code = if none > 110.0 { 0 } else { pack_unit_vector(Vec3::new(x, y, z).normalize()) };
+                bytes.extend(code.to_le_bytes());
+            }
+            _ => bytes.extend(word.to_le_bytes()),
+        }
+    }
+    bytes
+}
+
+/// Zeros where a split image has no flat pixel.
+fn without_the_unrecorded(texels: &mut [u8], id: ChannelId, size: [u32; 2]) {
+    if id.channel().extent == ExtentClass::Flat {
+        return;
+    }
+    let half = size[0].div_ceil(2);
+    for (index, texel) in texels.chunks_exact_mut(id.channel().format.bytes() as usize).enumerate() {
+        let split = [index as u32 % (2 * half), index as u32 / (2 * half)];
+        if split_to_flat(split, half)[0] >= size[0] {
+            texel.fill(0);
+        }
+    }
+}
+
+/// Codes of the same direction count as the same: the edge of the octahedral square has two for one.
+fn same_directions(a: &[u8], b: &[u8], id: ChannelId) -> bool {
+    let word = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().unwrap());
+    let stride = id.channel().format.components() as usize;
+    a.len() == b.len()
+        && a.chunks_exact(4).zip(b.chunks_exact(4)).enumerate().all(|(index, (a, b))| {
+            let (a, b) = (word(a), word(b));
+            let direction = direction_words(id).contains(&(index % stride)) && a != 0 && b != 0;
+            // Neighbouring codes are 3e-5 apart.
+            a == b || direction && unpack_unit_vector(a).distance(unpack_unit_vector(b)) < 1e-6
+        })
+}
+
+#[test]
+fn what_is_read_can_be_written_back() {
+    let device = TestDevice::open();
+    let mut runner = TestRunner::new_with_rng(
+        Config { cases: 12, failure_persistence: None, ..Config::default() },
+        TestRunner::deterministic().new_rng(),
+    );
+    let run = |size: [u32; 2], seed: u32| {
+        let images = ChannelImages::new(&device, size, ChannelId::all()).unwrap();
+        let mut state = seed;
+        let mut bits = || {
+            // PCG's state and output function (O'Neill 2014).
+            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+            (word >> 22) ^ word
+        };
+        for id in ChannelId::all() {
+            let image = images.current(id);
+            let mut texels = random_texels(image, id, &mut bits);
+            image.write(&texels).unwrap();
+            let layer = read_layer(&images, id).unwrap();
+            image.write(&vec![0xa5; texels.len()]).unwrap();
+            write_layer(&images, id, &layer).unwrap();
+            without_the_unrecorded(&mut texels, id, size);
+            let back = image.read().unwrap();
+            let name = id.channel().name;
+            if direction_words(id).is_empty() {
+                assert!(back == texels, "{name} at {size:?}");
+            } else {
+                assert!(same_directions(&back, &texels, id), "{name} at {size:?}");
+            }
+            assert_eq!(read_layer(&images, id).unwrap().channels.len(), layer.channels.len(), "{name}");
+        }
+    };
+    for size in [[1, 1], [1, 2], [3, 2], [2, 1]] {
+        run(size, 1);
+    }
+    let inputs = ([1u32..40, 1u32..24], any::<u32>());
+    runner.run(&inputs, |(size, seed)| Ok(run(size, seed))).unwrap();
+}
+
+#[test]
+fn layers_are_flat_and_unpacked() {
+    let device = TestDevice::open();
+    let size = [3, 2];
+    let ids = [channels::NORMAL, channels::VIEW_DIRECTION, channels::SHADING_POSITION, channels::CLUSTER];
+    let images = ChannelImages::new(&device, size, ids).unwrap();
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y];
+    let codes: Vec<u32> = axes.map(pack_unit_vector).into_iter().chain([0]).collect();
+    images.current(channels::NORMAL).write_u32(&to_split(&codes, size, 77)).unwrap();
+    let views: Vec<[u32; 2]> = codes.iter().zip(10..).map(|(&code, flags)| [code, flags]).collect();
+    images
+        .current(channels::VIEW_DIRECTION)
+        .write_u32(to_split(&views, size, [0; 2]).as_flattened())
+        .unwrap();
+    let positions: Vec<[f32; 4]> = (0..6).map(|i| [i as f32, 0.5, -1.0, f32::from_bits(i)]).collect();
+    let split = to_split(&positions, size, [9.0; 4]);
+    images.current(channels::SHADING_POSITION).write_f32(split.as_flattened()).unwrap();
+    images.current(channels::CLUSTER).write_u32(&to_split(&[0, 1, 2, 3, 4, 0xffff], size, 5)).unwrap();
+
+    let component = |id: ChannelId, name: &str| {
+        let layer = read_layer(&images, id).unwrap();
+        assert_eq!(layer.name, id.channel().name);
+        layer.channels.into_iter().find(|c| c.name == name).map(|c| c.samples).expect(name)
+    };
+    for id in [channels::NORMAL, channels::VIEW_DIRECTION] {
+        assert_eq!(component(id, "X").to_f32(), [1.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
+        assert_eq!(component(id, "Y").to_f32(), [0.0, 1.0, 0.0, 0.0, -1.0, 0.0]);
+        assert_eq!(component(id, "Z").to_f32(), [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+    }
+    assert_eq!(component(channels::VIEW_DIRECTION, "flags"), Samples::U32((10..16).collect()));
+    assert_eq!(component(channels::SHADING_POSITION, "X").to_f32(), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(component(channels::SHADING_POSITION, "material"), Samples::U32((0..6).collect()));
+    assert_eq!(component(channels::CLUSTER, "x"), Samples::U32(vec![0, 1, 2, 3, 4, 0xffff]));
+}
+
+#[test]
+fn captures_go_through_files() {
+    let device = TestDevice::open();
+    let size = [5, 3];
+    let ids = [channels::SHADING_POSITION, channels::VISIBILITY, channels::THROUGHPUT];
+    let images = ChannelImages::new(&device, size, ids).unwrap();
+    let mut file = LayeredImage::new(size[0], size[1]).unwrap();
+    for (number, id) in (1u8..).zip(ids) {
+        let image = images.current(id);
+        let mut texels: Vec<u8> = (0..image.bytes()).map(|i| i as u8 % 60 * number).collect();
+        without_the_unrecorded(&mut texels, id, size);
+        image.write(&texels).unwrap();
+        file.layers.push(read_layer(&images, id).unwrap());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("capture.exr");
+    file.write_exr(&path).unwrap();
+    let capture = LayeredImage::read_exr(&path).unwrap();
+    let loaded = load(&device, &capture, &ids, &[channels::COLOR]).unwrap();
+    assert_eq!(loaded.size(), size);
+    for id in ids {
+        assert!(
+            loaded.current(id).read().unwrap() == images.current(id).read().unwrap(),
+            "{}",
+            id.channel().name
+        );
+    }
+    assert_eq!(loaded.current(channels::COLOR).extent(), [6, 3]);
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let device = TestDevice::open();
+    let images = ChannelImages::new(&device, [2, 2], [channels::MOTION, channels::VISIBILITY]).unwrap();
+    let layer = read_layer(&images, channels::MOTION).unwrap();
+    let mut capture = LayeredImage::new(2, 2).unwrap();
+    capture.layers.push(layer.clone());
+    let error = load(&device, &capture, &[channels::MOTION, channels::VISIBILITY], &[]).err().unwrap();
+    assert_eq!(error.to_string(), "no layer \"visibility\"; there are motion");
+
+    let refused = |change: &dyn Fn(&mut Vec<Channel>)| {
+        let mut layer = layer.clone();
+        change(&mut layer.channels);
+        write_layer(&images, channels::MOTION, &layer).unwrap_err()
+    };
+    let gone = refused(&|components| drop(components.remove(2)));
+    assert_eq!(
+        gone.to_string(),
+        "layer \"motion\" has no float component \"Z\"; it has float X, float Y, float W"
+    );
+    let integer = refused(&|components| components[0].samples = Samples::U32(vec![1; 4]));
+    assert!(matches!(integer, CaptureError::MissingComponent { component: "X", .. }), "{integer}");
+    let short = refused(&|components| components[3].samples = Samples::F32(vec![0.0; 3]));
+    assert_eq!(short.to_string(), "layer \"motion\" has 3 samples in \"W\", the frame has 4 pixels");
+}
+
+/// `write_f32` and `write_u32` undo `read_f32` and `read_u32`, and keep to the formats' ranges.
+#[test]
+fn values_are_encoded() {
+    let device = TestDevice::open();
+    let image = |format| Image::new(&device, "values", format, [2, 1]).unwrap();
+    let written = |format: Format, values: &[f32]| {
+        let image = image(format);
+        image.write_f32(values).unwrap();
+        image.read_f32().unwrap()
+    };
+    let hdr = [-1.5, 65504.0, 0.25, 1e-7];
+    assert_eq!(written(Format::Rg32F, &hdr), hdr);
+    let half = written(Format::Rgba16F, &[&hdr[..], &[f32::INFINITY, 0.0, 1.0, 2.0]].concat());
+    assert_eq!(half[..3], hdr[..3]);
+    assert!((half[3] - 1e-7).abs() < 3e-8, "half floats are 6e-8 apart there");
+    assert_eq!(half[4], f32::INFINITY);
+    let unorm = written(Format::Rg16Unorm, &[-1.0, 2.0, f32::NAN, 0.5]);
+    assert_eq!(unorm[..3], [0.0, 1.0, 0.0]);
+    assert!((unorm[3] - 0.5).abs() <= 0.5 / 65535.0);
+    assert_eq!(written(Format::R16Uint, &[-3.0, 1e9]), [0.0, 65535.0]);
+
+    let words = image(Format::Rg32Uint);
+    words.write_u32(&[1, u32::MAX, 0, 1 << 31]).unwrap();
+    assert_eq!(words.read_u32().unwrap(), [1, u32::MAX, 0, 1 << 31]);
+    let short = image(Format::R16Uint);
+    short.write_u32(&[7, 1 << 20]).unwrap();
+    assert_eq!(short.read_u32().unwrap(), [7, 65535]);
+    assert!(short.write_u32(&[7]).unwrap_err().to_string().contains("2 bytes given for an image of 4 bytes"));
+    assert!(image(Format::R32F).write_u32(&[1, 2]).unwrap_err().to_string().contains("no integers"));
+}

@@ -1,0 +1,38 @@
+//! GPU time of the primary rays of the built-in gallery, on the fastest backend. `cargo bench -p pt-gbuffer [-- WIDTHxHEIGHT]`.
+//!
+//! One thread is one ray: Mthreads/s are Mrays/s. Bytes are those of the images; what the traversal reads is not counted.
+
+use pt_core::channels::field_width;
+use pt_core::frame::Uniforms;
+use pt_core::harness::bench;
+use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Frame};
+use pt_gbuffer::{PrimaryParams, PrimaryRays};
+use pt_scene::gpu::{GpuScene, camera_record};
+use pt_shaders::records::FrameRecord;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    bench([1280, 720], |device, size| {
+        let scene = pt_scene::open("gallery", &Default::default())?;
+        let camera = camera_record(&scene.default_camera(), size);
+        let mut gpu = GpuScene::new(device, &scene, TraceBackend::Auto)?;
+        let stage = PrimaryRays::new(device, gpu.backend())?;
+        let images = ChannelImages::new(device, size, PrimaryRays::WRITES.iter().copied())?;
+        let uniforms = Uniforms::new(device, "frame_uniforms")?;
+        Ok(move |frame: &mut Frame<'_>| {
+            gpu.update(frame, &scene)?;
+            let record = FrameRecord {
+                camera,
+                camera_prev: camera,
+                size: size.into(),
+                field_width: field_width(size[0]),
+                frame_index: frame.index(),
+                seed: 0,
+                pad: [0; 3],
+            };
+            uniforms.upload(frame, &record)?;
+            stage.record(frame, &gpu, &uniforms, &images, &PrimaryParams::default())
+        })
+    })
+}

@@ -1,0 +1,106 @@
+//! Runs the primary rays alone: a scene to its G-buffer. Exit codes: 0 done, 2 usage or environment.
+
+#![forbid(unsafe_code)]
+
+use anyhow::Result;
+use clap::Parser;
+use pt_core::capture::keys;
+use pt_core::channels::field_width;
+use pt_core::frame::Uniforms;
+use pt_core::harness::{StageArgs, check_output, save};
+use pt_core::image_file::ImageSize;
+use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Frame, console};
+use pt_gbuffer::{PrimaryParams, PrimaryRays};
+use pt_scene::LoadOptions;
+use pt_scene::gpu::{GpuScene, camera_record};
+use pt_shaders::records::FrameRecord;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Traces the primary rays of a scene and writes the G-buffer.
+#[derive(Parser)]
+#[command(version)]
+struct Args {
+    /// glTF or GLB file, or the name of a built-in scene.
+    scene: String,
+    /// The G-buffer of the last frame: an EXR with a layer for each channel.
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: Option<PathBuf>,
+    /// Image size in pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    size: ImageSize,
+    /// Environment: a lat-long .hdr or .exr image.
+    #[arg(long, value_name = "F")]
+    env: Option<PathBuf>,
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u32,
+    /// How rays are traced: auto (measures), compute, ray-query or rt-pipeline.
+    #[arg(long, value_name = "B", default_value_t = TraceBackend::Auto)]
+    backend: TraceBackend,
+    #[command(flatten)]
+    stage: StageArgs,
+}
+
+fn main() -> ExitCode {
+    console::program(|args, out| run(args, out).map(|()| true))
+}
+
+fn run(args: &Args, out: &mut impl Write) -> Result<()> {
+    let params: PrimaryParams = args.stage.params()?;
+    if let Some(path) = &args.output {
+        check_output(path)?;
+    }
+    let options = LoadOptions { environment: args.env.clone(), ..LoadOptions::default() };
+    let scene = pt_scene::open(&args.scene, &options)?;
+    for notice in &scene.notices {
+        console::print_warning(notice);
+    }
+    let size: [u32; 2] = args.size.into();
+    let view = scene.default_camera();
+    let mut camera = camera_record(&view, size);
+    camera.lens_radius =
+        if params.depth_of_field { params.lens_radius.unwrap_or(camera.lens_radius) } else { 0.0 };
+    camera.focus_distance = params.focus_distance.unwrap_or(camera.focus_distance);
+
+    let device = args.stage.open_device()?;
+    let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
+    let stage = PrimaryRays::new(&device, gpu.backend())?;
+    let images = ChannelImages::new(&device, size, PrimaryRays::WRITES.iter().copied())?;
+    let uniforms = Uniforms::new(&device, "frame_uniforms")?;
+    let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
+        gpu.update(frame, &scene)?;
+        let record = FrameRecord {
+            camera,
+            camera_prev: camera,
+            size: size.into(),
+            field_width: field_width(size[0]),
+            frame_index: frame.index(),
+            seed: args.seed,
+            pad: [0; 3],
+        };
+        uniforms.upload(frame, &record)?;
+        stage.record(frame, &gpu, &uniforms, &images, &params)
+    })?;
+    write!(out, "{times}")?;
+    let rate = times.pass("primary rays").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);
+    let triangles = scene.statistics().instanced_triangles;
+    writeln!(out, "{}: {triangles} triangles, {rate:.1} Mrays/s (primary), {}", scene.name, gpu.backend())?;
+
+    if let Some(path) = &args.output {
+        let metadata = [
+            (keys::SCENE, scene.name.clone()),
+            (keys::CAMERA, format!("{view:?}")),
+            (keys::FRAMES, (times.warm_up + times.frames).to_string()),
+            (keys::SEED, args.seed.to_string()),
+            (keys::PARAMS, serde_json::to_string(&params)?),
+            (keys::BACKEND, gpu.backend().to_string()),
+            (keys::VERSION, env!("CARGO_PKG_VERSION").into()),
+        ];
+        let metadata = metadata.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+        save(path, &device, &images, PrimaryRays::WRITES, metadata)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,49 @@
+//! The stage program from a scene to a capture.
+
+use pt_core::image_file::{LayeredImage, Samples};
+use pt_gbuffer::PrimaryRays;
+use std::process::Command;
+
+#[test]
+fn writes_the_g_buffer() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_pt-gbuffer"));
+        program.current_dir(folder.path()).args(arguments).output().unwrap()
+    };
+    let traced =
+        ["cornell", "--size", "33x18", "--frames", "2", "--backend", "compute", "--set", "jitter=none"];
+    let done = run(&[&traced[..], &["-o", "g.exr"]].concat());
+    assert!(done.status.success(), "{done:?}");
+    let table = String::from_utf8(done.stdout).unwrap();
+    assert!(table.contains("\nprimary rays ") && table.contains("Mrays/s (primary), compute"), "{table}");
+
+    let capture = LayeredImage::read_exr(&folder.path().join("g.exr")).unwrap();
+    assert_eq!((capture.width, capture.height), (33, 18));
+    for id in PrimaryRays::WRITES {
+        assert!(capture.layer(id.channel().name).is_some(), "{}", id.channel().name);
+    }
+    // The Cornell box fills the middle of the picture, and is some metres away.
+    let middle = 9 * 33 + 16;
+    let depth = capture.channel("view_depth", "Z").unwrap().to_f32()[middle];
+    assert!((0.5..20.0).contains(&depth), "{depth}");
+    let Some(Samples::U32(material)) = capture.channel("shading_position", "material") else {
+        panic!("material is an integer")
+    };
+    assert!(material[middle] > 0);
+    assert_eq!(capture.channel("", "R"), capture.channel("base_color", "R"));
+    assert_eq!(capture.metadata["scene"], "cornell");
+
+    for (arguments, expected) in [
+        (&["no-such-scene"][..], "no-such-scene"),
+        (&["cornell", "--set", "jiter=none"], "closest: \"jitter\""),
+        (&["cornell", "--size", "0x9"], "out of range"),
+        (&["cornell", "--backend", "cuda"], "unknown trace backend"),
+        (&["cornell", "-o", "a.png"], "only exr"),
+    ] {
+        let failed = run(arguments);
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!((failed.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+        assert!(message.contains(expected), "{message}");
+    }
+}
