@@ -6,6 +6,6 @@ use pt_shaders::GpuStruct;
 mod records;
 
 fn main() {
-    let header = records::PrimaryPush::glsl();
+    let header = [records::PrimaryPush::glsl(), records::ReflectRefractPush::glsl()].concat();
     pt_shaders::compiler::Kernels::new().header("gbuffer_records.glsl", header).compile("shaders");
 }

@@ -7,7 +7,7 @@ use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, Frame, Result};
 use pt_denoise::Composite;
-use pt_gbuffer::PrimaryRays;
+use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_lights::{DirectLighting, LightTables};
 use pt_post::{Accumulate, Radiance, ToneMap};
 use pt_scene::Camera;
@@ -21,6 +21,7 @@ pub struct FullFrame {
     images: ChannelImages,
     previous_camera: Option<CameraRecord>,
     primary: PrimaryRays,
+    reflect_refract: ReflectRefract,
     direct: DirectLighting,
     composite: Composite,
     interleave: Interleave,
@@ -45,6 +46,7 @@ impl FullFrame {
             images: ChannelImages::new(device, size, needed.into_iter().flatten().copied())?,
             previous_camera: None,
             primary: PrimaryRays::new(device, backend)?,
+            reflect_refract: ReflectRefract::new(device, backend)?,
             direct: DirectLighting::new(device, backend)?,
             composite: Composite::new(device)?,
             interleave: Interleave::new(device)?,
@@ -80,6 +82,9 @@ impl FullFrame {
         self.uniforms.upload(frame, &uniforms)?;
 
         self.primary.record(frame, scene, &self.uniforms, images, &params.gbuffer)?;
+        for bounce in 0..params.gbuffer.reflect_refract {
+            self.reflect_refract.record(frame, scene, &self.uniforms, images, &params.gbuffer, bounce)?;
+        }
         self.direct.record(frame, scene, lights, &self.uniforms, images, &params.lights)?;
         self.composite.record(frame, images, &params.denoise)?;
         self.interleave.record(frame, images, &params.checkerboard)?;

@@ -9,8 +9,8 @@ use std::path::Path;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FrameParams {
-    /// Primary rays.
-    pub gbuffer: pt_gbuffer::PrimaryParams,
+    /// Primary rays, mirrors and glass.
+    pub gbuffer: pt_gbuffer::GbufferParams,
     /// Direct lighting.
     pub lights: pt_lights::DirectParams,
     /// Composite.

@@ -13,3 +13,21 @@ pt_shaders::gpu_struct! {
         pub mask: u32,
     }
 }
+
+pt_shaders::gpu_struct! {
+    /// Push constants of `reflect_refract.trace`.
+    pub struct ReflectRefractPush {
+        /// How many passes of the frame came before.
+        pub bounce: u32,
+        /// Instances that the rays see.
+        pub mask: u32,
+        /// 2^bias on texture gradients.
+        pub lod_scale: f32,
+        /// Roughness below which a metal is a mirror and glass is smooth.
+        pub mirror_roughness: f32,
+        /// Roughness up to which glass is seen through.
+        pub glass_roughness: f32,
+        /// 1: in odd frames the fields of reflection and refraction change places.
+        pub alternate_fields: u32,
+    }
+}

@@ -8,7 +8,7 @@ use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
-use pt_gbuffer::{Jitter, PrimaryParams, PrimaryRays, oracle};
+use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{Camera, Instance, Projection, Scene};
 use pt_shaders::channels;
@@ -21,7 +21,11 @@ fn scene(time: f32) -> Scene {
     let mut scene = pt_scene::builtin("cornell").unwrap();
     let place = |t: f32| {
         let turn = Quat::from_rotation_y(0.3 + t);
-        Affine3A::from_scale_rotation_translation(Vec3::new(-0.4, 0.7, 0.5), turn, Vec3::new(0.1 + t, 0.05, -0.1))
+        Affine3A::from_scale_rotation_translation(
+            Vec3::new(-0.4, 0.7, 0.5),
+            turn,
+            Vec3::new(0.1 + t, 0.05, -0.1),
+        )
     };
     let mesh = scene.instances.len() as u32 - 1;
     let mut copy = Instance::new("mirrored", scene.instances[mesh as usize].mesh, place(time));
@@ -41,8 +45,12 @@ fn check(backend: TraceBackend, orthographic: bool) {
         camera.projection = Projection::Orthographic { ymag: 0.4 };
     }
     let eye = camera.position();
-    let mut before =
-        Camera::look_at("before", eye + Vec3::new(0.02, 0.01, 0.0), eye + camera.forward() + 0.01 * Vec3::X, 0.7);
+    let mut before = Camera::look_at(
+        "before",
+        eye + Vec3::new(0.02, 0.01, 0.0),
+        eye + camera.forward() + 0.01 * Vec3::X,
+        0.7,
+    );
     before.projection = camera.projection;
     let frame_record = FrameRecord {
         camera: camera_record(&camera, SIZE),
@@ -58,7 +66,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
     let stage = PrimaryRays::new(&device, gpu.backend()).unwrap();
     let images = ChannelImages::new(&device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
     let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
-    let params = PrimaryParams { jitter: Jitter::None, ..Default::default() };
+    let params = GbufferParams { jitter: Jitter::None, ..Default::default() };
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     gpu.update(&mut frame, &scene).unwrap();
@@ -78,7 +86,10 @@ fn check(backend: TraceBackend, orthographic: bool) {
         for x in 0..SIZE[0] {
             let [sx, sy] = flat_to_split([x, y], field_width(SIZE[0]));
             let i = (sy * 2 * field_width(SIZE[0]) + sx) as usize;
-            let uv = DVec2::new((f64::from(x) + 0.5) / f64::from(SIZE[0]), (f64::from(y) + 0.5) / f64::from(SIZE[1]));
+            let uv = DVec2::new(
+                (f64::from(x) + 0.5) / f64::from(SIZE[0]),
+                (f64::from(y) + 0.5) / f64::from(SIZE[1]),
+            );
             let expected =
                 oracle::primary(&scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
             let Some(e) = expected else {
@@ -91,7 +102,9 @@ fn check(backend: TraceBackend, orthographic: bool) {
             }
             compared += 1;
             seen_mirrored += u32::from(e.instance as usize == scene.instances.len() - 1);
-            let vec = |v: &[f32], stride: usize| DVec3::new(v[stride * i].into(), v[stride * i + 1].into(), v[stride * i + 2].into());
+            let vec = |v: &[f32], stride: usize| {
+                DVec3::new(v[stride * i].into(), v[stride * i + 1].into(), v[stride * i + 2].into())
+            };
             let position = vec(&positions, 4);
             assert!(position.distance(e.position) < 2e-5, "({x},{y}): {position} for {}", e.position);
             assert!(f64::from(depths[i]) - e.view_depth < 2e-5);
@@ -104,7 +117,10 @@ fn check(backend: TraceBackend, orthographic: bool) {
     }
     let total = SIZE[0] * SIZE[1];
     assert!(elsewhere * 1000 <= total, "{elsewhere} of {total} pixels see another triangle");
-    assert!(compared > total / 4 && seen_mirrored > 20, "{compared} compared, {seen_mirrored} on the moving copy");
+    assert!(
+        compared > total / 4 && seen_mirrored > 20,
+        "{compared} compared, {seen_mirrored} on the moving copy"
+    );
 }
 
 #[test]

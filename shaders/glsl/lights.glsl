@@ -2,6 +2,7 @@
 // random bits (random4_bits) and returns a sample whose pdf holds all the choices made on the way; nothing is clamped.
 // Host twin: pt_lights::oracle::lights.
 #include "scene.glsl"
+#include "ray_offset.glsl"
 #include "sampling.glsl"
 #include "environment.glsl"
 #include "rng.glsl"
@@ -21,15 +22,6 @@ const LightSample NO_LIGHT_SAMPLE = LightSample(vec3(0.0), 0.0, vec3(0.0), false
 const float RAY_FAR = 1e20;
 // Share of its length by which a shadow ray to a point ends early: some 80 roundings of t.
 const float SHADOW_RAY_MARGIN = 1e-5;
-
-// Moves a point off its surface along the unit normal by some 256 units in the last place: Waechter and Binder 2019, "A Fast and
-// Robust Method for Avoiding Self-Intersection", Ray Tracing Gems ch. 6. Near the origin, where those units vanish, by a fixed length.
-vec3 offset_point(vec3 p, vec3 n) {
-    ivec3 steps = ivec3(256.0 * n);
-    ivec3 away_from_zero = mix(steps, -steps, lessThan(p, vec3(0.0)));
-    vec3 moved = intBitsToFloat(floatBitsToInt(p) + away_from_zero);
-    return mix(moved, p + n * (1.0 / 65536.0), lessThan(abs(p), vec3(1.0 / 32.0)));
-}
 
 // Ray from a surface towards a light sample. `normal`: geometric, on the side that the sample lies on.
 Ray shadow_ray(vec3 position, vec3 normal, LightSample s) {

@@ -22,6 +22,8 @@ const uint DIM_SUN = 1u;
 const uint DIM_POSITIONAL = 2u;
 const uint DIM_EMISSIVE = 3u;
 const uint DIM_ENVIRONMENT = 4u;
+// Reflection or refraction number i draws from DIM_REFLECT_REFRACT + i; i < 10. x: which way; y, z: microfacet normal.
+const uint DIM_REFLECT_REFRACT = 32u;
 
 // Four words of 32 random bits. `key`: x = flat pixel (x | y << 16), y = frame (channel rng_seed).
 uvec4 random4_bits(uvec2 key, uint dimension, uint seed) { return pcg4d(uvec4(key, dimension, seed)); }

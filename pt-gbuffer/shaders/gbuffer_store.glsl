@@ -1,0 +1,71 @@
+// A surface as the G-buffer describes it, whichever ray found it.
+#include "channels.glsl"
+#include "environment.glsl"
+#include "surface.glsl"
+
+const float SKY_DISTANCE = 1e4;
+const uint NO_CLUSTER = 0xffffu;
+
+struct SeenSurface {
+    Hit hit;
+    Surface geometry;
+    MaterialSample material;
+    bool front;       // seen from the front side
+    vec3 flat_normal; // all three normals are on the viewer's side
+    vec3 geo_normal;
+    vec3 normal;      // shading normal
+    float inverse_depth_range; // 1 / m
+    vec4 overlay;     // its part of channel transparent: emission (alpha 0), or an unlit material's colour (alpha 1)
+};
+
+// `radius`: of the pixel's cone at the hit, metres.
+SeenSurface seen_surface(Hit hit, vec3 direction, float radius, float lod_scale) {
+    SeenSurface s;
+    s.hit = hit;
+    s.geometry = load_surface(hit.instance, hit.triangle, hit.barycentrics);
+    Footprint footprint = cone_footprint(s.geometry, direction, radius);
+    s.inverse_depth_range = 1.0 / footprint.depth_range;
+    s.material = load_material(s.geometry, footprint, lod_scale);
+
+    s.front = dot(s.geometry.flat_normal, direction) < 0.0;
+    s.flat_normal = s.front ? s.geometry.flat_normal : -s.geometry.flat_normal;
+    s.geo_normal = s.front ? s.geometry.geo_normal : -s.geometry.geo_normal;
+    s.normal = s.front ? s.material.normal : -s.material.normal;
+    // A normal map or a coarse mesh can turn the normal away from the viewer: tilt it back to grazing.
+    float facing = -dot(s.normal, direction);
+    if (facing < 1e-3) s.normal = normalize(s.normal - direction * (1e-3 - facing));
+
+    uint flags = MaterialTable(scene.materials).at[s.geometry.material].flags;
+    bool emits = s.front || (flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    s.overlay = emits ? vec4(s.material.emission, 0.0) : vec4(0.0);
+    if ((flags & MATERIAL_UNLIT) != 0u) s.overlay = vec4(s.material.base_color, 1.0);
+    return s;
+}
+
+float cone_radius(CameraRecord camera, float half_cone_angle, float path_length, uint height) {
+    return camera.projection == 0u ? path_length * half_cone_angle : 2.0 * camera.half_extent.y / float(height);
+}
+
+void store_surface(ivec2 p, SeenSurface s) {
+    imageStore(ch_visibility, p, uvec4(s.hit.instance, s.hit.triangle, 0, 0));
+    imageStore(ch_barycentrics, p, vec4(s.hit.barycentrics, 0.0, 0.0));
+    imageStore(ch_cluster, p, uvec4(NO_CLUSTER));
+    // What is transmitted does not leave diffusely: the dielectric's diffuse base is what remains (KHR_materials_transmission).
+    vec3 base = s.material.base_color * mix(1.0 - s.material.transmission, 1.0, s.material.metallic);
+    imageStore(ch_base_color, p, vec4(base, s.material.specular));
+    imageStore(ch_metallic_roughness, p, vec4(s.material.metallic, s.material.roughness, 0.0, 0.0));
+    imageStore(ch_normal, p, uvec4(pack_unit_vector(s.normal)));
+    imageStore(ch_geo_normal, p, uvec4(pack_unit_vector(s.geo_normal)));
+    imageStore(ch_shading_position, p, vec4(s.geometry.position, uintBitsToFloat(s.geometry.material + 1u)));
+}
+
+void store_no_surface(ivec2 p) {
+    imageStore(ch_visibility, p, uvec4(NONE, NONE, 0, 0));
+    imageStore(ch_barycentrics, p, vec4(0.0));
+    imageStore(ch_cluster, p, uvec4(NO_CLUSTER));
+    imageStore(ch_base_color, p, vec4(0.0));
+    imageStore(ch_metallic_roughness, p, vec4(0.0));
+    imageStore(ch_normal, p, uvec4(0));
+    imageStore(ch_geo_normal, p, uvec4(0));
+    imageStore(ch_shading_position, p, vec4(0.0));
+}

@@ -1,0 +1,82 @@
+use crate::records::ReflectRefractPush;
+use crate::{GbufferParams, kernels};
+use pt_core::frame::Uniforms;
+use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Device, Frame, Kernel};
+use pt_scene::gpu::GpuScene;
+use pt_shaders::channels::{self, ChannelId};
+use pt_shaders::records::{FrameRecord, MASK_OPAQUE, MASK_TRANSMISSIVE};
+
+/// The reflect/refract stage: where the G-buffer holds a mirror or glass, what is seen in or through it takes its place.
+///
+/// Metals below [`GbufferParams::mirror_roughness`] reflect with Schlick's Fresnel term, as their regular shading does. Glass
+/// reflects by Fresnel's equations and lets the rest through: straight on when it is thin, bent and with absorption when it is
+/// solid. The first glass of a path is split over the checkerboard fields; later choices are drawn, so that the expectation
+/// is right. What the last pass leaves: its rays ignore transmissive instances, and a mirror seen by them is shaded with the
+/// light samples alone.
+pub struct ReflectRefract {
+    kernel: Kernel,
+}
+
+impl ReflectRefract {
+    /// Channels that the stage only reads.
+    pub const READS: &[ChannelId] = &[channels::RNG_SEED, channels::BOUNCE_THROUGHPUT];
+    /// Channels that the stage only writes, at replaced surfaces.
+    pub const WRITES: &[ChannelId] = &[channels::CLUSTER, channels::NORMAL, channels::GEO_NORMAL];
+    /// Channels that the stage reads and, at replaced surfaces, overwrites.
+    pub const UPDATES: &[ChannelId] = &[
+        channels::VISIBILITY,
+        channels::BARYCENTRICS,
+        channels::BASE_COLOR,
+        channels::METALLIC_ROUGHNESS,
+        channels::VIEW_DEPTH,
+        channels::MOTION,
+        channels::SHADING_POSITION,
+        channels::VIEW_DIRECTION,
+        channels::THROUGHPUT,
+        channels::TRANSPARENT,
+    ];
+
+    /// Compiles the kernel for a trace backend.
+    ///
+    /// # Errors
+    /// When the device refuses it.
+    pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
+        Ok(Self { kernel: Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend)? })
+    }
+
+    /// Records pass `bounce_index` of the [`GbufferParams::reflect_refract`] passes that follow the primary rays.
+    ///
+    /// # Errors
+    /// When the pass does not fit into the frame.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        uniforms: &Uniforms<FrameRecord>,
+        images: &ChannelImages,
+        params: &GbufferParams,
+        bounce_index: u32,
+    ) -> pt_core::Result<()> {
+        let [width, height] = images.size();
+        let last = bounce_index + 1 >= params.reflect_refract;
+        let push = ReflectRefractPush {
+            bounce: bounce_index,
+            mask: if last { MASK_OPAQUE } else { MASK_OPAQUE | MASK_TRANSMISSIVE },
+            lod_scale: params.texture_lod_bias.exp2(),
+            mirror_roughness: params.mirror_roughness,
+            glass_roughness: params.glass_roughness,
+            alternate_fields: u32::from(params.alternate_fields),
+        };
+        let pass = frame
+            .pass(&format!("reflect refract {}", bounce_index + 1), &self.kernel)
+            .read("frame_uniforms", uniforms.buffer());
+        scene
+            .bind(pass)
+            .reads(images, Self::READS)
+            .writes(images, Self::WRITES)
+            .updates(images, Self::UPDATES)
+            .push(&push)
+            .dispatch([2 * pt_core::channels::field_width(width), height, 1])
+    }
+}
