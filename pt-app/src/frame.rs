@@ -115,7 +115,8 @@ impl FullFrame {
     fn camera(&self, camera: &Camera, params: &FrameParams) -> CameraRecord {
         let mut record = camera_record(camera, self.images.size());
         let lens = &params.gbuffer;
-        record.lens_radius = if lens.depth_of_field { lens.lens_radius.unwrap_or(record.lens_radius) } else { 0.0 };
+        record.lens_radius =
+            if lens.depth_of_field { lens.lens_radius.unwrap_or(record.lens_radius) } else { 0.0 };
         record.focus_distance = lens.focus_distance.unwrap_or(record.focus_distance);
         record
     }

@@ -37,7 +37,8 @@ pub fn run(args: &InfoArgs, out: &mut impl Write) -> Result<bool> {
         described.push((info, choice));
     }
     if args.json {
-        let list: Vec<_> = described.iter().map(|(info, choice)| json!({ "device": info, "auto": choice })).collect();
+        let list: Vec<_> =
+            described.iter().map(|(info, choice)| json!({ "device": info, "auto": choice })).collect();
         let document = json!({ "version": env!("CARGO_PKG_VERSION"), "auto_scene": SCENE, "devices": list });
         writeln!(out, "{}", serde_json::to_string_pretty(&document)?)?;
     } else {

@@ -52,7 +52,10 @@ pub fn resolve(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
             apply_profile(&mut params, Path::new(profile))?;
         } else {
             let names: Vec<_> = PROFILES.iter().map(|(name, ..)| *name).collect();
-            anyhow::bail!("profile {profile}: no such file, and the built-in profiles are {}", names.join(", "));
+            anyhow::bail!(
+                "profile {profile}: no such file, and the built-in profiles are {}",
+                names.join(", ")
+            );
         }
     }
     apply_sets(&mut params, sets)?;

@@ -36,7 +36,11 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     for (number, pass) in (1..).zip(recorder.pass_table()) {
         let [x, y, z] = pass.extent;
         let mebibytes = pass.bytes as f64 / f64::from(1 << 20);
-        writeln!(out, "{number:2} {}  [{}]  {x}x{y}x{z} threads, {mebibytes:.1} MiB", pass.name, pass.kernel)?;
+        writeln!(
+            out,
+            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {mebibytes:.1} MiB",
+            pass.name, pass.kernel
+        )?;
         if !pass.reads.is_empty() {
             writeln!(out, "     reads   {}", pass.reads.join(" "))?;
         }

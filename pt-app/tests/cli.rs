@@ -33,7 +33,7 @@ fn the_command_tree_is_sound() {
 fn render_defaults() {
     let args = render("cornell -o out/a.png").unwrap();
     assert_eq!(args.scene, "cornell");
-    assert_eq!(args.output, PathBuf::from("out/a.png"));
+    assert_eq!(args.output, [PathBuf::from("out/a.png")]);
     assert_eq!(args.size, ImageSize { width: 1280, height: 720 });
     assert_eq!((args.frames, args.seed, args.time, args.fps), (1, 0, 0.0, 60.0));
     assert_eq!((args.env_rotation, args.env_intensity, args.vfov), (0.0, 1.0, 50.0));
@@ -111,8 +111,8 @@ fn outputs_are_checked_before_any_work() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     let check =
         |line: &str| render(&format!("cornell {line}")).unwrap().check_outputs().map_err(|e| e.to_string());
-    assert_eq!(check(&format!("-o {}", at("a.png"))), Ok(OutputFormat::Png));
-    assert_eq!(check(&format!("-o {} --aov all", at("a.exr"))), Ok(OutputFormat::Exr));
+    assert_eq!(check(&format!("-o {}", at("a.png"))), Ok(vec![OutputFormat::Png]));
+    assert_eq!(check(&format!("-o {} --aov all", at("a.exr"))), Ok(vec![OutputFormat::Exr]));
     let refused = |line: String, expected: &str| {
         let message = check(&line).unwrap_err();
         assert!(message.contains(expected), "{message}");

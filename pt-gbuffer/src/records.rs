@@ -1,10 +1,12 @@
 //! Push constants of this crate's kernels, for host and GPU.
 
+use pt_shaders::glam::Vec2;
+
 pt_shaders::gpu_struct! {
     /// Push constants of `primary_rays.trace`.
     pub struct PrimaryPush {
         /// Sub-pixel offset of the whole frame, pixels in [-0.5, 0.5].
-        pub jitter: pt_shaders::glam::Vec2,
+        pub jitter: Vec2,
         /// 1: every pixel draws its own offset instead.
         pub jitter_per_pixel: u32,
         /// 2^bias on texture gradients.

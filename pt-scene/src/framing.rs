@@ -108,7 +108,8 @@ impl Rays {
         let axis = if size.x >= size.z { Vec3::X } else { Vec3::Z };
         let (ahead, behind) = (self.depth(eye_level, -axis), self.depth(eye_level, axis));
         // Stand at the end that is further away, so that more of the room lies ahead.
-        let (axis, behind, ahead) = if behind >= ahead { (axis, behind, ahead) } else { (-axis, ahead, behind) };
+        let (axis, behind, ahead) =
+            if behind >= ahead { (axis, behind, ahead) } else { (-axis, ahead, behind) };
         let clear = 0.03 * size.dot(axis).abs();
         let place = |step: u32| eye_level + axis * (behind * (0.85 - 0.05 * step as f32));
         let eye = (0..12).map(place).find(|&p| self.clearance(p) > clear).unwrap_or(eye_level);
@@ -119,7 +120,8 @@ impl Rays {
     /// door or end at a column. Rays that leave the scene do not count.
     fn depth(&self, from: Vec3, axis: Vec3) -> f32 {
         let cone = sphere_directions(4096).filter(|d| d.dot(axis) > 0.96);
-        let mut depths: Vec<f32> = cone.filter_map(|d| self.trace(from, d).map(|(t, _)| t * d.dot(axis))).collect();
+        let mut depths: Vec<f32> =
+            cone.filter_map(|d| self.trace(from, d).map(|(t, _)| t * d.dot(axis))).collect();
         depths.sort_by(f32::total_cmp);
         depths.get(depths.len() / 2).copied().unwrap_or(0.0)
     }

@@ -77,7 +77,7 @@ impl GpuScene {
     pub fn new(device: &Device, scene: &Scene, backend: TraceBackend) -> Result<Self> {
         let meshes = &scene.meshes;
         let positions = Arena::collect(meshes.iter().map(|m| m.positions.iter().copied()));
-        let vertices = Arena::collect(meshes.iter().map(|m| records::vertices(m)));
+        let vertices = Arena::collect(meshes.iter().map(records::vertices));
         let indices = Arena::collect(meshes.iter().map(|m| m.indices.iter().map(|&i| UVec3::from_array(i))));
         let materials = Arena::collect(meshes.iter().map(|m| m.triangle_materials.iter().copied()));
         let position_buffer = positions.upload(device, "positions")?;
@@ -176,16 +176,18 @@ impl GpuScene {
     pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene) -> Result<()> {
         let records = scene.instances.iter().zip(&self.masks).map(|(i, &mask)| records::instance(i, mask));
         if !records.clone().eq(self.instance_records.iter().copied()) {
-            let moved = !self.instance_records.iter().map(|r| r.world_from_object).eq(records.clone().map(|r| r.world_from_object));
+            let moved = !self
+                .instance_records
+                .iter()
+                .map(|r| r.world_from_object)
+                .eq(records.clone().map(|r| r.world_from_object));
             self.instance_records.clear();
             self.instance_records.extend(records);
             frame.upload(&self.instances, bytemuck::cast_slice(&self.instance_records))?;
             if moved {
                 self.placements.clear();
-                self.placements.extend(scene.instances.iter().zip(&self.masks).map(|(i, &mask)| InstancePlacement {
-                    mesh: i.mesh,
-                    mask,
-                    world_from_object: i.world_from_object,
+                self.placements.extend(scene.instances.iter().zip(&self.masks).map(|(i, &mask)| {
+                    InstancePlacement { mesh: i.mesh, mask, world_from_object: i.world_from_object }
                 }));
                 self.accel.update(frame, &self.placements)?;
             }
@@ -199,7 +201,10 @@ impl GpuScene {
 
     /// Binds everything that `scene.glsl` and `trace.glsl` need.
     pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
-        let pass = pass.read("scene_uniforms", self.uniforms.buffer()).textures(&self.textures).addresses(&self.instances);
+        let pass = pass
+            .read("scene_uniforms", self.uniforms.buffer())
+            .textures(&self.textures)
+            .addresses(&self.instances);
         let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
         self.accel.bind(pass)
     }

@@ -24,7 +24,8 @@ fn sampler(s: Sampler) -> SamplerDesc {
 /// Uploads all textures with their mips, and the environment behind them: its index is the number of textures.
 pub(super) fn table(device: &Device, scene: &Scene) -> pt_core::Result<TextureTable> {
     let mips: Vec<_> = scene.textures.par_iter().map(|texture| texture.mips()).collect();
-    let levels: Vec<Vec<&[u8]>> = mips.iter().map(|m| m.iter().map(|level| level.texels.as_slice()).collect()).collect();
+    let levels: Vec<Vec<&[u8]>> =
+        mips.iter().map(|m| m.iter().map(|level| level.texels.as_slice()).collect()).collect();
     let mut descs: Vec<_> = scene
         .textures
         .iter()
