@@ -1,12 +1,13 @@
 //! Direct light at Lambertian surfaces: emission and one reflection, integrated over the lights by dense deterministic
 //! quadrature with ray-cast visibility.
 //!
-//! Emissive triangles and the environment are covered by grids of points of equal area or solid angle. Each of a pixel's
-//! samples shifts the grids (Cranley and Patterson 1976) along a Kronecker sequence, so that a pixel's value has as many
-//! points on each light as it has samples times grid points. Delta lights are closed forms. Nothing is random.
+//! A pixel's samples, and the shifts (Cranley and Patterson 1976) of the grids of equal area or solid angle that cover
+//! emissive triangles and the environment, are the dimensions of one Kronecker sequence: a pixel's value has as many points on
+//! each light as it has samples times grid points, and edges that run along the pixel's sides cost no more than others. Delta
+//! lights are closed forms. Nothing is random.
 
 use crate::bvh::{Bvh, Triangle};
-use glam::{DAffine3, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, DVec4, Vec3, Vec4Swizzles};
 use pt_scene::{AlphaMode, Camera, LightKind, Material, Projection, Scene};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -32,10 +33,10 @@ pub enum DirectError {
     Lens(String),
 }
 
-/// How fine the integration is. The cost of a pixel is proportional to `pixel`^2 times the rest.
+/// How fine the integration is. The cost of a pixel is proportional to `pixel` times the squares of the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quality {
-    /// Samples along each side of a pixel.
+    /// Samples of a pixel.
     pub pixel: u32,
     /// Points along each side of the grid on an emissive triangle.
     pub emitter: u32,
@@ -44,9 +45,9 @@ pub struct Quality {
 }
 
 impl Default for Quality {
-    /// 1024 points a pixel on every emissive triangle, 32768 on the environment.
+    /// 4096 points a pixel on every emissive triangle, 32768 on the environment.
     fn default() -> Self {
-        Self { pixel: 4, emitter: 8, environment: 32 }
+        Self { pixel: 256, emitter: 4, environment: 8 }
     }
 }
 
@@ -239,19 +240,18 @@ impl<'a> DirectLight<'a> {
         if camera.lens_radius > 0.0 {
             return Err(DirectError::Lens(camera.name.clone()));
         }
-        let n = self.quality.pixel;
-        // Kronecker sequence of the plastic number (Roberts 2018), another stretch of it for every pixel.
-        let first = u64::from(y * size[0] + x) * u64::from(n * n);
-        let sum: DVec3 = centers(n, n)
-            .zip(first..)
-            .map(|(at, k)| {
-                let shift = (DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3) * k as f64).fract();
-                let (origin, direction) =
-                    camera_ray(camera, size, DVec2::new(f64::from(x), f64::from(y)) + at);
-                self.radiance(origin, direction, shift)
+        let n = u64::from(self.quality.pixel);
+        // Every pixel has a stretch of the sequence of its own.
+        let first = u64::from(y * size[0] + x) * n;
+        let sum: DVec3 = (first..first + n)
+            .map(|k| {
+                let point = (KRONECKER * (k as f64 + 0.5)).fract();
+                let at = DVec2::new(f64::from(x), f64::from(y)) + point.xy();
+                let (origin, direction) = camera_ray(camera, size, at);
+                self.radiance(origin, direction, point.zw())
             })
             .sum();
-        Ok((sum / f64::from(n * n)).to_array())
+        Ok((sum / n as f64).to_array())
     }
 
     /// All pixels, row by row from the top.
@@ -266,17 +266,18 @@ impl<'a> DirectLight<'a> {
     }
 }
 
-/// Centres of a grid on the unit square.
-fn centers(columns: u32, rows: u32) -> impl Iterator<Item = DVec2> {
-    let size = DVec2::new(f64::from(columns), f64::from(rows));
-    (0..columns * rows)
-        .map(move |i| (DVec2::new(f64::from(i % columns), f64::from(i / columns)) + 0.5) / size)
-}
+/// Steps of a Kronecker sequence in four dimensions: powers of the root of x^5 = x + 1 (Roberts 2018).
+const KRONECKER: DVec4 =
+    DVec4::new(0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_6, 0.538_597_257_223_61);
 
-/// The same moved by `shift`, wrapped, and folded by the baker's transform: the folded integrand is periodic, so that the
-/// error falls with the square of the grid's step whatever the shift (Hickernell 2002).
+/// Centres of a grid on the unit square, moved by `shift`, wrapped, and folded by the baker's transform: the folded integrand
+/// is periodic, so that the error falls with the square of the grid's step whatever the shift (Hickernell 2002).
 fn grid(columns: u32, rows: u32, shift: DVec2) -> impl Iterator<Item = DVec2> {
-    centers(columns, rows).map(move |center| DVec2::ONE - (2.0 * (center + shift).fract() - 1.0).abs())
+    let size = DVec2::new(f64::from(columns), f64::from(rows));
+    (0..columns * rows).map(move |i| {
+        let center = (DVec2::new(f64::from(i % columns), f64::from(i / columns)) + 0.5) / size;
+        DVec2::ONE - (2.0 * (center + shift).fract() - 1.0).abs()
+    })
 }
 
 fn double(m: &glam::Affine3A) -> DAffine3 {

@@ -22,14 +22,14 @@ struct Args {
     /// Width x height in pixels.
     #[arg(long, default_value = "64x64", value_parser = size)]
     size: [u32; 2],
-    /// Samples along each side of a pixel.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    /// Samples of a pixel.
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pixel: u32,
     /// Points along each side of the grid on an emissive triangle.
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=256))]
     emitter: u32,
     /// Rows of the grid on the environment.
-    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1024))]
     environment: u32,
     /// Linear scene radiance to write.
     #[arg(short, long, value_name = "OUT.exr")]
