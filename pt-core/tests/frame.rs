@@ -7,6 +7,7 @@ use pt_shaders::channels::{MOTION, VIEW_DEPTH};
 mod records {
     include!("common/records.rs");
 }
+#[allow(dead_code, reason = "each test file runs some of them")]
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
 }

@@ -4,6 +4,7 @@ use glam::Vec3;
 use pt_core::test_support::TestDevice;
 use pt_core::{Buffer, Kernel, Recorder, pack, rng};
 
+#[allow(dead_code, reason = "each test file runs some of them")]
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
 }

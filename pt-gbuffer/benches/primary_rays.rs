@@ -7,7 +7,7 @@ use pt_core::frame::Uniforms;
 use pt_core::harness::bench;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame};
-use pt_gbuffer::{PrimaryParams, PrimaryRays};
+use pt_gbuffer::{GbufferParams, PrimaryRays};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
 use std::process::ExitCode;
@@ -32,7 +32,7 @@ fn main() -> ExitCode {
                 pad: [0; 3],
             };
             uniforms.upload(frame, &record)?;
-            stage.record(frame, &gpu, &uniforms, &images, &PrimaryParams::default())
+            stage.record(frame, &gpu, &uniforms, &images, &GbufferParams::default())
         })
     })
 }

@@ -11,7 +11,7 @@ use pt_core::harness::{StageArgs, check_output, save};
 use pt_core::image_file::ImageSize;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
-use pt_gbuffer::{PrimaryParams, PrimaryRays};
+use pt_gbuffer::{GbufferParams, PrimaryRays};
 use pt_scene::LoadOptions;
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
@@ -49,7 +49,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
-    let params: PrimaryParams = args.stage.params()?;
+    let params: GbufferParams = args.stage.params()?;
     if let Some(path) = &args.output {
         check_output(path)?;
     }
