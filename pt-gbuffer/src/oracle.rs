@@ -1,5 +1,7 @@
-//! The primary rays on the CPU, plain: what the kernel is tested against. Materials stay out of it: textures need the GPU's
+//! The stages on the CPU, plain: what the kernels are tested against. Materials stay out of it: textures need the GPU's
 //! filter.
+
+pub mod dielectric;
 
 use glam::{DMat4, DVec2, DVec3, Vec3};
 use pt_core::trace::NativeScene;
