@@ -14,6 +14,7 @@ use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat, PixelLayout, write_png};
+use pt_core::trace::TraceBackend;
 use pt_scene::{Camera, LoadOptions};
 use pt_shaders::channels::{self, ChannelId};
 use serde_json::json;
@@ -129,7 +130,8 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     put(keys::EV100, full.ev100()?.to_string());
     put(keys::DEVICE, session.device.info().name.clone());
     put(keys::DRIVER, session.device.info().driver_line());
-    put(keys::BACKEND, session.gpu.backend().to_string());
+    // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
+    put(keys::BACKEND, TraceBackend::from(args.backend).to_string());
     put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
     Ok(file.write_exr(path)?)
 }

@@ -50,7 +50,7 @@ pub mod keys {
     pub const DEVICE: &str = "device";
     /// Driver's name and version.
     pub const DRIVER: &str = "driver";
-    /// Trace backend.
+    /// Trace backend that was asked for.
     pub const BACKEND: &str = "backend";
     /// Version of the program that wrote the file.
     pub const VERSION: &str = "version";
