@@ -1,7 +1,7 @@
 //! What programs and benches of single stages share: arguments, device, recorded inputs, timing, the table.
 //!
 //! A program that works from recorded channels alone is one call of [`replay`] inside [`crate::console::program`]; others
-//! put [`StageArgs`] and [`measure`] together themselves. A bench is one call of [`bench`].
+//! put [`StageArgs`] and [`measure`] together themselves. A bench is one call of [`bench()`].
 
 mod bench;
 mod measure;

@@ -60,7 +60,7 @@ pub struct BenchRow {
     pub driver: String,
 }
 
-/// Options of [`bench`].
+/// Options of [`bench()`].
 #[derive(Clone, Copy, Debug)]
 pub struct BenchOptions {
     /// Width and height of the primary rays' image; every kind has as many rays.
