@@ -37,7 +37,7 @@ pub struct FrameTiming {
     pub record_ms: f64,
     /// Per pass, in order.
     pub passes: Vec<PassTiming>,
-    /// Pipelines and allocations made while this frame was recorded.
+    /// Pipelines and allocations made since the last frame was submitted.
     pub created: Counters,
 }
 
@@ -68,6 +68,8 @@ pub struct Recorder {
     pub(super) hazards: Hazards,
     timings: Vec<FrameTiming>,
     table: Vec<PassInfo>,
+    /// Counters when the last frame was submitted.
+    counted: Counters,
 }
 
 impl Recorder {
@@ -80,6 +82,7 @@ impl Recorder {
             hazards: Hazards::default(),
             timings: Vec::new(),
             table: Vec::new(),
+            counted: device.counters(),
         };
         for _ in 0..FRAMES_IN_FLIGHT {
             recorder.slots.push(Slot::new(device)?);
@@ -97,7 +100,6 @@ impl Recorder {
         let index = self.frame as usize % FRAMES_IN_FLIGHT;
         self.collect(index)?;
         let started = Instant::now();
-        let before = self.device.counters();
         let slot = &mut self.slots[index];
         slot.staging_used = 0;
         let raw = self.device.raw();
@@ -112,7 +114,7 @@ impl Recorder {
             raw.begin_command_buffer(slot.cmd, &begin).context("vkBeginCommandBuffer")?;
         }
         self.table.clear();
-        Ok(Frame { recorder: self, slot: index, started, before, passes: Vec::new() })
+        Ok(Frame { recorder: self, slot: index, started, passes: Vec::new() })
     }
 
     /// Waits for all frames and returns the times of every frame since the last call.
@@ -232,7 +234,6 @@ pub struct Frame<'r> {
     recorder: &'r mut Recorder,
     slot: usize,
     started: Instant,
-    before: Counters,
     passes: Vec<String>,
 }
 
@@ -385,11 +386,12 @@ impl<'r> Frame<'r> {
             frame: recorder.frame,
             record_ms: self.started.elapsed().as_secs_f64() * 1e3,
             created: Counters {
-                pipelines: now.pipelines - self.before.pipelines,
-                allocations: now.allocations - self.before.allocations,
+                pipelines: now.pipelines - recorder.counted.pipelines,
+                allocations: now.allocations - recorder.counted.allocations,
             },
             passes: self.passes,
         });
+        recorder.counted = now;
         recorder.frame += 1;
         Ok(())
     }
