@@ -26,7 +26,7 @@ frame: toolchain ## render the built-in gallery to out/frame.png and out/frame.e
 	@scripts/setup-vulkan.sh
 	mkdir -p out
 	echo "building (the first time takes minutes) and rendering the gallery, $(SIZE), $(FRAMES) frames"
-	$(pt) --release -- render gallery --size $(SIZE) --frames $(FRAMES) --accumulate -o out/frame.png -o out/frame.exr
+	$(pt) --release -- render gallery --size $(SIZE) --frames $(FRAMES) --accumulate --profile still -o out/frame.png -o out/frame.exr
 	echo "pictures: $$PWD/out/frame.png (display), $$PWD/out/frame.exr (linear scene radiance)"
 
 test: toolchain ## everything CI asks: format, lints, documentation, one frame end to end, all tests

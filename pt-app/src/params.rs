@@ -33,10 +33,17 @@ impl Validate for FrameParams {
 
 /// Built-in profiles: name, what for, TOML.
 pub const PROFILES: &[(&str, &str, &str)] = &[
-    ("still", "pictures averaged over frames: random jitter in every pixel (the default)", ""),
-    ("realtime", "input for temporal stages: one Halton offset a frame, no lens", {
-        "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n"
-    }),
+    ("default", "what every knob says by itself", ""),
+    (
+        "still",
+        "pictures averaged over frames: the fields swap, so that no pixel of glass borrows from its neighbours",
+        "[gbuffer]\nalternate_fields = true\n[checkerboard]\nblend_split = false\n",
+    ),
+    (
+        "realtime",
+        "input for temporal stages: one Halton offset a frame, no lens",
+        "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n",
+    ),
 ];
 
 /// Parameters from a profile (name or file), then single assignments.
