@@ -17,6 +17,7 @@ pub mod gpu;
 mod import;
 mod light;
 mod material;
+mod merge;
 mod mesh;
 mod motion;
 mod scene;

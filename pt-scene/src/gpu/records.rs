@@ -84,11 +84,5 @@ pub(super) fn instance(instance: &Instance, mask: u32) -> InstanceRecord {
 
 /// A mesh lets shadow rays through only when all of it transmits.
 pub(super) fn visibility_mask(mesh: &Mesh, materials: &[Material]) -> u32 {
-    let transmits =
-        |&m: &u32| materials[m as usize].transmission > 0.0 && materials[m as usize].metallic < 1.0;
-    if !mesh.triangle_materials.is_empty() && mesh.triangle_materials.iter().all(transmits) {
-        MASK_TRANSMISSIVE
-    } else {
-        MASK_OPAQUE
-    }
+    if mesh.transmits(materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE }
 }

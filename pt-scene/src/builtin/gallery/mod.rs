@@ -56,6 +56,7 @@ pub(super) fn scene() -> Scene {
     exhibits::build(&mut scene, &palette);
     lighting::hangings(&mut scene, &palette);
     exhibits::plants(&mut scene, &palette);
+    scene.merge_static("hall");
     cameras(&mut scene);
     scene
 }
