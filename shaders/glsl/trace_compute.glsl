@@ -3,6 +3,8 @@
 //
 // Written for SIMD without branches as well (lavapipe executes both sides of every `if`, and a loop's body at least once):
 // what is rare, entering an instance and testing alpha, sits in the outer loop; loads are 64 bit wide, stack entries too.
+// With several instances each turn of the outer loop visits one node, so that lanes which change level do not wait until
+// all others have left their instances.
 layout(local_size_x = 8, local_size_y = 4) in;
 
 uvec2 launch_id() { return gl_GlobalInvocationID.xy; }
@@ -133,14 +135,15 @@ Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
     uint height = 0u;
     uint bottom = 0u; // height below which the stack belongs to the level above
     // A lone instance is entered at once.
-    if (scene.instance_count == 1u) {
+    bool lone = scene.instance_count == 1u;
+    if (lone) {
         inner = NO_SIBLINGS;
         leaves = uvec2(0u, 0x101u);
     }
     for (;;) {
         if (instance == NONE && !is_empty(leaves)) {
             uint entry = take(leaves, 0u);
-            instance = scene.instance_count == 1u ? 0u : top_entries.at[entry];
+            instance = lone ? 0u : top_entries.at[entry];
             stack[height] = packUint2x32(inner);
             stack[height + 1u] = packUint2x32(leaves);
             height += 2u;
@@ -182,15 +185,14 @@ Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
                     break;
                 }
             }
-            if (candidate.instance != NONE || any_hit && best.instance != NONE) break;
+            if (!lone || candidate.instance != NONE || any_hit && best.instance != NONE) break;
         }
         if (ALPHA_TEST && candidate.instance != NONE) {
             if (alpha_test(scene_mesh(instances.at[instance].mesh), candidate.triangle, candidate.barycentrics)) best = candidate;
             candidate.instance = NONE;
-            if (!(any_hit && best.instance != NONE)) continue;
         }
         if (any_hit && best.instance != NONE) break;
-        if (instance != NONE) {
+        if (instance != NONE && height == bottom && is_empty(inner) && is_empty(leaves)) {
             // Back to the top level.
             leaves = unpackUint2x32(stack[height - 1u]);
             inner = unpackUint2x32(stack[height - 2u]);
@@ -201,10 +203,7 @@ Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
             ray = world_ray;
             box = box_ray(ray);
         }
-        if (is_empty(leaves) && is_empty(inner)) {
-            if (height == 0u) break;
-            inner = unpackUint2x32(stack[--height]);
-        }
+        if (height == 0u && is_empty(inner) && is_empty(leaves)) break;
     }
     return best;
 }
