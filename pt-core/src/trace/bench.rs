@@ -161,6 +161,9 @@ pub struct Choice {
 /// Rays that `auto` times: few enough for a CPU, enough to fill a GPU for a fraction of a millisecond.
 const CHOICE_RAYS: [u32; 2] = [1 << 13, 1 << 18];
 
+/// The backends take turns: a GPU that wakes up gets faster from one run to the next, which must not decide.
+const CHOICE_ROUNDS: u32 = 6;
+
 /// The fastest backend for this scene: each is timed for a few milliseconds on rays between random points of its bounds.
 ///
 /// # Errors
@@ -179,15 +182,18 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
         Ray { origin: a, t_min: 0.0, direction: (b - a).normalize_or(Vec3::Y), t_max: f32::MAX }
     };
     let list = RayList { kind: RayKind::Bounce, rays: (0..count).map(ray).collect(), hits: Vec::new() };
-    let mut rates = Vec::new();
+    let mut runs = Vec::new();
     for backend in available {
         let mut run = Run::new(device, meshes, instances, backend)?;
         run.add(&list)?;
-        for _ in 0..3 {
+        runs.push(run);
+    }
+    for _ in 0..CHOICE_ROUNDS {
+        for run in &mut runs {
             run.time(list.kind)?;
         }
-        rates.push((backend, best(&run.lists[0].rates)));
     }
+    let rates: Vec<_> = runs.iter().map(|run| (run.backend, best(&run.lists[0].rates))).collect();
     let fastest = rates.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a });
     let backend = fastest.map_or(TraceBackend::Compute, |(backend, _)| backend);
     Ok(Choice { backend, mrays_per_s: rates, missing })
