@@ -158,13 +158,16 @@ pub struct Choice {
     pub missing: Vec<(TraceBackend, String)>,
 }
 
+/// Width of the launches, rays.
+const LAUNCH_WIDTH: u32 = 1024;
+
 /// Rays that `auto` times: few enough for a CPU, enough to fill a GPU for a fraction of a millisecond.
 const CHOICE_RAYS: [u32; 2] = [1 << 13, 1 << 18];
 
 /// The backends take turns: a GPU that wakes up gets faster from one run to the next, which must not decide.
 const CHOICE_ROUNDS: u32 = 6;
 
-/// The fastest backend for this scene: each is timed for a few milliseconds on rays between random points of its bounds.
+/// The fastest backend for this scene: each is timed for a few milliseconds on rays from random points of its bounds.
 ///
 /// # Errors
 /// When a backend can't be set up.
@@ -177,10 +180,7 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
         return Ok(Choice { backend: TraceBackend::Compute, mrays_per_s: Vec::new(), missing });
     };
     let count = CHOICE_RAYS[usize::from(device.info().kind != "cpu")];
-    let ray = |i: u32| {
-        let [a, b] = [0, 1].map(|d| low + (high - low) * Vec3::from_slice(&random4([i, 0], 0, d, 0)));
-        Ray { origin: a, t_min: 0.0, direction: (b - a).normalize_or(Vec3::Y), t_max: f32::MAX }
-    };
+    let ray = |i: u32| choice_ray(i, low, high);
     let list = RayList { kind: RayKind::Bounce, rays: (0..count).map(ray).collect(), hits: Vec::new() };
     let mut runs = Vec::new();
     for backend in available {
@@ -197,6 +197,19 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
     let fastest = rates.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a });
     let backend = fastest.map_or(TraceBackend::Compute, |(backend, _)| backend);
     Ok(Choice { backend, mrays_per_s: rates, missing })
+}
+
+/// Rays as a frame shoots them, a workgroup's tile of the launch from one point: neighbouring directions (primary rays) in
+/// every other tile, directions of their own (bounces) in the rest. Rays without any coherence would favour the wrong backend.
+fn choice_ray(i: u32, low: Vec3, high: Vec3) -> Ray {
+    let (x, y) = (i % LAUNCH_WIDTH, i / LAUNCH_WIDTH);
+    let tile = x / 8 + y / 4 * (LAUNCH_WIDTH / 8);
+    let unit = |key: [u32; 2], dimension| Vec3::from_slice(&random4(key, 0, dimension, 0));
+    let origin = low + (high - low) * unit([tile, 0], 0);
+    let shared = unit([tile, 0], 1) - 0.5;
+    let own = unit([x, y], 2) - 0.5;
+    let direction = if tile % 2 == 0 { shared.normalize_or(Vec3::Y) + 0.05 * own } else { own };
+    Ray { origin, t_min: 0.0, direction: direction.normalize_or(Vec3::Y), t_max: f32::MAX }
 }
 
 /// One backend with the rays that it has to trace.
@@ -238,7 +251,7 @@ impl Run {
         let rays = Buffer::from_slice(&device, "rays", &list.rays)?;
         let size = u64::from(count) * size_of::<Hit>() as u64;
         let results = Buffer::new(&device, "hits", size, Location::Device)?;
-        let launch = [count, 1024.min(count)];
+        let launch = [count, LAUNCH_WIDTH.min(count)];
         self.lists.push(Timed {
             kind: list.kind,
             rays,
