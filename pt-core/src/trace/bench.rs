@@ -208,7 +208,7 @@ fn choice_ray(i: u32, low: Vec3, high: Vec3) -> Ray {
     let origin = low + (high - low) * unit([tile, 0], 0);
     let shared = unit([tile, 0], 1) - 0.5;
     let own = unit([x, y], 2) - 0.5;
-    let direction = if tile % 2 == 0 { shared.normalize_or(Vec3::Y) + 0.05 * own } else { own };
+    let direction = if tile.is_multiple_of(2) { shared.normalize_or(Vec3::Y) + 0.05 * own } else { own };
     Ray { origin, t_min: 0.0, direction: direction.normalize_or(Vec3::Y), t_max: f32::MAX }
 }
 
