@@ -6,9 +6,11 @@
 use anyhow::Result;
 use clap::Parser;
 use glam::{DVec3, Vec2};
+use pt_core::console;
 use pt_indirect::oracle::{ShLight, ycocg_from_rgb};
 use pt_scene::Environment;
 use std::f64::consts::{PI, TAU};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -30,16 +32,10 @@ const AXES: [(&str, DVec3); 6] = [
 ];
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(2)
-        }
-    }
+    console::program(|args, out| run(args, out).map(|()| true))
 }
 
-fn run(args: &Args) -> Result<()> {
+fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let environment = Environment::load(&args.environment)?;
     let (width, height) = (environment.image.width, environment.image.height);
     let mut light = ShLight::default();
@@ -58,8 +54,8 @@ fn run(args: &Args) -> Result<()> {
         }
     }
 
-    println!("{}: {width}x{height} texels; irradiance R G B", args.environment.display());
-    println!("axis {:>27}  {:>29}  {:>12}", "exact", "l <= 1", "luma error");
+    writeln!(out, "{}: {width}x{height} texels; irradiance R G B", args.environment.display())?;
+    writeln!(out, "axis {:>27}  {:>29}  {:>12}", "exact", "l <= 1", "luma error")?;
     for ((name, axis), exact) in AXES.into_iter().zip(exact) {
         let projected = light.irradiance(axis);
         let luma = |c| ycocg_from_rgb(c)[0];
@@ -69,7 +65,7 @@ fn run(args: &Args) -> Result<()> {
             0.0 => "-".into(),
             luma_exact => format!("{:+.1} %", 100.0 * (luma(projected) / luma_exact - 1.0)),
         };
-        println!("{name}   {}  {}  {error:>12}", rgb(exact), rgb(projected));
+        writeln!(out, "{name}   {}  {}  {error:>12}", rgb(exact), rgb(projected))?;
     }
     Ok(())
 }

@@ -4,9 +4,11 @@
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
+use pt_core::console;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat, check_output, check_size};
 use pt_reference::direct::{DirectLight, Quality};
 use pt_scene::{Environment, LoadOptions};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -45,16 +47,10 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(2)
-        }
-    }
+    console::program(|args, out| run(args, out).map(|()| true))
 }
 
-fn run(args: &Args) -> Result<()> {
+fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let format = check_output(&args.output)?;
     ensure!(format == OutputFormat::Exr, "{}: the output is linear radiance, an .exr", args.output.display());
     let mut scene = pt_scene::open(&args.scene, &LoadOptions::default())?;
@@ -67,5 +63,8 @@ fn run(args: &Args) -> Result<()> {
     let values: Vec<f32> = pixels.iter().flatten().map(|&c| c as f32).collect();
     let mut image = LayeredImage::new(args.size[0], args.size[1])?;
     image.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &values));
-    image.write_exr(&args.output).context("writing the image")
+    image.write_exr(&args.output).context("writing the image")?;
+    let [width, height] = args.size;
+    writeln!(out, "{}: {width}x{height}, {} samples a pixel", args.output.display(), args.pixel)?;
+    Ok(())
 }
