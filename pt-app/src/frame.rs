@@ -69,7 +69,7 @@ impl FullFrame {
             self.images.swap();
         }
         let images = &self.images;
-        let camera = self.camera(camera, params);
+        let camera = params.gbuffer.with_lens(camera_record(camera, images.size()));
         let uniforms = FrameRecord {
             camera,
             camera_prev: self.previous_camera.replace(camera).unwrap_or(camera),
@@ -110,14 +110,5 @@ impl FullFrame {
     /// When the device fails.
     pub fn ev100(&self) -> Result<f32> {
         Ok(self.tone_map.exposure()?.ev100)
-    }
-
-    fn camera(&self, camera: &Camera, params: &FrameParams) -> CameraRecord {
-        let mut record = camera_record(camera, self.images.size());
-        let lens = &params.gbuffer;
-        record.lens_radius =
-            if lens.depth_of_field { lens.lens_radius.unwrap_or(record.lens_radius) } else { 0.0 };
-        record.focus_distance = lens.focus_distance.unwrap_or(record.focus_distance);
-        record
     }
 }

@@ -70,6 +70,36 @@ fn passes_see_each_others_writes() {
 }
 
 #[test]
+fn histories_and_sampled_images() {
+    let device = TestDevice::open();
+    let mut s = setup(&device);
+    let kernel = Kernel::compute::<()>(&device, &kernels::HISTORY).unwrap();
+    let ramp: Vec<f32> = (0..11).flat_map(|_| (0..38).flat_map(|x| [x as f32, 0.0, 0.0, 0.0])).collect();
+    s.images.current(MOTION).write_f32(&ramp).unwrap();
+    let mut recorder = Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    let push = TestPush { offset: 0.0 };
+    frame.pass("fill", &s.fill).writes(&s.images, &[VIEW_DEPTH]).push(&push).dispatch(EXTENT).unwrap();
+    frame.submit().unwrap();
+    s.images.swap();
+    let mut frame = recorder.begin().unwrap();
+    let pass = frame.pass("history", &kernel).reads_previous(&s.images, &[VIEW_DEPTH]);
+    let pass = pass.sample("sampled", s.images.current(MOTION));
+    pass.writes(&s.images, &[VIEW_DEPTH]).dispatch(EXTENT).unwrap();
+    frame.submit().unwrap();
+    recorder.finish().unwrap();
+
+    // Bilinear between x and x + 1, clamped at the right edge.
+    let between = |x: u32| (x + (x + 1).min(37)) as f32 * 0.5;
+    let expected = (0..11).flat_map(|y| (0..38).map(move |x| (x + 1000 * y) as f32 + between(x)));
+    let depth = s.images.current(VIEW_DEPTH).read_f32().unwrap();
+    for (found, expected) in depth.iter().zip(expected) {
+        // Drivers filter with 8-bit weights.
+        assert!((found - expected).abs() <= 1.0 / 256.0, "{found} for {expected}");
+    }
+}
+
+#[test]
 fn wrong_declarations_are_errors() {
     let device = TestDevice::open();
     let s = setup(&device);

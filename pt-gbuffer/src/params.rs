@@ -1,6 +1,7 @@
 //! Knobs.
 
 use pt_core::settings::{InvalidValue, Validate, check_range};
+use pt_shaders::records::CameraRecord;
 use serde::{Deserialize, Serialize};
 
 /// Where in the pixel its ray goes.
@@ -58,6 +59,18 @@ impl Default for GbufferParams {
             mirror_roughness: 0.02,
             glass_roughness: 1.0,
             alternate_fields: false,
+        }
+    }
+}
+
+impl GbufferParams {
+    /// The camera with the lens that these knobs ask for.
+    pub fn with_lens(&self, camera: CameraRecord) -> CameraRecord {
+        let lens_radius = self.lens_radius.unwrap_or(camera.lens_radius);
+        CameraRecord {
+            lens_radius: if self.depth_of_field { lens_radius } else { 0.0 },
+            focus_distance: self.focus_distance.unwrap_or(camera.focus_distance),
+            ..camera
         }
     }
 }

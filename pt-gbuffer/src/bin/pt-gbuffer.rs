@@ -60,10 +60,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     }
     let size: [u32; 2] = args.size.into();
     let view = scene.default_camera();
-    let mut camera = camera_record(&view, size);
-    camera.lens_radius =
-        if params.depth_of_field { params.lens_radius.unwrap_or(camera.lens_radius) } else { 0.0 };
-    camera.focus_distance = params.focus_distance.unwrap_or(camera.focus_distance);
+    let camera = params.with_lens(camera_record(&view, size));
 
     let device = args.stage.open_device()?;
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
