@@ -67,6 +67,9 @@ gpu_struct! {
         pub emissives: u64,
         /// `AliasRecord[emissive_count]`.
         pub emissive_alias: u64,
+        /// `uint[]`: for each instance where its part of this table begins, or [`NONE`] when it has no emissive triangle;
+        /// a part holds for each triangle of the mesh its index in `emissives`, or [`NONE`].
+        pub emissive_lookup: u64,
         /// `AliasRecord[environment_size.x * environment_size.y]`.
         pub environment_alias: u64,
         /// `BvhNode[]` of the BVH over the instances (compute backend).
