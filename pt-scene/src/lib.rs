@@ -32,7 +32,7 @@ pub use framing::automatic_camera;
 pub use glam;
 pub use import::{LoadOptions, MAX_TEXTURE_SIDE, SUPPORTED_EXTENSIONS, load, open};
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, Material, TextureRef};
+pub use material::{AlphaMode, Lobes, Material, TextureRef};
 pub use mesh::Mesh;
 pub use motion::Motion;
 pub use scene::{Bounds, Instance, Scene, Statistics};

@@ -8,6 +8,7 @@ layout(set = 3, binding = 0) uniform sampler2D textures[];
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer InstanceTable { InstanceRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialTable { MaterialRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LobeTable { LobeRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightTable { LightRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EmissiveTable { EmissiveRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AliasTable { AliasRecord at[]; };
