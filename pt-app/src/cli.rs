@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use crate::cli_reference::{MergeArgs, ReferenceArgs};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::metrics::Metric;
@@ -33,6 +34,10 @@ pub enum Command {
     Bench(BenchArgs),
     /// Render frames of a scene.
     Render(Box<RenderArgs>),
+    /// Ground truth: path trace a scene without bias.
+    Reference(Box<ReferenceArgs>),
+    /// Join slices of one render of `pt reference`.
+    Merge(MergeArgs),
     /// Measure an image against its reference.
     Compare(CompareArgs),
 }
@@ -420,7 +425,7 @@ fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|&value| value >= 0.0).ok_or_else(|| "expected a number of 0 or more".into())
 }
 
-fn positive_f64(text: &str) -> Result<f64, String> {
+pub(crate) fn positive_f64(text: &str) -> Result<f64, String> {
     finite_f64(text).ok().filter(|&value| value > 0.0).ok_or_else(|| "expected a number above 0".into())
 }
 

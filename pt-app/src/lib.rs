@@ -3,12 +3,14 @@
 pub mod aov;
 pub mod bench;
 pub mod cli;
+pub mod cli_reference;
 pub mod compare;
 pub mod frame;
 pub mod info;
 pub mod params;
 pub mod passes;
 pub mod progress;
+pub mod reference;
 pub mod render;
 pub mod scenes;
 pub mod session;

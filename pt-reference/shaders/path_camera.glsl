@@ -21,6 +21,7 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.flags = PATH_DELTA | PATH_SEEN;
     path.vertex = 0u;
     path.segment = 0u;
+    path.shadow_rays = 0u;
     path.interior = interior_empty();
     return path;
 }

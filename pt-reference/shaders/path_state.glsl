@@ -1,6 +1,8 @@
 // The state that a path carries from vertex to vertex, and the weights by which light sampling and BSDF sampling share what
 // both of them find: Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.
 #include "frame.glsl"
+#include "media.glsl"
+#include "path_random.glsl"
 #include "reference_records.glsl"
 
 layout(push_constant, scalar) uniform Push { PathPush push; };
@@ -14,6 +16,9 @@ struct PathState {
     uint flags;      // PATH_*
     uint vertex;     // scattering events so far
     uint segment;    // rays traced so far, interfaces that were passed through included
+    uint shadow_rays;
+    float chord;     // length of the last ray, metres
+    PathRandom random;
     Interior interior;
 };
 

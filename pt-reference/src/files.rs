@@ -4,7 +4,7 @@ use crate::film::{Estimate, EstimatePixel, FilmState};
 use crate::identity::Identity;
 use crate::records::{FilmPixel, FirstHitPixel};
 use glam::{Vec2, Vec3};
-use pt_core::image_file::{ImageFileError, Layer, LayeredImage};
+use pt_core::image_file::{Channel, ImageFileError, Layer, LayeredImage, Samples};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -134,6 +134,8 @@ impl Checkpoint {
             layer("sum_rest", &rgb, film.iter().map(|p| p.sum_rest.to_array())),
             layer("square", &rgb, film.iter().map(|p| p.square.to_array())),
             layer("square_rest", &rgb, film.iter().map(|p| p.square_rest.to_array())),
+            counts("rays", film, |p| p.rays),
+            counts("shadow_rays", film, |p| p.shadow_rays),
             layer("albedo", &rgb, first_hit.iter().map(|p| p.albedo.to_array())),
             layer("normal", &["X", "Y", "Z"], first_hit.iter().map(|p| p.normal.to_array())),
             layer("depth", &["Z"], first_hit.iter().map(|p| [p.depth])),
@@ -162,12 +164,15 @@ impl Checkpoint {
         let [depth] = source.planes("depth", ["Z"])?;
         let motion = source.planes("motion", ["X", "Y"])?;
         let [hits] = source.planes("hits", ["A"])?;
+        let (rays, shadow_rays) = (source.counts("rays")?, source.counts("shadow_rays")?);
         let pixels = 0..hits.len();
         let film = pixels.clone().map(|i| FilmPixel {
             sum: vec3(&sum, i),
             sum_rest: vec3(&sum_rest, i),
             square: vec3(&square, i),
             square_rest: vec3(&square_rest, i),
+            rays: rays[i],
+            shadow_rays: shadow_rays[i],
         });
         let first_hit = pixels.map(|i| FirstHitPixel {
             albedo: vec3(&albedo, i),
@@ -219,6 +224,11 @@ fn layer<const N: usize>(name: &str, channels: &[&str; N], pixels: impl Iterator
     Layer::from_interleaved(name, channels, N, &values)
 }
 
+fn counts(name: &str, film: &[FilmPixel], count: fn(&FilmPixel) -> u32) -> Layer {
+    let samples = Samples::U32(film.iter().map(count).collect());
+    Layer { name: name.into(), channels: vec![Channel { name: "N".into(), samples }] }
+}
+
 fn vec3(planes: &[Vec<f32>; 3], i: usize) -> Vec3 {
     Vec3::new(planes[0][i], planes[1][i], planes[2][i])
 }
@@ -262,6 +272,13 @@ impl Source<'_> {
         };
         let ranges: Option<Vec<_>> = self.text(SPP_RANGES)?.split(',').map(parse).collect();
         ranges.ok_or_else(|| self.wrong("its ranges of samples are damaged"))
+    }
+
+    fn counts(&self, layer: &str) -> Result<&[u32], ReferenceFileError> {
+        match self.image.channel(layer, "N") {
+            Some(Samples::U32(values)) => Ok(values),
+            _ => Err(self.wrong(format!("lacks the counts of layer {layer:?}"))),
+        }
     }
 
     fn planes<const N: usize>(&self, layer: &str, channels: [&str; N]) -> Result<[Vec<f32>; N], ReferenceFileError> {

@@ -29,6 +29,12 @@ impl FilmState {
         }
     }
 
+    /// Rays traced for the nearest hit, and shadow rays.
+    pub fn rays(&self) -> [u64; 2] {
+        let sum = |count: fn(&FilmPixel) -> u32| self.film.iter().map(|p| u64::from(count(p))).sum();
+        [sum(|p| p.rays), sum(|p| p.shadow_rays)]
+    }
+
     /// The estimate from `samples` samples a pixel.
     pub fn estimate(&self, samples: u32) -> Estimate {
         let n = f64::from(samples);

@@ -26,6 +26,10 @@ gpu_struct! {
         pub square: Vec3,
         /// What rounding dropped from `square`.
         pub square_rest: Vec3,
+        /// Rays traced for the nearest hit.
+        pub rays: u32,
+        /// Shadow rays traced.
+        pub shadow_rays: u32,
     }
 }
 

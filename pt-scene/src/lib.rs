@@ -12,6 +12,7 @@ mod builtin;
 mod camera;
 mod environment;
 mod error;
+mod fingerprint;
 mod framing;
 pub mod gpu;
 mod import;
