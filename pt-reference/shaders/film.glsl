@@ -3,20 +3,24 @@
 #include "reference_records.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer FilmTable { FilmPixel at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer CounterTable { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer FirstHitTable { FirstHitPixel at[]; };
 
-void add_compensated(inout vec3 sum, inout vec3 rest, vec3 x) {
-    // `precise`: the error terms are zero in real arithmetic.
+// What rounding drops from sum + x.
+vec3 rounding_error(vec3 sum, vec3 x) {
+    // `precise`: zero in real arithmetic.
     precise vec3 total = sum + x;
     precise vec3 taken = total - sum;
     precise vec3 error = (sum - (total - taken)) + (x - taken);
-    rest += error;
-    sum = total;
+    return error;
 }
 
 void add_sample(inout FilmPixel pixel, vec3 radiance) {
-    add_compensated(pixel.sum, pixel.sum_rest, radiance);
-    add_compensated(pixel.square, pixel.square_rest, radiance * radiance);
+    pixel.sum_rest += rounding_error(pixel.sum, radiance);
+    pixel.sum += radiance;
+    vec3 square = radiance * radiance;
+    pixel.square_rest += rounding_error(pixel.square, square);
+    pixel.square += square;
 }
 
 // Neither NaN nor so large that its square is infinite.

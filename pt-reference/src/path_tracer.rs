@@ -7,9 +7,8 @@ use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result};
 use pt_lights::LightTables;
-use pt_lights::records::{KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN};
 use pt_scene::gpu::GpuScene;
-use pt_shaders::records::FrameRecord;
+use pt_shaders::records::{FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN};
 use std::ops::Range;
 
 /// A rectangle of pixels.
@@ -120,13 +119,14 @@ impl PathTracer {
                 Strategy::Lights => records::STRATEGY_LIGHTS,
                 Strategy::Bsdf => records::STRATEGY_BSDF,
             },
-            sampler: match params.sampler {
+            sampler_kind: match params.sampler {
                 SamplerKind::Sobol => records::SAMPLER_SOBOL,
                 SamplerKind::BlueNoise => records::SAMPLER_BLUE_NOISE,
                 SamplerKind::Pcg => records::SAMPLER_PCG,
             },
             energy_compensation: u32::from(params.energy_compensation),
             clamp: params.clamp,
+            pad: 0,
         };
         let extent = [tile.size[0], tile.size[1], 1];
         let pass = frame.pass("path", &self.path).read("frame_uniforms", uniforms.buffer());

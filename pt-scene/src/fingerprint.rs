@@ -4,36 +4,44 @@ impl Scene {
     /// Hash of everything that an image of the scene depends on, cameras excepted, where its instances are now: 32 hexadecimal
     /// digits. Scenes with different content have different fingerprints; a file moved or renamed keeps its own.
     pub fn fingerprint(&self) -> String {
-        let mut hash = blake3::Hasher::new();
-        // Lengths stand before what has them, so that no two scenes give the same bytes. `Debug` writes floats exactly.
-        let mut text = |value: &dyn std::fmt::Debug| {
-            let text = format!("{value:?}");
-            hash.update(&(text.len() as u64).to_le_bytes()).update(text.as_bytes());
-        };
-        self.materials.iter().for_each(|material| text(material));
-        self.instances.iter().for_each(|i| text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
-        self.lights.iter().for_each(|light| text(light));
+        let mut hash = Hash(blake3::Hasher::new());
+        self.materials.iter().for_each(|material| hash.text(material));
+        self.instances.iter().for_each(|i| hash.text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
+        self.lights.iter().for_each(|light| hash.text(light));
         let environment = &self.environment;
-        text(&(environment.rotation, environment.intensity, environment.image.width, environment.image.height));
+        hash.text(&(environment.rotation, environment.intensity));
+        hash.text(&(environment.image.width, environment.image.height));
+        hash.words(&environment.image.texels);
         for texture in &self.textures {
-            text(&(texture.width, texture.height, texture.srgb, texture.sampler));
-            hash.update(&texture.texels);
+            hash.text(&(texture.width, texture.height, texture.srgb, texture.sampler));
+            hash.words(&texture.texels);
         }
-        let mut words = |bytes: &[u8]| {
-            hash.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
-        };
-        words(bytemuck::cast_slice(&environment.image.texels));
         for mesh in &self.meshes {
-            words(bytemuck::cast_slice(&mesh.positions));
-            words(bytemuck::cast_slice(&mesh.normals));
-            words(bytemuck::cast_slice(&mesh.tangents));
-            words(bytemuck::cast_slice(&mesh.uv0));
-            words(bytemuck::cast_slice(&mesh.uv1));
-            words(bytemuck::cast_slice(&mesh.colors));
-            words(bytemuck::cast_slice(&mesh.indices));
-            words(bytemuck::cast_slice(&mesh.triangle_materials));
+            hash.words(&mesh.positions);
+            hash.words(&mesh.normals);
+            hash.words(&mesh.tangents);
+            hash.words(&mesh.uv0);
+            hash.words(&mesh.uv1);
+            hash.words(&mesh.colors);
+            hash.words(&mesh.indices);
+            hash.words(&mesh.triangle_materials);
         }
-        hash.finalize().to_hex()[..32].to_owned()
+        hash.0.finalize().to_hex()[..32].to_owned()
+    }
+}
+
+/// Lengths stand before what has them, so that no two scenes give the same bytes.
+struct Hash(blake3::Hasher);
+
+impl Hash {
+    fn words<T: bytemuck::NoUninit>(&mut self, values: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+    }
+
+    /// `Debug` writes floats exactly.
+    fn text(&mut self, value: &dyn std::fmt::Debug) {
+        self.words(format!("{value:?}").as_bytes());
     }
 }
 

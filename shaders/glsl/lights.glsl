@@ -18,8 +18,6 @@ struct LightSample {
 
 const LightSample NO_LIGHT_SAMPLE = LightSample(vec3(0.0), 0.0, vec3(0.0), false, vec3(0.0), false);
 
-// t_max of shadow rays to infinity, metres.
-const float RAY_FAR = 1e20;
 // Share of its length by which a shadow ray to a point ends early: some 80 roundings of t.
 const float SHADOW_RAY_MARGIN = 1e-5;
 
