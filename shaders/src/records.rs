@@ -256,8 +256,9 @@ gpu_struct! {
         pub flags: u32,
         /// KHR_materials_volume attenuation colour.
         pub attenuation_color: Vec3,
-        /// Alignment.
-        pub pad: u32,
+        /// Of nested solids. Bits 0-7: priority. Bits 8-31: 1 + material on the front side of an interface of two
+        /// solids; 0: none.
+        pub nesting: u32,
         /// Base colour and alpha.
         pub base_color_texture: TextureSlot,
         /// Roughness in g, metalness in b.

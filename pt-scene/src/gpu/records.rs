@@ -46,7 +46,7 @@ pub(super) fn material(m: &Material) -> MaterialRecord {
         specular_color: m.specular_color,
         flags,
         attenuation_color: m.attenuation_color,
-        pad: 0,
+        nesting: m.priority | m.exterior.map_or(0, |material| (material + 1) << 8),
         base_color_texture: texture_slot(m.base_color_texture),
         metallic_roughness_texture: texture_slot(m.metallic_roughness_texture),
         normal_texture: texture_slot(m.normal_texture),
