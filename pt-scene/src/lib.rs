@@ -10,6 +10,7 @@
 
 mod builtin;
 mod camera;
+mod clusters;
 mod environment;
 mod error;
 mod framing;
@@ -26,6 +27,7 @@ mod texture;
 
 pub use builtin::{BUILTIN, builtin};
 pub use camera::{Camera, CameraKey, CameraPath, Projection};
+pub use clusters::{ClusterContents, ClusterStatistics, Clusters};
 pub use environment::{Environment, EnvironmentImage, MAX_ENVIRONMENT_SIDE};
 pub use error::SceneError;
 pub use framing::automatic_camera;

@@ -59,6 +59,11 @@ impl Instance {
     pub fn moving(name: &str, mesh: u32, motion: Motion) -> Self {
         Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
     }
+
+    /// Whether it never moves.
+    pub fn is_static(&self) -> bool {
+        self.motion.is_none()
+    }
 }
 
 /// An axis-aligned box, world space.
