@@ -216,7 +216,12 @@ impl Clusters {
 fn push(queue: &mut BinaryHeap<Candidate>, node: u32, first: usize, samples: &[Vec3]) {
     let extent = bounds_of(samples).map_or(0.0, |b| b.size().max_element());
     if extent > 0.0 {
-        queue.push(Candidate { cost: samples.len() as f64 * f64::from(extent), node, first, len: samples.len() });
+        queue.push(Candidate {
+            cost: samples.len() as f64 * f64::from(extent),
+            node,
+            first,
+            len: samples.len(),
+        });
     }
 }
 
@@ -287,7 +292,8 @@ fn surface_samples(scene: &Scene, count: usize) -> Vec<Vec3> {
         total += area(t);
         triangles += 1;
     });
-    let weight = |t| 0.5 / triangles as f64 + if total > 0.0 { 0.5 * area(t) / total } else { 0.5 / triangles as f64 };
+    let weight =
+        |t| 0.5 / triangles as f64 + if total > 0.0 { 0.5 * area(t) / total } else { 0.5 / triangles as f64 };
     let mut samples = Vec::with_capacity(count);
     let mut sum = 0.0;
     for_each_triangle(scene, |t| {

@@ -34,7 +34,7 @@ pub use framing::automatic_camera;
 pub use glam;
 pub use import::{LoadOptions, MAX_TEXTURE_SIDE, SUPPORTED_EXTENSIONS, load, open};
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, MAX_PRIORITY, Material, TextureRef};
+pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};
 pub use mesh::Mesh;
 pub use motion::{Blink, LightMotion, Motion};
 pub use scene::{Bounds, Instance, Scene, Statistics};

@@ -111,7 +111,11 @@ impl Blink {
         match *self {
             Self::Steady => 1.0,
             Self::Square { period_s, share, phase } => {
-                if (t / period_s + phase).rem_euclid(1.0) < share { 1.0 } else { 0.0 }
+                if (t / period_s + phase).rem_euclid(1.0) < share {
+                    1.0
+                } else {
+                    0.0
+                }
             }
             Self::Pulse { period_s } => 0.5 + 0.5 * (TAU * (t / period_s).fract()).sin() as f32,
             Self::Flame { rate_hz, low, seed } => {

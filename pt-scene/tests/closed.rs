@@ -76,8 +76,9 @@ fn bodies_of_the_ground_truth_scenes_are_closed() {
     for (name, bodies) in [("furnace", 33), ("veach", 8), ("glass", 3)] {
         let scene = scene(name);
         let closed = scene.meshes.iter().filter(|m| !["room", "table"].contains(&m.name.as_str()));
-        let volumes: Vec<f64> =
-            closed.map(|m| enclosed_volume(triangles_of(m, |_| true)).unwrap_or_else(|e| panic!("{}: {e}", m.name))).collect();
+        let volumes: Vec<f64> = closed
+            .map(|m| enclosed_volume(triangles_of(m, |_| true)).unwrap_or_else(|e| panic!("{}: {e}", m.name)))
+            .collect();
         assert_eq!(volumes.len(), bodies, "{name}");
         assert!(volumes.iter().all(|&v| v > 0.0), "{name}: {volumes:?}");
     }
@@ -91,7 +92,9 @@ fn the_gapless_interfaces_bound_the_same_solids() {
     // A solid is bounded by what has it behind, and by what has it in front, turned round.
     let solid = |name: &str| {
         let (medium, wet) = (of(name), format!("{name} to water"));
-        let behind = triangles_of(mesh, |m| gapless.materials[m as usize].name == name || gapless.materials[m as usize].name == wet);
+        let behind = triangles_of(mesh, |m| {
+            gapless.materials[m as usize].name == name || gapless.materials[m as usize].name == wet
+        });
         let front = triangles_of(mesh, |m| gapless.materials[m as usize].exterior == Some(medium));
         let turned = front.map(|[a, b, c]| [a, c, b]);
         enclosed_volume(behind.chain(turned)).unwrap_or_else(|e| panic!("{name}: {e}"))
@@ -101,7 +104,12 @@ fn the_gapless_interfaces_bound_the_same_solids() {
         enclosed_volume(triangles_of(mesh, |_| true)).unwrap()
     };
     for name in ["glass", "ice"] {
-        assert!((solid(name) / whole(name) - 1.0).abs() < 1e-5, "{name}: {} for {}", solid(name), whole(name));
+        assert!(
+            (solid(name) / whole(name) - 1.0).abs() < 1e-5,
+            "{name}: {} for {}",
+            solid(name),
+            whole(name)
+        );
     }
     // What is left to the water between the wall and the ice, in litres.
     let water = 1e3 * solid("water");
@@ -172,17 +180,31 @@ fn camera_paths_keep_clear_of_everything() {
                     let ray = Ray { origin: here, t_min: 0.0, direction: d, t_max: MARGIN };
                     let hit = native.closest(&ray, u32::MAX, None);
                     let what = || scene.instances[hit.instance as usize].name.clone();
-                    assert!(hit.instance == NONE, "{name}, {}, {t:.2} s: {} is {:.2} m away at {here}", camera.name, what(), hit.t);
+                    assert!(
+                        hit.instance == NONE,
+                        "{name}, {}, {t:.2} s: {} is {:.2} m away at {here}",
+                        camera.name,
+                        what(),
+                        hit.t
+                    );
                 }
                 let travelled = here - before;
                 if travelled.length() > 1e-6 {
                     let ray = Ray { origin: before, t_min: 0.0, direction: travelled, t_max: 1.0 };
-                    assert!(!native.occluded(&ray, u32::MAX, None), "{name}, {}, {t:.2} s: through a wall", camera.name);
+                    assert!(
+                        !native.occluded(&ray, u32::MAX, None),
+                        "{name}, {}, {t:.2} s: through a wall",
+                        camera.name
+                    );
                 }
                 // Walking pace, and no jerk of the head: at most 4 m/s and 120 degrees a second.
                 assert!(travelled.length() < 4.0 * step as f32, "{name}, {}, {t:.2} s: a leap", camera.name);
                 let turn = forward.angle_between(at.forward());
-                assert!(turn < 120f32.to_radians() * step as f32, "{name}, {}, {t:.2} s: turns {turn}", camera.name);
+                assert!(
+                    turn < 120f32.to_radians() * step as f32,
+                    "{name}, {}, {t:.2} s: turns {turn}",
+                    camera.name
+                );
                 (before, forward) = (here, at.forward());
             }
             paths += 1;
@@ -207,7 +229,10 @@ fn flicker_is_a_function_of_time() {
     assert!(light("search light", 1.0).direction.angle_between(light("search light", 3.0).direction) > 0.5);
     let flames: Vec<f32> = (0..100).map(|i| light("flame", 0.05 * f64::from(i)).intensity.x / 9.0).collect();
     assert!(flames.iter().all(|&f| (0.35..=1.0).contains(&f)));
-    assert!(flames.windows(2).any(|w| (w[0] - w[1]).abs() > 0.05) && flames.windows(2).all(|w| (w[0] - w[1]).abs() < 0.5));
+    assert!(
+        flames.windows(2).any(|w| (w[0] - w[1]).abs() > 0.05)
+            && flames.windows(2).all(|w| (w[0] - w[1]).abs() < 0.5)
+    );
     // Long runs stay in range.
     assert_eq!(light("flame", 1e9).intensity, light("flame", 1e9).intensity);
     assert!(light("flame", 1e9).intensity.is_finite());

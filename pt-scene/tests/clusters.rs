@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Recorder};
-use pt_scene::glam::{Affine3A, Vec3};
+use pt_scene::glam::{Affine3A, Vec3, Vec4};
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Clusters, Instance, Material, Mesh, Motion, Scene, builtin};
 
@@ -24,7 +24,7 @@ fn soup(corners: &[[f32; 3]]) -> Scene {
         tangents: vec![Vec3::X.extend(1.0); vertices],
         uv0: vec![Default::default(); vertices],
         uv1: vec![Default::default(); vertices],
-        colors: vec![pt_scene::glam::Vec4::ONE; vertices],
+        colors: vec![Vec4::ONE; vertices],
         indices: (0..n as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
         triangle_materials: vec![0; n],
         first_masked: n,
@@ -97,20 +97,26 @@ fn clusters_do_not_move() {
     scene.set_time(3.7, 3.6);
     assert_eq!(Clusters::new(&scene, 200), before);
     // And depend on nothing that moves.
-    let still = Scene { instances: scene.instances.iter().filter(|i| i.is_static()).cloned().collect(), ..scene.clone() };
+    let still = Scene {
+        instances: scene.instances.iter().filter(|i| i.is_static()).cloned().collect(),
+        ..scene.clone()
+    };
     assert_eq!(Clusters::new(&still, 200), before);
     let moving = scene.instances.iter().find(|i| matches!(i.motion, Some(Motion::Slide { .. }))).unwrap();
     let at = |t: f64| before.find(moving.motion.unwrap().at(t).translation.into());
     assert_ne!(at(1.5), at(4.5), "a moving object goes through clusters");
     // Nothing that stands still: one cluster.
-    let moving = Scene { instances: scene.instances.into_iter().filter(|i| !i.is_static()).collect(), ..still };
+    let moving =
+        Scene { instances: scene.instances.into_iter().filter(|i| !i.is_static()).collect(), ..still };
     assert_eq!(Clusters::new(&moving, 200).count(), 1);
     assert_eq!(Clusters::new(&Scene::default(), 200).count(), 1);
 }
 
 #[test]
 fn cells_follow_the_geometry() {
-    for (name, target) in [("gallery", Clusters::DEFAULT), ("lamps", 1000), ("cornell", Clusters::MAX), ("textures", 64)] {
+    for (name, target) in
+        [("gallery", Clusters::DEFAULT), ("lamps", 1000), ("cornell", Clusters::MAX), ("textures", 64)]
+    {
         let scene = builtin(name).unwrap();
         let clusters = Clusters::new(&scene, target);
         let s = clusters.statistics(&scene);

@@ -59,7 +59,10 @@ fn room(scene: &mut Scene) {
 
 fn bodies(scene: &mut Scene) {
     let gold = add_material(scene, Material::metal("gold", Vec3::new(1.0, 0.71, 0.29), 0.25));
-    let blue = add_material(scene, Material { roughness: 0.4, ..Material::diffuse("blue", Vec3::new(0.06, 0.2, 0.55)) });
+    let blue = add_material(
+        scene,
+        Material { roughness: 0.4, ..Material::diffuse("blue", Vec3::new(0.06, 0.2, 0.55)) },
+    );
     let mirror = add_material(scene, Material::metal("mirror", Vec3::splat(0.92), 0.0));
     let glow = add_material(scene, Material::lamp("glow", Vec3::new(14.0, 9.0, 5.0)));
     let drum = add_material(scene, Material::diffuse("drum", Vec3::splat(0.12)));

@@ -92,7 +92,9 @@ pub(super) fn gapless_scene() -> Scene {
 
 /// Half the outline of the glass, from the middle of the foot over the rim to the middle of the inner bottom.
 fn tumbler() -> Vec<Vec2> {
-    [(0.0, 0.0), (OUTER, 0.0), (OUTER, HEIGHT), (INNER, HEIGHT), (INNER, BOTTOM), (0.0, BOTTOM)].map(Vec2::from).into()
+    [(0.0, 0.0), (OUTER, 0.0), (OUTER, HEIGHT), (INNER, HEIGHT), (INNER, BOTTOM), (0.0, BOTTOM)]
+        .map(Vec2::from)
+        .into()
 }
 
 fn cubes() -> [[[Vec3; 4]; 6]; 3] {
@@ -153,16 +155,15 @@ fn solids() -> [Material; 3] {
 
 /// A table, a lamp, a sky and the camera.
 fn surroundings() -> Scene {
-    let mut scene = Scene { environment: crate::sky::sky(Vec3::new(0.6, 0.7, 0.4).normalize(), 0.5), ..Scene::default() };
+    let mut scene =
+        Scene { environment: crate::sky::sky(Vec3::new(0.6, 0.7, 0.4).normalize(), 0.5), ..Scene::default() };
     scene.textures.push(picture("table", 256, |uv| {
         let cell = (uv * 8.0).floor();
         let light = (cell.x + cell.y) as i32 % 2 == 0;
         (if light { Vec3::new(0.62, 0.60, 0.55) } else { Vec3::new(0.16, 0.22, 0.30) }, 1.0)
     }));
-    let top = Material {
-        base_color_texture: Some(TextureRef::new(0)),
-        ..Material::lambertian("table", Vec3::ONE)
-    };
+    let top =
+        Material { base_color_texture: Some(TextureRef::new(0)), ..Material::lambertian("table", Vec3::ONE) };
     let top = add_material(&mut scene, top);
     let lamp = add_material(&mut scene, Material::lamp("lamp", Vec3::new(16.0, 15.0, 13.0)));
     // 0.2 mm under the glass: air, and no two surfaces in one plane.
@@ -170,6 +171,11 @@ fn surroundings() -> Scene {
     shape.cuboid(Vec3::new(-0.4, -0.03, -0.4), Vec3::new(0.4, -2e-4, 0.4), 4.0, top);
     shape.quad(Vec3::new(-0.35, 0.38, -0.18), Vec3::X * 0.2, Vec3::new(0.0, 0.14, 0.2), Vec2::ONE, lamp);
     place(&mut scene, "table", shape);
-    scene.cameras.push(Camera::look_at("table", Vec3::new(0.10, 0.155, 0.27), Vec3::new(0.0, 0.049, 0.0), 0.42));
+    scene.cameras.push(Camera::look_at(
+        "table",
+        Vec3::new(0.10, 0.155, 0.27),
+        Vec3::new(0.0, 0.049, 0.0),
+        0.42,
+    ));
     scene
 }

@@ -6,7 +6,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::noise::picture;
 use super::shapes::Shape;
 use super::{add_material, add_mesh, place};
-use crate::{AlphaMode, Camera, Instance, Light, Material, Scene, TextureRef};
+use crate::{AlphaMode, Camera, Instance, Light, Lobes, Material, Scene, TextureRef};
 
 const COLUMNS: usize = 6;
 const RADIUS: f32 = 0.4;
@@ -21,7 +21,8 @@ enum Body {
 }
 
 pub(super) fn scene() -> Scene {
-    let mut scene = Scene { environment: crate::sky::sky(Vec3::new(0.5, 0.6, 0.6).normalize(), 0.8), ..Scene::default() };
+    let mut scene =
+        Scene { environment: crate::sky::sky(Vec3::new(0.5, 0.6, 0.6).normalize(), 0.8), ..Scene::default() };
     scene.textures.push(picture("squares", 128, |uv| {
         let cell = (uv * 8.0).floor();
         (Vec3::splat(0.9), f32::from(u8::from((cell.x + cell.y) as i32 % 2 == 0)))
@@ -30,10 +31,8 @@ pub(super) fn scene() -> Scene {
         let cell = (uv * 2.0).floor();
         (Vec3::splat(if (cell.x + cell.y) as i32 % 2 == 0 { 0.5 } else { 0.25 }), 1.0)
     }));
-    let floor = Material {
-        base_color_texture: Some(TextureRef::new(1)),
-        ..Material::lambertian("floor", Vec3::ONE)
-    };
+    let floor =
+        Material { base_color_texture: Some(TextureRef::new(1)), ..Material::lambertian("floor", Vec3::ONE) };
     let floor = add_material(&mut scene, floor);
     let mut plane = Shape::default();
     plane.quad(Vec3::new(-20.0, 0.0, 10.0), Vec3::X * 40.0, Vec3::Z * -30.0, Vec2::new(20.0, 15.0), floor);
@@ -73,7 +72,8 @@ pub(super) fn scene() -> Scene {
 
 fn bodies() -> Vec<(Body, Material)> {
     use Body::{Ball, Bowl};
-    let plastic = |name: &str, roughness| Material { roughness, ..Material::diffuse(name, Vec3::new(0.05, 0.25, 0.6)) };
+    let plastic =
+        |name: &str, roughness| Material { roughness, ..Material::diffuse(name, Vec3::new(0.05, 0.25, 0.6)) };
     let colored = |name: &str| Material::diffuse(name, Vec3::new(0.75, 0.2, 0.1));
     let thin = |name: &str, roughness| Material {
         transmission: 1.0,
@@ -98,11 +98,29 @@ fn bodies() -> Vec<(Body, Material)> {
                 ..Material::solid("absorbing glass", 1.5)
             },
         ),
-        (Ball, Material::solid("diamond", 2.42)),
+        (
+            Ball,
+            with(
+                Material::solid("diamond, dispersion", 2.42),
+                Lobes { dispersion: 20.0 / 55.0, ..Lobes::default() },
+            ),
+        ),
         (Bowl, thin("thin glass", 0.0)),
         (Bowl, thin("thin frosted glass", 0.4)),
-        (Ball, Material { emissive: Vec3::new(3.0, 1.6, 0.6), ..Material::lambertian("emissive", Vec3::splat(0.2)) }),
-        (Bowl, Material { double_sided: true, ..Material::lamp("emissive, both sides", Vec3::new(0.4, 0.8, 2.0)) }),
+        (
+            Ball,
+            Material {
+                emissive: Vec3::new(3.0, 1.6, 0.6),
+                ..Material::lambertian("emissive", Vec3::splat(0.2))
+            },
+        ),
+        (
+            Bowl,
+            Material {
+                double_sided: true,
+                ..Material::lamp("emissive, both sides", Vec3::new(0.4, 0.8, 2.0))
+            },
+        ),
         (Ball, Material { unlit: true, ..colored("unlit") }),
         (
             Bowl,
@@ -123,6 +141,41 @@ fn bodies() -> Vec<(Body, Material)> {
         ),
         (Bowl, Material { double_sided: true, ..colored("double-sided") }),
         (Bowl, colored("single-sided")),
-        (Ball, Material { specular: 0.3, specular_color: Vec3::new(0.2, 0.6, 1.0), ..plastic("tinted specular", 0.2) }),
+        (
+            Ball,
+            Material {
+                specular: 0.3,
+                specular_color: Vec3::new(0.2, 0.6, 1.0),
+                ..plastic("tinted specular", 0.2)
+            },
+        ),
+        (
+            Ball,
+            with(
+                plastic("clearcoat", 0.6),
+                Lobes { clearcoat: 1.0, clearcoat_roughness: 0.05, ..Lobes::default() },
+            ),
+        ),
+        (
+            Ball,
+            with(
+                Material::diffuse("sheen", Vec3::new(0.2, 0.02, 0.04)),
+                Lobes { sheen_color: Vec3::new(0.9, 0.6, 0.5), sheen_roughness: 0.4, ..Lobes::default() },
+            ),
+        ),
+        (
+            Ball,
+            with(
+                Material::metal("anisotropy", Vec3::splat(0.7), 0.4),
+                Lobes { anisotropy_strength: 0.9, ..Lobes::default() },
+            ),
+        ),
+        (
+            Ball,
+            with(
+                Material::metal("iridescence", Vec3::splat(0.6), 0.15),
+                Lobes { iridescence: 1.0, iridescence_ior: 1.4, ..Lobes::default() },
+            ),
+        ),
     ]
 }

@@ -30,7 +30,10 @@ pub const BUILTIN: &[(&str, &str)] = &[
         "gallery",
         "a vaulted hall with columns, sun, coloured lamps, metal, glass and a mirror; moving sculptures",
     ),
-    ("glass", "tinted water with ice in a tumbler: nested dielectrics whose solids overlap, told apart by priority"),
+    (
+        "glass",
+        "tinted water with ice in a tumbler: nested dielectrics whose solids overlap, told apart by priority",
+    ),
     ("glass-gapless", "the same without overlap: every interface of two solids is one surface"),
     ("kinds", "one body of every kind of material, in a grid"),
     (
@@ -38,8 +41,14 @@ pub const BUILTIN: &[(&str, &str)] = &[
         "a flat of many rooms with hundreds of small emissive triangles, most of them hidden from any one point",
     ),
     ("plane", "one point light of 100 cd over a large Lambertian plane, for closed-form tests"),
-    ("textures", "patterns near and far: a chequered plane to the horizon, zone plates, print, a wire fence, grazing walls"),
-    ("veach", "four glossy plates under four lamps of equal power and different size (Veach and Guibas 1995)"),
+    (
+        "textures",
+        "patterns near and far: a chequered plane to the horizon, zone plates, print, a wire fence, grazing walls",
+    ),
+    (
+        "veach",
+        "four glossy plates under four lamps of equal power and different size (Veach and Guibas 1995)",
+    ),
 ];
 
 /// A built-in scene by name, at time 0.

@@ -53,7 +53,11 @@ impl Shape {
                     .map(|k| {
                         let round = round(k, segments);
                         let normal = Vec3::new(outward * round.x, up, outward * round.y);
-                        self.vertex(on_ring(center, end, k, segments), normal, Vec2::new(k as f32 / segments as f32, v))
+                        self.vertex(
+                            on_ring(center, end, k, segments),
+                            normal,
+                            Vec2::new(k as f32 / segments as f32, v),
+                        )
                     })
                     .collect()
             };
@@ -98,7 +102,8 @@ fn icosphere(levels: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let edge = points[0].distance(points[3]) * 1.01;
     let near = |i: usize, j: usize| points[i].distance(points[j]) < edge;
     let mut faces = Vec::new();
-    for (a, b, c) in (0..12).flat_map(|a| (a + 1..12).flat_map(move |b| (b + 1..12).map(move |c| (a, b, c)))) {
+    for (a, b, c) in (0..12).flat_map(|a| (a + 1..12).flat_map(move |b| (b + 1..12).map(move |c| (a, b, c))))
+    {
         if near(a, b) && near(b, c) && near(a, c) {
             let outward = points[a].dot(points[b].cross(points[c])) > 0.0;
             faces.push(if outward { [a as u32, b as u32, c as u32] } else { [a as u32, c as u32, b as u32] });
@@ -129,7 +134,8 @@ pub(super) fn box_faces(half: Vec3, transform: Affine3A) -> [[Vec3; 4]; 6] {
         let sign = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
         transform.transform_point3(half * Vec3::new(sign(0), sign(1), sign(2)))
     };
-    [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1]].map(|f| f.map(corner))
+    [[1, 3, 7, 5], [0, 4, 6, 2], [2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1]]
+        .map(|f| f.map(corner))
 }
 
 /// The parts of a convex polygon above and below the level `y`. The cut of an edge is the same point for both of its faces.
@@ -139,7 +145,8 @@ pub(super) fn split_at_level(polygon: &[Vec3], y: f32) -> [Vec<Vec3>; 2] {
         let b = polygon[(i + 1) % polygon.len()];
         parts[usize::from(a.y < y)].push(a);
         if (a.y < y) != (b.y < y) {
-            let (low, high) = if a.y < b.y { (a.as_dvec3(), b.as_dvec3()) } else { (b.as_dvec3(), a.as_dvec3()) };
+            let (low, high) =
+                if a.y < b.y { (a.as_dvec3(), b.as_dvec3()) } else { (b.as_dvec3(), a.as_dvec3()) };
             let cut = low.lerp(high, (f64::from(y) - low.y) / (high.y - low.y)).as_vec3().with_y(y);
             parts.iter_mut().for_each(|part| part.push(cut));
         }
@@ -172,7 +179,9 @@ pub(super) fn triangulate(outer: &[DVec2], holes: &[Vec<DVec2>]) -> Vec<[usize; 
         });
         let free = |&&(i, j): &&(usize, usize)| {
             let (a, b) = (ring[i], j);
-            !edges.iter().any(|&(c, d)| ![c, d].contains(&a) && ![c, d].contains(&b) && cross(&points, a, b, c, d))
+            !edges
+                .iter()
+                .any(|&(c, d)| ![c, d].contains(&a) && ![c, d].contains(&b) && cross(&points, a, b, c, d))
         };
         let (i, j) = bridges.iter().find(free).copied().unwrap_or((0, start));
         let around = (0..=n).map(|k| start + (j - start + k) % n);
@@ -190,7 +199,8 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 }
 
 fn cross(p: &[DVec2], a: usize, b: usize, c: usize, d: usize) -> bool {
-    turn(p[a], p[b], p[c]) * turn(p[a], p[b], p[d]) < 0.0 && turn(p[c], p[d], p[a]) * turn(p[c], p[d], p[b]) < 0.0
+    turn(p[a], p[b], p[c]) * turn(p[a], p[b], p[d]) < 0.0
+        && turn(p[c], p[d], p[a]) * turn(p[c], p[d], p[b]) < 0.0
 }
 
 fn clip_ears(points: &[DVec2], mut ring: Vec<usize>) -> Vec<[usize; 3]> {
@@ -202,7 +212,9 @@ fn clip_ears(points: &[DVec2], mut ring: Vec<usize>) -> Vec<[usize; 3]> {
             let [a, b, c] = corner(i);
             let inside = |&q: &usize| {
                 ![a, b, c].contains(&q)
-                    && [(a, b), (b, c), (c, a)].iter().all(|&(s, t)| turn(points[s], points[t], points[q]) >= 0.0)
+                    && [(a, b), (b, c), (c, a)]
+                        .iter()
+                        .all(|&(s, t)| turn(points[s], points[t], points[q]) >= 0.0)
             };
             turn(points[a], points[b], points[c]) > 0.0 && !ring.iter().any(|q| inside(q))
         };
@@ -233,11 +245,11 @@ mod tests {
         let ring = |n: usize, r: f64, at: DVec2, sign: f64| -> Vec<DVec2> {
             (0..n).map(|k| at + r * DVec2::from_angle(sign * TAU * k as f64 / n as f64)).collect()
         };
-        let area = |p: &[DVec2]| -> f64 {
-            (0..p.len()).map(|i| 0.5 * p[i].perp_dot(p[(i + 1) % p.len()])).sum()
-        };
+        let area =
+            |p: &[DVec2]| -> f64 { (0..p.len()).map(|i| 0.5 * p[i].perp_dot(p[(i + 1) % p.len()])).sum() };
         let outer = ring(32, 1.0, DVec2::ZERO, 1.0);
-        let holes = vec![ring(4, 0.3, DVec2::new(0.4, 0.1), -1.0), ring(5, 0.25, DVec2::new(-0.5, -0.2), -1.0)];
+        let holes =
+            vec![ring(4, 0.3, DVec2::new(0.4, 0.1), -1.0), ring(5, 0.25, DVec2::new(-0.5, -0.2), -1.0)];
         let points: Vec<DVec2> = outer.iter().chain(holes.iter().flatten()).copied().collect();
         let triangles = triangulate(&outer, &holes);
         let sum: f64 = triangles.iter().map(|&[a, b, c]| 0.5 * turn(points[a], points[b], points[c])).sum();

@@ -50,7 +50,13 @@ pub(super) fn scene() -> Scene {
     let mut x = -2.3;
     for side in SIGNS {
         signs.quad(Vec3::new(x, 1.3, -4.0), Vec3::X * side, Vec3::Y * side, Vec2::ONE, plate);
-        signs.quad(Vec3::new(x, 1.2 - 0.6 * side, -4.0), Vec3::X * side, Vec3::Y * 0.6 * side, Vec2::new(1.0, 0.6), print);
+        signs.quad(
+            Vec3::new(x, 1.2 - 0.6 * side, -4.0),
+            Vec3::X * side,
+            Vec3::Y * 0.6 * side,
+            Vec2::new(1.0, 0.6),
+            print,
+        );
         x += side + 0.15;
     }
     place(&mut scene, "signs", signs);
@@ -60,7 +66,13 @@ pub(super) fn scene() -> Scene {
     walls.quad(Vec3::new(3.0, 0.0, 4.0), Vec3::Z * -60.0, Vec3::Y * 2.5, Vec2::new(48.0, 2.0), brick);
     walls.quad(Vec3::new(4.6, 0.0, -56.0), Vec3::Z * 60.0, Vec3::Y * 2.5, Vec2::new(48.0, 2.0), brick);
     // A close-up of a few texels.
-    walls.quad(Vec3::new(-3.4, 0.0, -1.5), Vec3::new(0.5, 0.0, -0.7), Vec3::Y * 0.8, Vec2::splat(0.02), print);
+    walls.quad(
+        Vec3::new(-3.4, 0.0, -1.5),
+        Vec3::new(0.5, 0.0, -0.7),
+        Vec3::Y * 0.8,
+        Vec2::splat(0.02),
+        print,
+    );
     place(&mut scene, "walls", walls);
 
     let mut fence = Shape::default();

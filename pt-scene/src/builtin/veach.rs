@@ -33,10 +33,13 @@ pub(super) fn scene() -> Scene {
         // Half way between the eye and the row of lamps: each plate mirrors all of them.
         let normal = ((EYE - center).normalize() + (-center).normalize()).normalize();
         let name = format!("plate of alpha {alpha}");
-        let metal = add_material(&mut scene, Material::metal(&name, Vec3::new(0.55, 0.58, 0.62), alpha.sqrt()));
+        let metal =
+            add_material(&mut scene, Material::metal(&name, Vec3::new(0.55, 0.58, 0.62), alpha.sqrt()));
         let mut plate = Shape::default();
         let turn = Mat3A::from_cols(Vec3::X.into(), normal.into(), Vec3::X.cross(normal).into());
-        for face in box_faces(Vec3::new(4.4, 0.03, 0.62), Affine3A { matrix3: turn, translation: center.into() }) {
+        for face in
+            box_faces(Vec3::new(4.4, 0.03, 0.62), Affine3A { matrix3: turn, translation: center.into() })
+        {
             plate.polygon(&face, |_| Vec2::ZERO, metal);
         }
         place(&mut scene, &name, plate);

@@ -3,6 +3,7 @@
 
 mod accessor;
 mod document;
+mod material_extensions;
 mod materials;
 mod meshes;
 mod nodes;
@@ -18,8 +19,13 @@ use document::Document;
 /// loaded without it, with a notice.
 pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
