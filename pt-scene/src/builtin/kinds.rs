@@ -72,6 +72,7 @@ pub(super) fn scene() -> Scene {
 
 fn bodies() -> Vec<(Body, Material)> {
     use Body::{Ball, Bowl};
+    let with = |material: Material, lobes: Lobes| Material { lobes: Some(Box::new(lobes)), ..material };
     let plastic =
         |name: &str, roughness| Material { roughness, ..Material::diffuse(name, Vec3::new(0.05, 0.25, 0.6)) };
     let colored = |name: &str| Material::diffuse(name, Vec3::new(0.75, 0.2, 0.1));
