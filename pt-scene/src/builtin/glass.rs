@@ -173,8 +173,8 @@ fn surroundings() -> Scene {
     place(&mut scene, "table", shape);
     scene.cameras.push(Camera::look_at(
         "table",
-        Vec3::new(0.10, 0.155, 0.27),
-        Vec3::new(0.0, 0.049, 0.0),
+        Vec3::new(0.09, 0.175, 0.25),
+        Vec3::new(0.0, 0.047, 0.0),
         0.42,
     ));
     scene

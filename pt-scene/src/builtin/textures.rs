@@ -85,7 +85,7 @@ pub(super) fn scene() -> Scene {
     place(&mut scene, "fence", fence);
 
     scene.lights.push(Light::directional("sun", Vec3::new(0.3, -0.7, -0.6), Vec3::splat(2.0)));
-    scene.cameras.push(Camera::look_at("front", Vec3::new(0.0, 1.5, 2.0), Vec3::new(0.0, 1.35, -8.0), 0.85));
+    scene.cameras.push(Camera::look_at("front", Vec3::new(-0.3, 1.6, 0.2), Vec3::new(-0.2, 1.45, -8.0), 0.9));
     scene.cameras.push(Camera::look_at("lane", Vec3::new(3.8, 1.5, 3.0), Vec3::new(3.8, 1.2, -20.0), 0.8));
     scene.cameras.push(Camera::look_at("near", Vec3::new(-1.5, 1.9, -3.2), Vec3::new(-1.5, 1.9, -4.0), 0.8));
     scene
