@@ -155,7 +155,7 @@ fn directions(n: usize) -> impl Iterator<Item = Vec3> {
 
 #[test]
 fn camera_paths_keep_clear_of_everything() {
-    const MARGIN: f32 = 0.2;
+    const MARGIN: f32 = 0.1;
     let mut paths = 0;
     for (name, _) in BUILTIN {
         let mut scene = scene(name);
