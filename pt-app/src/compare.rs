@@ -37,11 +37,11 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
     }
     let metrics = requested(args);
     let (a, b) = (read_region(args, &args.a)?, read_region(args, &args.b)?);
-    warn_about_states(args, &a, &b);
     let variances = match metrics.iter().any(|metric| metric.uses_variances()) {
         true => Some((variance(args, &args.a)?, variance(args, &args.b)?)),
         false => None,
     };
+    warn_about_states(args, &a, &b);
     if variances.is_some() && a.pixels == b.pixels {
         print_warning("the images are equal, as estimates of one seed are: z-test tests nothing");
     }

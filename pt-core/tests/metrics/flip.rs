@@ -85,7 +85,10 @@ fn rounded(pixels: &[[f32; 3]]) -> Pixels {
     pixels.iter().map(|pixel| pixel.map(round)).collect()
 }
 
-/// Single precision against double. Square roots and the power of FLIP amplify rounding where features are nearly equal.
+/// What single precision may cost a pixel. The magnitude of a feature is off by about 3e-7; where features are equal but
+/// for that, the square root makes 5e-4 of it, and the power c^(1 - f) passes on up to |c ln c| < 0.37 of that.
+const ROUNDING: f32 = 2e-4;
+
 #[test]
 fn ldr_flip_is_the_definition() {
     for (name, reference, test) in pairs() {
@@ -96,7 +99,7 @@ fn ldr_flip_is_the_definition() {
         );
         let difference = largest_difference(&ldr(&reference, &test), &to_f32(expected));
         println!("{name}: {difference:e}");
-        assert!(difference < 1e-4, "{name}: {difference}");
+        assert!(difference < ROUNDING, "{name}: {difference}");
     }
 }
 
@@ -112,7 +115,7 @@ fn ldr_flip_of_narrow_images_and_other_distances_is_the_definition() {
             let (reference, test) = (Image::new(width, &row(0)), Image::new(width, &row(36)));
             let difference =
                 largest_difference(&found, &to_f32(oracle::ldr_flip(&reference, &test, ppd.into())));
-            assert!(difference < 1e-4, "{width} {ppd}: {difference}");
+            assert!(difference < ROUNDING, "{width} {ppd}: {difference}");
         }
     }
 }
@@ -124,7 +127,7 @@ fn ldr_flip_is_the_librarys_on_8_bit_images() {
         let difference =
             largest_difference(&ldr(&rounded(&reference), &rounded(&test)), &library(&reference, &test));
         println!("{name}: {difference:e}");
-        assert!(difference < 2e-4, "{name}: {difference}");
+        assert!(difference < ROUNDING, "{name}: {difference}");
     }
 }
 
@@ -137,7 +140,7 @@ fn rounding_to_8_bits_is_all_that_the_library_adds() {
         let difference = largest_difference(&floating, &library(&reference, &test));
         println!("{name}: {difference:e}, by rounding {by_rounding:e}");
         assert!(
-            (difference - by_rounding).abs() < 2e-4 && difference < 0.03,
+            (difference - by_rounding).abs() < ROUNDING && difference < 0.03,
             "{name}: {difference} {by_rounding}"
         );
     }
@@ -239,7 +242,34 @@ fn hdr_flip_is_the_definition() {
         );
         let difference = largest_difference(&found.map, &to_f32(expected));
         println!("{name}: {difference:e}, {:?}", found.exposures);
-        assert!(difference < 1e-4, "{name}: {difference}");
+        assert!(difference < ROUNDING, "{name}: {difference}");
+    }
+}
+
+/// Values of the authors' own program (flip-evaluator 1.7 of PyPI, `flip.evaluate(reference, test, "HDR")`) for two
+/// pairs of images that a formula makes: exposures, mean, and the pixels 0, 399, 540, 959 of the map.
+#[test]
+fn hdr_flip_is_that_of_the_authors() {
+    let images = |noise: Option<f32>| -> Pixels {
+        let value = |x: usize, y: usize, c: usize| {
+            let level = (x / 5 + 2 * (y / 4) + c) % 14;
+            let value = 2f32.powi(level as i32 - 8) * (1.0 + ((3 * x + 5 * y) % 7) as f32 / 8.0);
+            noise.map_or(value, |noise| value * (1.0 + ((5 * x + 3 * y + c) % 4) as f32 / noise))
+        };
+        (0..960).map(|index| [0, 1, 2].map(|channel| value(index % 40, index / 40, channel))).collect()
+    };
+    for (noise, mean, expected) in [
+        (16.0, 0.120_850_95, [0.044_938_426, 0.116_238_54, 0.119_995_99, 0.134_137_09]),
+        (2.0, 0.426_315_76, [0.230_256_8, 0.362_371_5, 0.416_875_72, 0.488_133_4]),
+    ] {
+        let found = hdr_flip(40, &images(None), &images(Some(noise)));
+        let Exposures { start, stop, count } = found.exposures;
+        assert!((start + 4.440_405_8).abs() < 2e-6 && (stop - 0.673_919_86).abs() < 2e-6 && count == 6);
+        let found_mean = found.map.iter().sum::<f32>() / 960.0;
+        assert!((found_mean - mean).abs() < 1e-5, "{found_mean} {mean}");
+        for (pixel, expected) in [0, 399, 540, 959].into_iter().zip(expected) {
+            assert!((found.map[pixel] - expected).abs() < 2e-5, "{pixel}: {} {expected}", found.map[pixel]);
+        }
     }
 }
 
@@ -273,7 +303,7 @@ fn hdr_flip_does_not_depend_on_the_unit_of_light() {
         let found = hdr_flip(SIZE[0], &scaled(&reference), &scaled(&test));
         let shift = found.exposures.start - base.exposures.start + f64::from(scale).log2();
         assert!(shift.abs() < 1e-6 && found.exposures.count == base.exposures.count);
-        assert!(largest_difference(&found.map, &base.map) < 1e-4);
+        assert!(largest_difference(&found.map, &base.map) < ROUNDING);
     }
 }
 
@@ -318,13 +348,13 @@ proptest! {
         let map = flip.map(7, &a, &b);
         let mut turned = flip.map(7, &a.iter().rev().copied().collect::<Vec<_>>(), &b.iter().rev().copied().collect::<Vec<_>>());
         turned.reverse();
-        prop_assert!(largest_difference(&map, &turned) < 1e-4);
+        prop_assert!(largest_difference(&map, &turned) < ROUNDING);
         let transposed = |pixels: &[[f32; 3]]| -> Pixels {
             (0..7 * 9).map(|index| pixels[index % 9 * 7 + index / 9]).collect()
         };
         let across = flip.map(9, &transposed(&a), &transposed(&b));
         let expected: Vec<f32> = (0..7 * 9).map(|index| map[index % 9 * 7 + index / 9]).collect();
-        prop_assert!(largest_difference(&across, &expected) < 1e-4);
+        prop_assert!(largest_difference(&across, &expected) < ROUNDING);
     }
 
     #[test]
@@ -344,6 +374,6 @@ proptest! {
             pixels.iter().map(|pixel| pixel.map(|value| aces(0.6 * value * stop))).collect()
         };
         let one = LdrFlip::new(PIXELS_PER_DEGREE).map(7, &shown(&a), &shown(&b));
-        prop_assert!(one.iter().zip(&found.map).all(|(one, all)| *one <= all + 1e-4));
+        prop_assert!(one.iter().zip(&found.map).all(|(one, all)| *one <= all + ROUNDING));
     }
 }

@@ -16,8 +16,8 @@ use super::convolve::Plane;
 pub use hdr::{EXPOSURE_LUMINANCE_FLOOR, Exposures, HdrFlip, hdr_flip};
 
 /// Distance to the observer for which FLIP is measured here, pixels per degree of visual angle: 0.7 m from a display of
-/// 0.7 m and 3840 pixels, the default of FLIP 2020.
-pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
+/// 3840 pixels on 0.7 m (67.02), the default of FLIP 2020, section 3.
+pub const PIXELS_PER_DEGREE: f32 = 3840.0 * std::f32::consts::PI / 180.0;
 
 /// Exponent of the HyAB distance (FLIP 2020, section 4.1.3).
 const COLOUR_EXPONENT: f32 = 0.7;
