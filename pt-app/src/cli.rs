@@ -272,8 +272,14 @@ pub struct CompareArgs {
     pub a: PathBuf,
     /// Its reference, of the same size.
     pub b: PathBuf,
-    /// What to measure; the formulas are printed with the values.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "relmse,mse,psnr,flip,energy")]
+    /// What to measure; the formulas are printed with the values. Besides the defaults there is z-test, for EXR files
+    /// with the variance of the mean in a layer `variance`.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy"
+    )]
     pub metric: Vec<MetricName>,
     /// Only this rectangle, cut out before measuring; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]
@@ -287,7 +293,7 @@ pub struct CompareArgs {
     /// Fail (exit code 1) when the metric is above the value; may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub max: Vec<Limit>,
-    /// Fail (exit code 1) when the metric is below the value (psnr and energy); may be repeated.
+    /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, z-test); may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub min: Vec<Limit>,
 }
