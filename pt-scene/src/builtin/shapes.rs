@@ -26,7 +26,7 @@ const ARCH_SEGMENTS: usize = 24;
 
 impl Shape {
     pub fn into_mesh(mut self) -> Mesh {
-        self.mesh.compute_tangents(false);
+        self.mesh.compute_tangents();
         self.mesh
     }
 
