@@ -34,7 +34,7 @@ pub use import::{
     EXTENSIONS, ExtensionUse, LoadOptions, MAX_TEXTURE_SIDE, Support, load, load_bytes, open, support,
 };
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, Material, TextureRef};
+pub use material::{AlphaMode, Lobes, Material, TextureRef};
 pub use mesh::Mesh;
 pub use motion::Motion;
 pub use scene::{Bounds, Instance, Scene, Statistics};

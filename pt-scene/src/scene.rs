@@ -1,7 +1,8 @@
 use glam::{Affine3A, Vec3};
 
 use crate::{
-    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Material, Mesh, Motion, Projection, SceneError, Texture,
+    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, Material, Mesh, Motion,
+    Projection, SceneError, Texture,
 };
 
 /// Everything that is to be rendered.
@@ -236,6 +237,9 @@ fn check_material(m: &Material, textures: usize) -> Result<(), String> {
         && m.normal_scale.is_finite()
         && m.ior >= 1.0
         && m.ior.is_finite();
+    if let Some(lobes) = &m.lobes {
+        check_lobes(lobes, &unit)?;
+    }
     if !physical {
         return Err(format!("material {}: a factor is negative, not finite, or below its range", m.name));
     }
@@ -248,6 +252,26 @@ fn check_material(m: &Material, textures: usize) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+fn check_lobes(l: &Lobes, unit: &impl Fn(&str, f32) -> Result<(), String>) -> Result<(), String> {
+    unit("clearcoat", l.clearcoat)?;
+    unit("clearcoat roughness", l.clearcoat_roughness)?;
+    unit("sheen colour", l.sheen_color.min_element())?;
+    unit("sheen colour", l.sheen_color.max_element())?;
+    unit("sheen roughness", l.sheen_roughness)?;
+    unit("anisotropy strength", l.anisotropy_strength)?;
+    unit("iridescence", l.iridescence)?;
+    let not_negative = |x: f32| (0.0..f32::INFINITY).contains(&x);
+    let physical = l.clearcoat_normal_scale.is_finite()
+        && l.sheen_color.is_finite()
+        && l.anisotropy_rotation.is_finite()
+        && l.iridescence_ior >= 1.0
+        && l.iridescence_ior.is_finite()
+        && not_negative(l.iridescence_thickness_min)
+        && not_negative(l.iridescence_thickness_max)
+        && not_negative(l.dispersion);
+    if physical { Ok(()) } else { Err(format!("a value of an extension lobe is out of range: {l:?}")) }
 }
 
 fn check_light(light: &Light) -> Result<(), String> {

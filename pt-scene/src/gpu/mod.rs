@@ -117,8 +117,9 @@ impl GpuScene {
             })
             .collect();
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
-        let material_records: Vec<_> = scene.materials.iter().map(records::material).collect();
+        let (material_records, lobe_records) = records::materials(&scene.materials);
         let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
+        let lobe_buffer = Buffer::from_slice(device, "lobes", &lobe_records)?;
         let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;
         let instances = Buffer::new(device, "instances", instance_bytes, Location::Device)?;
 
@@ -127,6 +128,7 @@ impl GpuScene {
             instances: instances.address(),
             meshes: mesh_buffer.address(),
             materials: material_buffer.address(),
+            lobes: lobe_buffer.address(),
             instance_count: scene.instances.len() as u32,
             environment_texture: scene.textures.len() as u32,
             environment_size: [environment.image.width, environment.image.height].into(),
@@ -153,6 +155,7 @@ impl GpuScene {
                 material_index_buffer,
                 mesh_buffer,
                 material_buffer,
+                lobe_buffer,
             ],
         })
     }

@@ -49,9 +49,8 @@ impl Document {
         let size = elements.component.size();
         Ok(match elements.component {
             ComponentType::F32 => elements.map(|b| std::array::from_fn(|c| f32_at(b, 4 * c))),
-            component => elements.map(|b| {
-                std::array::from_fn(|c| float(&b[c * size..], component, elements.normalized))
-            }),
+            component => elements
+                .map(|b| std::array::from_fn(|c| float(&b[c * size..], component, elements.normalized))),
         })
     }
 
@@ -148,14 +147,8 @@ impl Document {
         }
         let count = self.count(index, used_at)?;
         let size = component.size() * components;
-        let packed = |bytes| Elements {
-            bytes,
-            stride: size,
-            size,
-            count,
-            component,
-            normalized: accessor.normalized,
-        };
+        let packed =
+            |bytes| Elements { bytes, stride: size, size, count, component, normalized: accessor.normalized };
         if let Some(decoded) = decoded {
             return Ok(packed(Cow::Borrowed(&decoded.bytes)));
         }
@@ -205,9 +198,7 @@ impl Document {
     ) -> Result<SparseParts<'_>, SceneError> {
         let at = format!("{at}.sparse");
         let Checked::Valid(index_type) = sparse.indices.component_type else {
-            return Err(
-                self.invalid(format!("{at}.indices.componentType"), "indices cannot be of this type")
-            );
+            return Err(self.invalid(format!("{at}.indices.componentType"), "indices cannot be of this type"));
         };
         let changes = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
         if changes > count {

@@ -38,9 +38,7 @@ struct MeshoptView {
 /// Whether a buffer only stands in for compressed data.
 pub(super) fn is_fallback(buffer: &buffer::Buffer) -> bool {
     let others = buffer.extensions.as_ref().map(|e| &e.others);
-    MESHOPT.iter().any(|name| {
-        others.and_then(|o| o.get(*name)?.get("fallback")?.as_bool()).unwrap_or(false)
-    })
+    MESHOPT.iter().any(|name| others.and_then(|o| o.get(*name)?.get("fallback")?.as_bool()).unwrap_or(false))
 }
 
 /// Decodes all compressed buffer views.
@@ -99,7 +97,9 @@ fn decode_view(v: &MeshoptView, encoded: &[u8]) -> Result<Vec<u8>, String> {
     };
     if !fits || !filter_fits {
         let MeshoptView { byte_stride, count, mode, .. } = v;
-        return Err(format!("{mode} with filter {filter}: byteStride {byte_stride} or count {count} is wrong"));
+        return Err(format!(
+            "{mode} with filter {filter}: byteStride {byte_stride} or count {count} is wrong"
+        ));
     }
     // 32-bit words, so that the filters see aligned memory.
     let mut words = vec![0u32; (v.count * v.byte_stride).div_ceil(4)];
@@ -153,11 +153,14 @@ pub(super) fn decode_primitives(document: &mut Document) -> Result<(), SceneErro
     // Several primitives may use the same stream through the same accessors.
     let mut seen = BTreeSet::new();
     work.retain(|(primitive, stream, _)| {
-        let accessors: Vec<_> = primitive.attributes.values().chain(&primitive.indices).map(Index::value).collect();
+        let accessors: Vec<_> =
+            primitive.attributes.values().chain(&primitive.indices).map(Index::value).collect();
         seen.insert((stream.buffer_view, accessors))
     });
     let shared = &*document;
-    let decode = |(primitive, stream, at): (&Primitive, DracoPrimitive, String)| decode_primitive(shared, primitive, &stream, &at);
+    let decode = |(primitive, stream, at): (&Primitive, DracoPrimitive, String)| {
+        decode_primitive(shared, primitive, &stream, &at)
+    };
     let parts: Result<Vec<_>, SceneError> = work.into_par_iter().map(decode).collect();
     document.decoded = parts?.into_iter().flatten().collect();
     Ok(())

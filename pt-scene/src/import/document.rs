@@ -150,9 +150,8 @@ impl Document {
     /// Bytes of a buffer.
     pub fn range(&self, buffer: usize, offset: u64, length: u64, at: &str) -> Result<&[u8], SceneError> {
         let data = self.buffers.get(buffer);
-        let data = data.ok_or_else(|| {
-            self.invalid(format!("{at}.buffer"), format!("index {buffer} does not exist"))
-        })?;
+        let data = data
+            .ok_or_else(|| self.invalid(format!("{at}.buffer"), format!("index {buffer} does not exist")))?;
         let end = offset.checked_add(length).filter(|&end| end <= data.len() as u64);
         end.map(|end| &data[offset as usize..end as usize]).ok_or_else(|| {
             let what = format!("{length} bytes at {offset} do not fit in {} bytes", data.len());

@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
@@ -9,6 +9,7 @@ use gltf::json::{Image, Index, extensions};
 use rayon::prelude::*;
 
 use super::document::Document;
+use super::material_extensions;
 use crate::error::one_line;
 use crate::{AlphaMode, Filter, Material, Sampler, Scene, SceneError, Texture, TextureRef, Wrap};
 
@@ -23,16 +24,23 @@ struct Use {
     srgb: bool,
 }
 
-struct Uses<'a> {
-    document: &'a Document,
+pub(super) struct Uses<'a> {
+    pub document: &'a Document,
     known: BTreeMap<Use, u32>,
     in_order: Vec<Use>,
     notices: Vec<String>,
+    occlusion: bool,
 }
 
 /// Fills materials (one per glTF material, then the default material) and the textures that they use.
 pub(super) fn read(document: &Document, scene: &mut Scene) -> Result<(), SceneError> {
-    let mut uses = Uses { document, known: BTreeMap::new(), in_order: Vec::new(), notices: Vec::new() };
+    let mut uses = Uses {
+        document,
+        known: BTreeMap::new(),
+        in_order: Vec::new(),
+        notices: Vec::new(),
+        occlusion: false,
+    };
     for (i, material) in document.root.materials.iter().enumerate() {
         scene.materials.push(uses.material(material, &format!("materials[{i}]"))?);
     }
@@ -40,6 +48,19 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Result<(), SceneEr
     let textures: Result<Vec<_>, _> = uses.in_order.par_iter().map(|&u| decode(document, u)).collect();
     scene.textures = textures?;
     scene.notices.append(&mut uses.notices);
+    if uses.occlusion {
+        scene
+            .notices
+            .push("occlusion textures are ignored: traced light is occluded by the geometry itself".into());
+    }
+    let lobes: BTreeSet<_> =
+        scene.materials.iter().filter_map(|m| m.lobes.as_ref()).flat_map(|lobes| lobes.present()).collect();
+    if !lobes.is_empty() {
+        let lobes: Vec<_> = lobes.into_iter().collect();
+        scene
+            .notices
+            .push(format!("lobes that the real-time frame does not shade yet: {}", lobes.join(", ")));
+    }
     Ok(())
 }
 
@@ -69,57 +90,33 @@ impl Uses<'_> {
             double_sided: m.double_sided,
             ..default
         };
-        if let Some(normal) = &m.normal_texture {
-            let others = normal.extensions.as_ref().map(|e| &e.others);
-            let transform = others.and_then(|others| others.get("KHR_texture_transform"));
-            let transform = transform
-                .map(|value| serde_json::from_value(value.clone()))
-                .transpose()
-                .map_err(|e| self.document.invalid(format!("{at}.normalTexture.extensions"), e))?;
-            out.normal_texture =
-                self.reference(normal.index, normal.tex_coord, transform.as_ref(), false, at)?;
-            out.normal_scale = normal.scale;
-        }
+        (out.normal_texture, out.normal_scale) = self.normal(&m.normal_texture, at)?;
+        self.occlusion |= m.occlusion_texture.is_some();
         if let Some(extensions) = &m.extensions {
-            self.extensions(&mut out, extensions, at);
+            material_extensions::apply(self, &mut out, extensions, at)?;
         }
         Ok(out)
     }
 
-    fn extensions(&mut self, out: &mut Material, e: &extensions::material::Material, at: &str) {
-        let mut ignored = |slot: &str, used: bool| {
-            if used {
-                self.notices.push(format!("{at}: {slot} is ignored, its factor is used"));
-            }
-        };
-        out.unlit = e.unlit.is_some();
-        if let Some(strength) = &e.emissive_strength {
-            out.emissive *= strength.emissive_strength.0;
-        }
-        if let Some(ior) = &e.ior {
-            // The extension's special value 0 (always total reflection) stands for an infinite index.
-            out.ior = if ior.ior.0 == 0.0 { 1e6 } else { ior.ior.0 };
-        }
-        if let Some(transmission) = &e.transmission {
-            out.transmission = transmission.transmission_factor.0;
-            ignored("transmissionTexture", transmission.transmission_texture.is_some());
-        }
-        if let Some(volume) = &e.volume {
-            out.thickness = volume.thickness_factor.0;
-            out.attenuation_color = Vec3::from_array(volume.attenuation_color.0);
-            let distance = volume.attenuation_distance.0;
-            out.attenuation_distance = if distance == f32::MAX { f32::INFINITY } else { distance };
-            ignored("thicknessTexture", volume.thickness_texture.is_some());
-        }
-        if let Some(specular) = &e.specular {
-            out.specular = specular.specular_factor.0;
-            out.specular_color = Vec3::from_array(specular.specular_color_factor.0);
-            ignored("specularTexture", specular.specular_texture.is_some());
-            ignored("specularColorTexture", specular.specular_color_texture.is_some());
-        }
+    /// A normal map with its scale.
+    pub(super) fn normal(
+        &mut self,
+        normal: &Option<material::NormalTexture>,
+        at: &str,
+    ) -> Result<(Option<TextureRef>, f32), SceneError> {
+        let Some(normal) = normal else { return Ok((None, 1.0)) };
+        let others = normal.extensions.as_ref().map(|e| &e.others);
+        let transform = others.and_then(|others| others.get("KHR_texture_transform"));
+        let transform = transform
+            .map(|value| serde_json::from_value(value.clone()))
+            .transpose()
+            .map_err(|e| self.document.invalid(format!("{at}.normalTexture.extensions"), e))?;
+        let texture = self.reference(normal.index, normal.tex_coord, transform.as_ref(), false, at)?;
+        Ok((texture, normal.scale))
     }
 
-    fn info(
+    /// A texture for colour (`srgb`) or data.
+    pub(super) fn info(
         &mut self,
         info: &Option<texture::Info>,
         srgb: bool,

@@ -125,15 +125,17 @@ fn material(
     }
 }
 
-fn accessor(
-    primitive: &Primitive,
-    semantic: Semantic,
-) -> Option<gltf::json::Index<gltf::json::Accessor>> {
+fn accessor(primitive: &Primitive, semantic: Semantic) -> Option<gltf::json::Index<gltf::json::Accessor>> {
     primitive.attributes.get(&Checked::Valid(semantic)).copied()
 }
 
 /// Upper bound of the bytes that the primitive takes as a [`Mesh`].
-fn size(document: &Document, primitive: &Primitive, material: &Material, at: &str) -> Result<u64, SceneError> {
+fn size(
+    document: &Document,
+    primitive: &Primitive,
+    material: &Material,
+    at: &str,
+) -> Result<u64, SceneError> {
     const VERTEX: u64 = (4 * size_of::<Vec3>() + 2 * size_of::<Vec4>()) as u64;
     const TRIANGLE: u64 = size_of::<[u32; 4]>() as u64;
     let count = |index| document.count(index, at).map(|n| n as u64);
@@ -165,7 +167,6 @@ impl Work<'_> {
             Some(index) => document.integers(index, &format!("{}.indices", self.at))?,
             None => (0..vertices as u32).collect(),
         };
-        // The largest value is the format's word for "no index".
         if let Some(i) = list.iter().position(|&v| v as usize >= vertices) {
             let what = format!("element {i} is vertex {}, there are {vertices}", list[i]);
             return Err(document.invalid(format!("{}.indices", self.at), what));
@@ -295,8 +296,7 @@ impl Work<'_> {
         let mut off = 0;
         let unit = |v: [f32; 3]| {
             let v = Vec3::from_array(v);
-            let length = v.length();
-            off += usize::from(!((length - 1.0).abs() < 0.02));
+            off += usize::from(!(0.98..=1.02).contains(&v.length()));
             // Scaled first, so that neither tiny nor huge vectors lose their length.
             (v / v.abs().max_element()).try_normalize().unwrap_or(Vec3::Y)
         };

@@ -7,6 +7,7 @@ mod compression;
 mod document;
 mod extensions;
 mod glb;
+mod material_extensions;
 mod materials;
 mod meshes;
 mod nodes;
@@ -60,6 +61,10 @@ impl Default for LoadOptions {
 /// Loads a scene by the name of a built-in one or, failing that, from a glTF file.
 pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
     match builtin(name_or_path) {
+        Some(scene) if options.scene.is_some() || options.variant.is_some() => {
+            let what = "a built-in scene has no further scenes or variants to choose from";
+            Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
+        }
         Some(scene) => finish(scene, options),
         None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
             load(name_or_path, options)
@@ -109,7 +114,9 @@ fn fill(
         ..Scene::default()
     };
     let variant = options.variant.as_ref().map(|wanted| named(wanted, &scene.variants)).transpose();
-    let variant = variant.map_err(|what| document.invalid("extensions.KHR_materials_variants", format!("no variant {what}")))?;
+    let variant = variant.map_err(|what| {
+        document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
+    })?;
     note_unsupported(document, &scene, &mut notices);
     materials::read(document, &mut scene)?;
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
@@ -130,7 +137,9 @@ fn named(wanted: &str, names: &[String]) -> Result<usize, String> {
     let by_number = || wanted.parse().ok().filter(|&i: &usize| i < names.len());
     by_name.or_else(by_number).ok_or_else(|| match names {
         [] => format!("{wanted:?}; the file has none"),
-        _ => format!("{wanted:?}; there are {}, by index from 0 or by name: {}", names.len(), names.join(", ")),
+        _ => {
+            format!("{wanted:?}; there are {}, by index from 0 or by name: {}", names.len(), names.join(", "))
+        }
     })
 }
 

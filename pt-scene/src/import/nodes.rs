@@ -29,10 +29,12 @@ pub(super) fn read(
         Some(index) => {
             let nodes = &document.get(index, "scene")?.nodes;
             let at = |n: usize| format!("scenes[{}].nodes[{n}]", index.value());
-            pending.extend(nodes.iter().enumerate().rev().map(|(n, &node)| (node, Affine3A::IDENTITY, at(n))));
+            pending
+                .extend(nodes.iter().enumerate().rev().map(|(n, &node)| (node, Affine3A::IDENTITY, at(n))));
             if root.scenes.len() > 1 {
                 let others = root.scenes.len() - 1;
-                notices.add(format!("scenes[{}]", index.value()), format!("shown; the file has {others} more"));
+                notices
+                    .add(format!("scenes[{}]", index.value()), format!("shown; the file has {others} more"));
             }
         }
         None if !root.nodes.is_empty() => notices.add("nodes", "the file has nodes but no scene to show"),
@@ -252,7 +254,9 @@ fn light_at(
     let direction = world.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z);
     let intensity = light.intensity * Vec3::from_array(light.color);
     if !intensity.is_finite() || intensity.min_element() < 0.0 {
-        return Err(document.invalid(at, format!("colour x intensity is negative or not finite: {intensity}")));
+        return Err(
+            document.invalid(at, format!("colour x intensity is negative or not finite: {intensity}"))
+        );
     }
     let name = light.name.as_deref().unwrap_or(node);
     Ok(Light { kind, direction, ..Light::point(name, world.translation.into(), intensity) })

@@ -9,7 +9,14 @@ use crate::{Material, Mesh};
 
 /// The set of texture coordinates that the material's tangents follow; `None` where nothing of it depends on tangents.
 pub(super) fn needed(material: &Material) -> Option<u32> {
-    material.normal_texture.map(|texture| texture.uv_set)
+    let lobes = material.lobes.as_deref();
+    let anisotropy = lobes.filter(|l| l.anisotropy_strength > 0.0);
+    material
+        .normal_texture
+        .or(lobes.and_then(|l| l.clearcoat_normal_texture))
+        .or(anisotropy.and_then(|l| l.anisotropy_texture))
+        .map(|texture| texture.uv_set)
+        .or(anisotropy.map(|_| 0))
 }
 
 /// Fills the tangents. Along the texture's u where `uv_set` says which, with vertices split where triangles of one vertex
@@ -64,7 +71,8 @@ impl Geometry for Corners<'_> {
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
         let direction = space.and_then(|s| Vec3::from_array(s.tangent()).try_normalize().zip(Some(s)));
         // The algorithm has v up, glTF has it down.
-        let tangent = direction.map(|(t, s)| t.extend(if s.is_orientation_preserving() { -1.0 } else { 1.0 }));
+        let tangent =
+            direction.map(|(t, s)| t.extend(if s.is_orientation_preserving() { -1.0 } else { 1.0 }));
         self.tangents[3 * face + corner] = tangent;
     }
 }

@@ -23,7 +23,8 @@ pub(super) fn parse(uri: &str) -> Result<Target, String> {
         return Ok(Target::Data(bytes, media));
     }
     let path = decode_percent(uri).ok_or_else(|| format!("{} is no valid URI", shorten(uri)))?;
-    let refused = |why: &str| Err(format!("{} {why}; only files beside or below the scene are read", shorten(uri)));
+    let refused =
+        |why: &str| Err(format!("{} {why}; only files beside or below the scene are read", shorten(uri)));
     if has_scheme(uri) || has_scheme(&path) {
         return refused("names a scheme or a drive");
     }
@@ -143,9 +144,27 @@ mod tests {
             assert!(matches!(parse(uri), Ok(Target::Path(_))), "{uri}");
         }
         let bad = [
-            "../a", "a/../../b", "%2e%2e/a", "a/%2E%2E/b", "/etc/passwd", "%2Fetc/passwd", "//host/a", "C:/a",
-            "C%3A/a", "c:a", "\\\\host\\a", "a\\..\\b", "%5C%5Chost", "..%5Ca", "http://a/b", "file:///a",
-            "FILE:a", "", ".", "./", "a%00b",
+            "../a",
+            "a/../../b",
+            "%2e%2e/a",
+            "a/%2E%2E/b",
+            "/etc/passwd",
+            "%2Fetc/passwd",
+            "//host/a",
+            "C:/a",
+            "C%3A/a",
+            "c:a",
+            "\\\\host\\a",
+            "a\\..\\b",
+            "%5C%5Chost",
+            "..%5Ca",
+            "http://a/b",
+            "file:///a",
+            "FILE:a",
+            "",
+            ".",
+            "./",
+            "a%00b",
         ];
         for uri in bad {
             assert!(parse(uri).is_err(), "{uri}");

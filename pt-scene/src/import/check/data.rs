@@ -102,7 +102,7 @@ pub(super) fn accessors(document: &Document, notices: &mut Notices) -> Result<()
         let start = accessor.buffer_view.and_then(|v| document.root.buffer_views[v.value()].byte_offset);
         let matrix = kind.multiplicity() > 4 || kind == gltf::json::accessor::Type::Mat2;
         let alignment = if matrix { size.max(4) } else { size };
-        if offset % alignment != 0 || start.map_or(0, |s| s.0) % size != 0 {
+        if !offset.is_multiple_of(alignment) || !start.map_or(0, |s| s.0).is_multiple_of(size) {
             notices.add(&at, "its data are not aligned to their component type");
         }
         if let Some(sparse) = &accessor.sparse {

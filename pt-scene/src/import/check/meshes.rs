@@ -129,7 +129,7 @@ fn check_attribute(
     let stride = accessor.buffer_view.and_then(|v| document.root.buffer_views.get(v.value())?.byte_stride);
     let element = kind.multiplicity() * component.size();
     let offset = accessor.byte_offset.map_or(0, |o| o.0);
-    if offset % 4 != 0 || (stride.is_none() && element % 4 != 0) {
+    if !offset.is_multiple_of(4) || (stride.is_none() && !element.is_multiple_of(4)) {
         notices.add(at, "vertices are not aligned to 4 bytes");
     }
     Ok(())
@@ -174,10 +174,9 @@ fn indices(
         }
         None => return Err(document.invalid(at, "the type or component type of its accessor is unknown")),
     }
-    if let Some(view) = accessor.buffer_view.and_then(|v| document.root.buffer_views.get(v.value())) {
-        if view.byte_stride.is_some() {
-            notices.add(&at, "its buffer view has a byteStride");
-        }
+    let view = accessor.buffer_view.and_then(|v| document.root.get(v));
+    if view.is_some_and(|v| v.byte_stride.is_some()) {
+        notices.add(&at, "its buffer view has a byteStride");
     }
     view_use(document, index, Target::ElementArrayBuffer, &at, uses, notices);
     Ok(())

@@ -14,7 +14,8 @@ pub(super) fn check(document: &Document, notices: &mut Notices) -> Result<(), Sc
             let at = format!("{at}.children[{c}]");
             document.get(child, &at)?;
             if let Some(other) = parents[child.value()].replace(i) {
-                let what = format!("node {} is a child of node {other} too; nodes must form a tree", child.value());
+                let what =
+                    format!("node {} is a child of node {other} too; nodes must form a tree", child.value());
                 return Err(document.invalid(at, what));
             }
         }
@@ -79,7 +80,10 @@ fn transform(node: &gltf::json::Node, at: &str, notices: &mut Notices) {
         let m = Mat4::from_cols_array(matrix);
         let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate().normalize_or_zero());
         if x.dot(y).abs().max(y.dot(z).abs()).max(z.dot(x).abs()) > 1e-3 {
-            notices.add(format!("{at}.matrix"), "is sheared, which translation, rotation and scale cannot express");
+            notices.add(
+                format!("{at}.matrix"),
+                "is sheared, which translation, rotation and scale cannot express",
+            );
         }
         if m.row(3) != glam::Vec4::W {
             notices.add(format!("{at}.matrix"), "is not affine; its last row is left out");
