@@ -147,6 +147,12 @@ pub struct SceneArgs {
     /// glTF or GLB file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub file: String,
+    /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub gltf_scene: Option<String>,
+    /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub variant: Option<String>,
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
@@ -171,6 +177,8 @@ impl SceneArgs {
             environment: self.env.clone(),
             environment_rotation: self.env_rotation.to_radians(),
             environment_intensity: self.env_intensity,
+            scene: self.gltf_scene.clone(),
+            variant: self.variant.clone(),
             ..LoadOptions::default()
         }
     }

@@ -32,7 +32,9 @@ pub use environment::{Environment, EnvironmentImage, MAX_ENVIRONMENT_SIDE};
 pub use error::SceneError;
 pub use framing::automatic_camera;
 pub use glam;
-pub use import::{LoadOptions, MAX_TEXTURE_SIDE, SUPPORTED_EXTENSIONS, load, open};
+pub use import::{
+    EXTENSIONS, ExtensionUse, LoadOptions, MAX_TEXTURE_SIDE, Support, load, load_bytes, open, support,
+};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};
 pub use mesh::Mesh;

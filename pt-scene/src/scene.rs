@@ -1,7 +1,8 @@
 use glam::{Affine3A, Vec3};
 
 use crate::{
-    AlphaMode, Camera, Environment, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh, Motion,
+    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
+    Motion,
     Projection, SceneError, Texture,
 };
 
@@ -26,6 +27,12 @@ pub struct Scene {
     pub environment: Environment,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
+    /// Names of the scenes in the file that this one was chosen from.
+    pub scenes: Vec<String>,
+    /// Names of the material variants in the file.
+    pub variants: Vec<String>,
+    /// Extensions that the file uses.
+    pub extensions: Vec<ExtensionUse>,
 }
 
 /// A mesh in the world, now and in the previous frame.
