@@ -3,14 +3,16 @@
 
 mod accessor;
 mod document;
+mod images;
 mod material_extensions;
 mod materials;
 mod meshes;
 mod nodes;
+mod textures;
 
 use std::path::{Path, PathBuf};
 
-pub use materials::MAX_TEXTURE_SIDE;
+pub use textures::MAX_TEXTURE_SIDE;
 
 use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
 use document::Document;
@@ -18,6 +20,7 @@ use document::Document;
 /// The glTF extensions that are honoured. A file that requires another is refused; one that merely uses another is
 /// loaded without it, with a notice.
 pub const SUPPORTED_EXTENSIONS: &[&str] = &[
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -31,7 +34,9 @@ pub const SUPPORTED_EXTENSIONS: &[&str] = &[
     "KHR_materials_unlit",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
+    "MSFT_texture_dds",
 ];
 
 /// What [`load`] and [`open`] do besides reading the scene.
@@ -45,11 +50,26 @@ pub struct LoadOptions {
     pub environment_intensity: f32,
     /// Give a scene without any light [`default_sky`] and [`default_sun`].
     pub default_sky: bool,
+    /// Folder of textures baked by [`crate::bake`]; images that it does not hold are decoded.
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together, at their finest level (four bytes each when they
+    /// are not compressed). More is an error; nothing beyond is decoded.
+    pub max_texture_pixels: u64,
 }
+
+/// [`LoadOptions::max_texture_pixels`] unless it is set: 2 GiB of texels without compression.
+pub const DEFAULT_MAX_TEXTURE_PIXELS: u64 = 1 << 29;
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { environment: None, environment_rotation: 0.0, environment_intensity: 1.0, default_sky: true }
+        Self {
+            environment: None,
+            environment_rotation: 0.0,
+            environment_intensity: 1.0,
+            default_sky: true,
+            baked: None,
+            max_texture_pixels: DEFAULT_MAX_TEXTURE_PIXELS,
+        }
     }
 }
 
@@ -80,13 +100,68 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, Scen
         ..Scene::default()
     };
     note_unsupported(&document, &mut scene.notices);
-    materials::read(&document, &mut scene)?;
+    materials::read(&document, options, &mut scene)?;
     let meshes = meshes::read(&document, &mut scene)?;
     nodes::read(&document, &meshes, &mut scene)?;
     finish(scene, options).map_err(|error| match error {
         SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
         other => other,
     })
+}
+
+/// The images of a scene file as its materials use them, for [`crate::bake`].
+pub(crate) struct Images<'a>(textures::Uses<'a>);
+
+/// Reads a scene's materials and hands over their images.
+pub(crate) fn with_images<R>(
+    path: &Path,
+    work: impl FnOnce(&Images<'_>) -> Result<R, SceneError>,
+) -> Result<R, SceneError> {
+    let document = Document::read(path)?;
+    let (_, uses) = materials::collect(&document)?;
+    work(&Images(uses))
+}
+
+impl Images<'_> {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.in_order.len()
+    }
+
+    /// Label and content of the image file.
+    pub fn file(&self, index: usize) -> Result<(String, Vec<u8>), SceneError> {
+        self.0.file(self.0.in_order[index])
+    }
+
+    /// Size from the file's header, which must not exceed the limit, and what the image is used for.
+    pub fn header(
+        &self,
+        index: usize,
+        label: &str,
+        bytes: &[u8],
+        max_texels: u64,
+    ) -> Result<([u32; 2], crate::TextureUsage), SceneError> {
+        let u = self.0.in_order[index];
+        let header = images::Header::read(bytes).map_err(|what| self.0.invalid(u, label, what))?;
+        if header.texel_count() > max_texels {
+            let what = format!(
+                "{}x{} texels are more than the limit of {max_texels}; see --max-texture-pixels",
+                header.width, header.height
+            );
+            return Err(self.0.invalid(u, label, what));
+        }
+        Ok(([header.width, header.height], u.usage))
+    }
+
+    /// The decoded texture.
+    pub fn decode(&self, index: usize, label: &str, bytes: &[u8]) -> Result<crate::Texture, SceneError> {
+        let u = self.0.in_order[index];
+        let invalid = |what: String| self.0.invalid(u, label, what);
+        let header = images::Header::read(bytes).map_err(invalid)?;
+        let mut texture = self.0.texture(u, label.to_owned(), [header.width, header.height]);
+        texture.texels = header.decode(u.usage).map_err(invalid)?;
+        Ok(texture)
+    }
 }
 
 fn note_unsupported(document: &Document, notices: &mut Vec<String>) {
