@@ -32,6 +32,8 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
         environment: args.env.clone(),
         environment_rotation: args.env_rotation.to_radians(),
         environment_intensity: args.env_intensity,
+        baked: args.baked.clone(),
+        max_texture_pixels: args.max_texture_pixels,
         ..LoadOptions::default()
     };
     let scene = pt_scene::open(&args.scene, &options)?;

@@ -319,7 +319,8 @@ pub(crate) fn create_sampler(raw: &ash::Device, desc: &SamplerDesc) -> Result<vk
         Wrap::MirroredRepeat => vk::SamplerAddressMode::MIRRORED_REPEAT,
         Wrap::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
     };
-    let anisotropic = desc.mip != MipMode::Off && desc.max_anisotropy > 1.0 && desc.min_linear && desc.mag_linear;
+    let anisotropic =
+        desc.mip != MipMode::Off && desc.max_anisotropy > 1.0 && desc.min_linear && desc.mag_linear;
     let info = vk::SamplerCreateInfo::default()
         .mag_filter(filter(desc.mag_linear))
         .min_filter(filter(desc.min_linear))

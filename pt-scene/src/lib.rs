@@ -33,7 +33,9 @@ pub use environment::{Environment, EnvironmentImage, MAX_ENVIRONMENT_SIDE};
 pub use error::SceneError;
 pub use framing::automatic_camera;
 pub use glam;
-pub use import::{DEFAULT_MAX_TEXTURE_PIXELS, LoadOptions, MAX_TEXTURE_SIDE, SUPPORTED_EXTENSIONS, load, open};
+pub use import::{
+    DEFAULT_MAX_TEXTURE_PIXELS, LoadOptions, MAX_TEXTURE_SIDE, SUPPORTED_EXTENSIONS, load, open,
+};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Lobes, Material, TextureRef};
 pub use mesh::Mesh;

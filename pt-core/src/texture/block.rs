@@ -74,7 +74,9 @@ impl BlockFormat {
         let (w, h) = (width as usize, height as usize);
         let mut out = vec![0u8; w * h * 4];
         let across = w.div_ceil(4);
-        for (i, block) in blocks[..self.level_bytes([width, height])].chunks_exact(self.block_bytes()).enumerate() {
+        for (i, block) in
+            blocks[..self.level_bytes([width, height])].chunks_exact(self.block_bytes()).enumerate()
+        {
             let texels = self.decode_block(block);
             let (x, y) = (i % across * 4, i / across * 4);
             let columns = (w - x).min(4);

@@ -52,11 +52,23 @@ impl Folder {
     ///
     /// # Errors
     /// A damaged file, in one line that names it.
-    pub fn find(&self, image: &[u8], usage: TextureUsage, extent: [u32; 2]) -> Result<Option<Texels>, String> {
+    pub fn find(
+        &self,
+        image: &[u8],
+        usage: TextureUsage,
+        extent: [u32; 2],
+    ) -> Result<Option<Texels>, String> {
         let Some((dds, _)) = self.lookup(image, usage)? else { return Ok(None) };
         if [dds.width, dds.height] != extent {
             let path = self.path.join(Self::file_name(image, usage));
-            return Err(format!("{}: is {}x{}, not {}x{}", path.display(), dds.width, dds.height, extent[0], extent[1]));
+            return Err(format!(
+                "{}: is {}x{}, not {}x{}",
+                path.display(),
+                dds.width,
+                dds.height,
+                extent[0],
+                extent[1]
+            ));
         }
         Ok(Some(Texels::Blocks { format: dds.format, levels: dds.levels }))
     }

@@ -107,7 +107,13 @@ fn one(
     if let Texels::Blocks { format, levels } = &texture.texels {
         let levels = levels.clone();
         baked.outcome = Outcome::AlreadyCompressed;
-        baked.count(&DdsTexture { width: extent[0], height: extent[1], format: *format, srgb: false, levels });
+        baked.count(&DdsTexture {
+            width: extent[0],
+            height: extent[1],
+            format: *format,
+            srgb: false,
+            levels,
+        });
         return Ok(baked);
     }
     let (dds, psnr) = encode::encode(&texture, quality);

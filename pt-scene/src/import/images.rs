@@ -62,7 +62,8 @@ impl<'a> Header<'a> {
             }
             Kind::Ktx2 => transcode(self.bytes, self.width, self.height)?,
             Kind::Pixels(decoder) => {
-                let image = image::DynamicImage::from_decoder(BoxedDecoder(decoder)).map_err(|e| e.to_string())?;
+                let image =
+                    image::DynamicImage::from_decoder(BoxedDecoder(decoder)).map_err(|e| e.to_string())?;
                 image.into_rgba8().into_raw()
             }
         };
@@ -97,7 +98,8 @@ fn decoder<'a>(bytes: &'a [u8]) -> Result<Box<dyn ImageDecoder + 'a>, String> {
         ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP => {}
         other => return Err(format!("{other:?} images are not supported; it {unknown}")),
     }
-    let mut reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    let mut reader =
+        image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_TEXTURE_SIDE);
     limits.max_image_height = Some(MAX_TEXTURE_SIDE);

@@ -17,13 +17,17 @@ pub(super) fn read(document: &Document, options: &LoadOptions, scene: &mut Scene
     scene.textures = uses.load(baked.as_ref(), options.max_texture_pixels)?;
     scene.notices.append(&mut uses.notices);
     if uses.occlusion {
-        scene.notices.push("occlusion textures are ignored: traced light is occluded by the geometry itself".into());
+        scene
+            .notices
+            .push("occlusion textures are ignored: traced light is occluded by the geometry itself".into());
     }
     let lobes: BTreeSet<_> =
         scene.materials.iter().filter_map(|m| m.lobes.as_ref()).flat_map(|lobes| lobes.present()).collect();
     if !lobes.is_empty() {
         let lobes: Vec<_> = lobes.into_iter().collect();
-        scene.notices.push(format!("lobes that the real-time frame does not shade yet: {}", lobes.join(", ")));
+        scene
+            .notices
+            .push(format!("lobes that the real-time frame does not shade yet: {}", lobes.join(", ")));
     }
     Ok(())
 }

@@ -111,7 +111,9 @@ impl<'a> Uses<'a> {
     /// The image of a texture: that of an extension before the one that every reader knows.
     fn source(&self, texture: &texture::Texture, at: &str) -> Result<Option<Index<Image>>, SceneError> {
         for name in SOURCES {
-            let Some(extension) = texture.extensions.as_ref().and_then(|e| e.others.get(name)) else { continue };
+            let Some(extension) = texture.extensions.as_ref().and_then(|e| e.others.get(name)) else {
+                continue;
+            };
             let index = extension.get("source").and_then(|source| source.as_u64());
             let index = index.and_then(|index| u32::try_from(index).ok()).map(Index::new);
             let at = format!("{at}.extensions.{name}.source");
@@ -146,13 +148,18 @@ impl<'a> Uses<'a> {
     }
 
     /// All textures: baked ones where `baked` has them, the others decoded, up to `max_texels` in all.
-    pub fn load(&mut self, baked: Option<&bake::Folder>, max_texels: u64) -> Result<Vec<Texture>, SceneError> {
+    pub fn load(
+        &mut self,
+        baked: Option<&bake::Folder>,
+        max_texels: u64,
+    ) -> Result<Vec<Texture>, SceneError> {
         let texels = AtomicU64::new(0);
         let loaded: Vec<_> =
             self.in_order.par_iter().map(|&u| self.load_one(u, baked, &texels, max_texels)).collect();
         let texels = texels.into_inner();
         if texels > max_texels {
-            let what = format!("{texels} texels are more than the limit of {max_texels}; see --max-texture-pixels");
+            let what =
+                format!("{texels} texels are more than the limit of {max_texels}; see --max-texture-pixels");
             return Err(self.document.invalid("images", what));
         }
         let mut textures = Vec::with_capacity(loaded.len());
