@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::metrics::Metric;
+use pt_scene::LoadOptions;
 
 /// Research workbench for real-time path tracing.
 #[derive(Debug, Parser)]
@@ -137,22 +138,12 @@ pub struct BenchTraceArgs {
     pub device: Option<String>,
 }
 
-/// `pt render`
+/// The scene with its environment and its time.
 #[derive(Clone, Debug, Args)]
-pub struct RenderArgs {
+pub struct SceneArgs {
     /// glTF or GLB file, or the name of a built-in scene.
-    pub scene: String,
-
-    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated.
-    #[arg(short, long, value_name = "OUT.{png,exr}", required = true, help_heading = "Output")]
-    pub output: Vec<PathBuf>,
-    /// Further channels for an EXR: all, or a list of names.
-    #[arg(long, value_name = "all|A,B", help_heading = "Output")]
-    pub aov: Option<AovSelection>,
-    /// Write GPU times per pass and the counters of allocations and pipelines to this JSON file.
-    #[arg(long, value_name = "F.json", help_heading = "Output")]
-    pub timings: Option<PathBuf>,
-
+    #[arg(value_name = "SCENE")]
+    pub file: String,
     /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub baked: Option<PathBuf>,
@@ -174,7 +165,25 @@ pub struct RenderArgs {
     /// Frames per second of scene time between successive frames.
     #[arg(long, value_name = "F", default_value_t = 60.0, value_parser = positive_f64, allow_negative_numbers = true, help_heading = "Scene")]
     pub fps: f64,
+}
 
+impl SceneArgs {
+    /// What the loader needs to know.
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            environment: self.env.clone(),
+            environment_rotation: self.env_rotation.to_radians(),
+            environment_intensity: self.env_intensity,
+            baked: self.baked.clone(),
+            max_texture_pixels: self.max_texture_pixels,
+            ..LoadOptions::default()
+        }
+    }
+}
+
+/// The view.
+#[derive(Clone, Debug, Args)]
+pub struct CameraArgs {
     /// Camera of the scene, by name or by index from 0 [default: the first, or one that frames the scene]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "look", help_heading = "Camera")]
     pub camera: Option<CameraChoice>,
@@ -184,6 +193,41 @@ pub struct RenderArgs {
     /// Vertical field of view of --look, degrees, between 0 and 180.
     #[arg(long, value_name = "DEG", default_value_t = 50.0, value_parser = field_of_view, allow_negative_numbers = true, requires = "look", help_heading = "Camera")]
     pub vfov: f32,
+}
+
+/// Where it runs.
+#[derive(Clone, Debug, Args)]
+pub struct DeviceArgs {
+    /// How rays are traced; auto measures and takes the fastest.
+    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Auto, help_heading = "Device")]
+    pub backend: BackendChoice,
+    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
+    #[arg(long, value_name = "D", help_heading = "Device")]
+    pub device: Option<String>,
+    /// Run with the Vulkan validation layers; any message is an error.
+    #[arg(long, help_heading = "Device")]
+    pub validation: bool,
+}
+
+/// `pt render`
+#[derive(Clone, Debug, Args)]
+pub struct RenderArgs {
+    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated.
+    #[arg(short, long, value_name = "OUT.{png,exr}", required = true, help_heading = "Output")]
+    pub output: Vec<PathBuf>,
+    /// Further channels for an EXR: all, or a list of names.
+    #[arg(long, value_name = "all|A,B", help_heading = "Output")]
+    pub aov: Option<AovSelection>,
+    /// Write GPU times per pass and the counters of allocations and pipelines to this JSON file.
+    #[arg(long, value_name = "F.json", help_heading = "Output")]
+    pub timings: Option<PathBuf>,
+
+    /// What is rendered.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The view.
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Frame")]
@@ -204,15 +248,9 @@ pub struct RenderArgs {
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment, help_heading = "Frame")]
     pub set: Vec<String>,
 
-    /// How rays are traced; auto measures and takes the fastest.
-    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Auto, help_heading = "Device")]
-    pub backend: BackendChoice,
-    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
-    #[arg(long, value_name = "D", help_heading = "Device")]
-    pub device: Option<String>,
-    /// Run with the Vulkan validation layers; any message is an error.
-    #[arg(long, help_heading = "Device")]
-    pub validation: bool,
+    /// Where it runs.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 impl RenderArgs {

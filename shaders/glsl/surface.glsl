@@ -17,7 +17,6 @@ struct Surface {
 
 struct MaterialSample {
     vec3 base_color;
-    float alpha;
     float metallic;
     float roughness;
     float ior;
@@ -150,7 +149,6 @@ MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
     }
     MaterialSample r;
     r.base_color = clamp(base.rgb, 0.0, 1.0);
-    r.alpha = (m.flags & MATERIAL_BLEND) != 0u ? clamp(base.a, 0.0, 1.0) : 1.0;
     r.roughness = clamp(roughness_metallic.x, 0.0, 1.0);
     r.metallic = clamp(roughness_metallic.y, 0.0, 1.0);
     r.ior = m.ior;
