@@ -33,6 +33,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Render frames of a scene.
     Render(Box<RenderArgs>),
+    /// Compress a scene's textures ahead of time, for `pt render --baked`.
+    Bake(BakeArgs),
     /// Measure an image against its reference.
     Compare(CompareArgs),
     /// Put many images on one sheet, with their names.
@@ -104,6 +106,34 @@ pub struct PassesArgs {
     pub device: Option<String>,
 }
 
+/// `pt bake`
+#[derive(Clone, Debug, Args)]
+pub struct BakeArgs {
+    /// glTF or GLB file.
+    pub scene: PathBuf,
+    /// Folder for the DDS files; made when it is not there, may serve several scenes.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    pub quality: QualityChoice,
+    /// Most texels that an image may have.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
+    pub max_texture_pixels: u64,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How long the encoder searches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QualityChoice {
+    /// A third of the time.
+    Fast,
+    /// Better on hard images.
+    Best,
+}
+
 /// `pt bench`
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
@@ -153,6 +183,12 @@ pub struct SceneArgs {
     /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
     #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
     pub variant: Option<String>,
+    /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
+    #[arg(long, value_name = "DIR", help_heading = "Scene")]
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
+    pub max_texture_pixels: u64,
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
@@ -179,6 +215,8 @@ impl SceneArgs {
             environment_intensity: self.env_intensity,
             scene: self.gltf_scene.clone(),
             variant: self.variant.clone(),
+            baked: self.baked.clone(),
+            max_texture_pixels: self.max_texture_pixels,
             ..LoadOptions::default()
         }
     }

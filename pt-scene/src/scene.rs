@@ -105,7 +105,7 @@ pub struct Statistics {
     pub emissive_triangles: usize,
     /// Of these, masked or blended ones.
     pub masked_triangles: usize,
-    /// Bytes of texels, without mip levels.
+    /// Bytes of texels as the host holds them: compressed ones with their mip levels, others without.
     pub texture_bytes: usize,
 }
 
@@ -158,7 +158,7 @@ impl Scene {
     pub fn statistics(&self) -> Statistics {
         let mut s = Statistics {
             triangles: self.meshes.iter().map(Mesh::triangle_count).sum(),
-            texture_bytes: self.textures.iter().map(|t| t.texels.len()).sum(),
+            texture_bytes: self.textures.iter().map(Texture::bytes).sum(),
             ..Statistics::default()
         };
         for instance in &self.instances {
@@ -202,17 +202,7 @@ impl Scene {
                 return Err(fail(what));
             }
         }
-        for t in &self.textures {
-            if t.width == 0 || t.height == 0 || t.texels.len() != t.width as usize * t.height as usize * 4 {
-                return Err(fail(format!(
-                    "texture {}: {} bytes for {}x{}",
-                    t.name,
-                    t.texels.len(),
-                    t.width,
-                    t.height
-                )));
-            }
-        }
+        self.textures.iter().try_for_each(|t| t.check().map_err(fail))?;
         self.lights.iter().try_for_each(|light| check_light(light).map_err(fail))?;
         self.cameras.iter().try_for_each(|camera| check_camera(camera).map_err(fail))?;
         self.environment.check().map_err(|what| fail(format!("environment: {what}")))

@@ -7,18 +7,20 @@ mod compression;
 mod document;
 mod extensions;
 mod glb;
+mod images;
 mod material_extensions;
 mod materials;
 mod meshes;
 mod nodes;
 mod notices;
 mod tangents;
+mod textures;
 mod uri;
 
 use std::path::{Path, PathBuf};
 
 pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
-pub use materials::MAX_TEXTURE_SIDE;
+pub use textures::MAX_TEXTURE_SIDE;
 
 use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
 use document::Document;
@@ -42,7 +44,15 @@ pub struct LoadOptions {
     /// Most bytes of geometry (vertices, triangles, copies of instances) that a file may ask for: a small file can name
     /// the same data any number of times.
     pub max_geometry_bytes: u64,
+    /// Folder of textures baked by [`crate::bake`]; images that it does not hold are decoded.
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together, at their finest level (four bytes each when they
+    /// are not compressed). More is an error; nothing beyond is decoded.
+    pub max_texture_pixels: u64,
 }
+
+/// [`LoadOptions::max_texture_pixels`] unless it is set: 2 GiB of texels without compression.
+pub const DEFAULT_MAX_TEXTURE_PIXELS: u64 = 1 << 29;
 
 impl Default for LoadOptions {
     fn default() -> Self {
@@ -54,6 +64,8 @@ impl Default for LoadOptions {
             scene: None,
             variant: None,
             max_geometry_bytes: 16 << 30,
+            baked: None,
+            max_texture_pixels: DEFAULT_MAX_TEXTURE_PIXELS,
         }
     }
 }
@@ -118,7 +130,7 @@ fn fill(
         document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
     })?;
     note_unsupported(document, &scene, &mut notices);
-    materials::read(document, &mut scene)?;
+    materials::read(document, options, &mut scene)?;
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
     nodes::read(document, &meshes, options, &mut scene, &mut notices)?;
     if scene.instances.is_empty() {
@@ -156,6 +168,61 @@ fn variants(document: &Document) -> Result<Vec<String>, SceneError> {
     let others = document.root.extensions.as_ref().map(|e| &e.others);
     let variants = document.extension::<Variants>(others, "KHR_materials_variants", "")?;
     Ok(variants.map_or(Vec::new(), |v| v.variants.into_iter().map(|v| v.name).collect()))
+}
+
+/// The images of a scene file as its materials use them, for [`crate::bake`].
+pub(crate) struct Images<'a>(textures::Uses<'a>);
+
+/// Reads a scene's materials and hands over their images.
+pub(crate) fn with_images<R>(
+    path: &Path,
+    work: impl FnOnce(&Images<'_>) -> Result<R, SceneError>,
+) -> Result<R, SceneError> {
+    let document = Document::read(path, &LoadOptions::default(), &mut Notices::default())?;
+    let (_, uses) = materials::collect(&document)?;
+    work(&Images(uses))
+}
+
+impl Images<'_> {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.in_order.len()
+    }
+
+    /// Label and content of the image file.
+    pub fn file(&self, index: usize) -> Result<(String, Vec<u8>), SceneError> {
+        self.0.file(self.0.in_order[index])
+    }
+
+    /// Size from the file's header, which must not exceed the limit, and what the image is used for.
+    pub fn header(
+        &self,
+        index: usize,
+        label: &str,
+        bytes: &[u8],
+        max_texels: u64,
+    ) -> Result<([u32; 2], crate::TextureUsage), SceneError> {
+        let u = self.0.in_order[index];
+        let header = images::Header::read(bytes).map_err(|what| self.0.invalid(u, label, what))?;
+        if header.texel_count() > max_texels {
+            let what = format!(
+                "{}x{} texels are more than the limit of {max_texels}; see --max-texture-pixels",
+                header.width, header.height
+            );
+            return Err(self.0.invalid(u, label, what));
+        }
+        Ok(([header.width, header.height], u.usage))
+    }
+
+    /// The decoded texture.
+    pub fn decode(&self, index: usize, label: &str, bytes: &[u8]) -> Result<crate::Texture, SceneError> {
+        let u = self.0.in_order[index];
+        let invalid = |what: String| self.0.invalid(u, label, what);
+        let header = images::Header::read(bytes).map_err(invalid)?;
+        let mut texture = self.0.texture(u, label.to_owned(), [header.width, header.height]);
+        texture.texels = header.decode(u.usage).map_err(invalid)?;
+        Ok(texture)
+    }
 }
 
 fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
