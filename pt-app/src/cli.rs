@@ -26,8 +26,8 @@ const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check failed, 2 wrong usage or
 pub enum Command {
     /// Devices, drivers, trace backends and what `auto` chooses.
     Info(InfoArgs),
-    /// The built-in scenes.
-    Scenes,
+    /// The built-in scenes, or what is in a scene.
+    Scenes(ScenesArgs),
     /// The passes of the frame in order: what each reads, writes and moves.
     Passes(PassesArgs),
     /// Measure.
@@ -38,8 +38,43 @@ pub enum Command {
     Reference(Box<ReferenceArgs>),
     /// Join slices of one render of `pt reference`.
     Merge(MergeArgs),
+    /// Compress a scene's textures ahead of time, for `pt render --baked`.
+    Bake(BakeArgs),
     /// Measure an image against its reference.
     Compare(CompareArgs),
+    /// Put many images on one sheet, with their names.
+    Sheet(SheetArgs),
+}
+
+/// `pt scenes`
+#[derive(Clone, Debug, Args)]
+pub struct ScenesArgs {
+    /// Say what is in this scene: a glTF or GLB file, or the name of a built-in scene.
+    #[arg(long, value_name = "SCENE")]
+    pub stats: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub json: bool,
+    /// Number of clusters to divide the scene into, 1 to 4096.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "stats")]
+    pub clusters: u32,
+}
+
+/// `pt sheet`
+#[derive(Clone, Debug, Args)]
+pub struct SheetArgs {
+    /// PNG, JPEG, EXR or HDR images; a .txt file becomes a tile with its text.
+    #[arg(required = true)]
+    pub images: Vec<PathBuf>,
+    /// Sheet to write.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Tiles in a row [default: as square a sheet as can be]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub columns: Option<u32>,
+    /// Size of a tile without its label, pixels.
+    #[arg(long, value_name = "WxH", default_value = "256x192")]
+    pub tile: ImageSize,
 }
 
 /// `pt info`
@@ -74,6 +109,34 @@ pub struct PassesArgs {
     /// Vulkan device, by index or part of its name.
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
+}
+
+/// `pt bake`
+#[derive(Clone, Debug, Args)]
+pub struct BakeArgs {
+    /// glTF or GLB file.
+    pub scene: PathBuf,
+    /// Folder for the DDS files; made when it is not there, may serve several scenes.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    pub quality: QualityChoice,
+    /// Most texels that an image may have.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
+    pub max_texture_pixels: u64,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How long the encoder searches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QualityChoice {
+    /// A third of the time.
+    Fast,
+    /// Better on hard images.
+    Best,
 }
 
 /// `pt bench`
@@ -119,6 +182,18 @@ pub struct SceneArgs {
     /// glTF or GLB file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub file: String,
+    /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub gltf_scene: Option<String>,
+    /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub variant: Option<String>,
+    /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
+    #[arg(long, value_name = "DIR", help_heading = "Scene")]
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
+    pub max_texture_pixels: u64,
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
@@ -143,6 +218,10 @@ impl SceneArgs {
             environment: self.env.clone(),
             environment_rotation: self.env_rotation.to_radians(),
             environment_intensity: self.env_intensity,
+            scene: self.gltf_scene.clone(),
+            variant: self.variant.clone(),
+            baked: self.baked.clone(),
+            max_texture_pixels: self.max_texture_pixels,
             ..LoadOptions::default()
         }
     }
@@ -244,8 +323,14 @@ pub struct CompareArgs {
     pub a: PathBuf,
     /// Its reference, of the same size.
     pub b: PathBuf,
-    /// What to measure; the formulas are printed with the values.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "relmse,mse,psnr,flip,energy")]
+    /// What to measure; the formulas are printed with the values. Besides the defaults there is z-test, for EXR files
+    /// with the variance of the mean in a layer `variance`.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy"
+    )]
     pub metric: Vec<MetricName>,
     /// Only this rectangle, cut out before measuring; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]
@@ -259,7 +344,7 @@ pub struct CompareArgs {
     /// Fail (exit code 1) when the metric is above the value; may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub max: Vec<Limit>,
-    /// Fail (exit code 1) when the metric is below the value (psnr and energy); may be repeated.
+    /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, z-test); may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub min: Vec<Limit>,
 }

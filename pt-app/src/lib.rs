@@ -1,10 +1,12 @@
 //! The parts of the `pt` program.
 
 pub mod aov;
+pub mod bake;
 pub mod bench;
 pub mod cli;
 pub mod cli_reference;
 pub mod compare;
+mod font;
 pub mod frame;
 pub mod info;
 pub mod params;
@@ -12,5 +14,7 @@ pub mod passes;
 pub mod progress;
 pub mod reference;
 pub mod render;
+pub mod scene_stats;
 pub mod scenes;
 pub mod session;
+pub mod sheet;

@@ -45,7 +45,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         .with("scene", scene.fingerprint())
         .with("camera", format!("{camera:?}"))
         .with("time", args.scene.time)
-        .with("size", args.size)
+        .with("size", format!("{}x{}", size[0], size[1]))
         .with("seed", args.seed)
         .with("params", serde_json::to_string(&params)?);
     let mut session = Session::open(&args.device, scene)?;

@@ -1,4 +1,4 @@
-use crate::Scene;
+use crate::{Scene, Texels};
 
 impl Scene {
     /// Hash of everything that an image of the scene depends on, cameras excepted, where its instances are now: 32 hexadecimal
@@ -13,8 +13,14 @@ impl Scene {
         hash.text(&(environment.image.width, environment.image.height));
         hash.words(&environment.image.texels);
         for texture in &self.textures {
-            hash.text(&(texture.width, texture.height, texture.srgb, texture.sampler));
-            hash.words(&texture.texels);
+            hash.text(&(texture.width, texture.height, texture.usage, texture.sampler));
+            match &texture.texels {
+                Texels::Rgba8(texels) => hash.words(texels),
+                Texels::Blocks { format, levels } => {
+                    hash.text(format);
+                    levels.iter().for_each(|level| hash.words(level));
+                }
+            }
         }
         for mesh in &self.meshes {
             hash.words(&mesh.positions);

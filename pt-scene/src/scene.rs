@@ -1,8 +1,9 @@
 use glam::{Affine3A, Vec3};
 
 use crate::{
-    AlphaMode, Camera, Environment, Light, LightKind, Lobes, Material, Mesh, Motion, Projection, SceneError,
-    Texture,
+    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
+    Motion,
+    Projection, SceneError, Texture,
 };
 
 /// Everything that is to be rendered.
@@ -26,6 +27,12 @@ pub struct Scene {
     pub environment: Environment,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
+    /// Names of the scenes in the file that this one was chosen from.
+    pub scenes: Vec<String>,
+    /// Names of the material variants in the file.
+    pub variants: Vec<String>,
+    /// Extensions that the file uses.
+    pub extensions: Vec<ExtensionUse>,
 }
 
 /// A mesh in the world, now and in the previous frame.
@@ -58,6 +65,11 @@ impl Instance {
     /// An instance that moves, at time 0.
     pub fn moving(name: &str, mesh: u32, motion: Motion) -> Self {
         Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
+    }
+
+    /// Whether it never moves.
+    pub fn is_static(&self) -> bool {
+        self.motion.is_none()
     }
 }
 
@@ -93,7 +105,7 @@ pub struct Statistics {
     pub emissive_triangles: usize,
     /// Of these, masked or blended ones.
     pub masked_triangles: usize,
-    /// Bytes of texels, without mip levels.
+    /// Bytes of texels as the host holds them: compressed ones with their mip levels, others without.
     pub texture_bytes: usize,
 }
 
@@ -115,8 +127,12 @@ impl Scene {
     }
 
     /// Moves instances with a [`Motion`] to where they are at `now`, and their previous transforms to where they
-    /// were at `previous` (seconds). Cameras are evaluated by [`Camera::at`].
+    /// were at `previous` (seconds); lights are as they are at `now`, see [`Light::at`]. Cameras are evaluated by
+    /// [`Camera::at`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
+        for light in &mut self.lights {
+            *light = light.at(now);
+        }
         for instance in &mut self.instances {
             match &instance.motion {
                 Some(motion) => {
@@ -142,7 +158,7 @@ impl Scene {
     pub fn statistics(&self) -> Statistics {
         let mut s = Statistics {
             triangles: self.meshes.iter().map(Mesh::triangle_count).sum(),
-            texture_bytes: self.textures.iter().map(|t| t.texels.len()).sum(),
+            texture_bytes: self.textures.iter().map(Texture::bytes).sum(),
             ..Statistics::default()
         };
         for instance in &self.instances {
@@ -176,18 +192,17 @@ impl Scene {
                 }
             }
         }
-        self.materials.iter().try_for_each(|m| check_material(m, self.textures.len()).map_err(fail))?;
-        for t in &self.textures {
-            if t.width == 0 || t.height == 0 || t.texels.len() != t.width as usize * t.height as usize * 4 {
-                return Err(fail(format!(
-                    "texture {}: {} bytes for {}x{}",
-                    t.name,
-                    t.texels.len(),
-                    t.width,
-                    t.height
-                )));
+        for m in &self.materials {
+            check_material(m, self.textures.len()).map_err(fail)?;
+            if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
+                let what = format!(
+                    "material {}: priority {} or exterior {:?} is out of range",
+                    m.name, m.priority, m.exterior
+                );
+                return Err(fail(what));
             }
         }
+        self.textures.iter().try_for_each(|t| t.check().map_err(fail))?;
         self.lights.iter().try_for_each(|light| check_light(light).map_err(fail))?;
         self.cameras.iter().try_for_each(|camera| check_camera(camera).map_err(fail))?;
         self.environment.check().map_err(|what| fail(format!("environment: {what}")))
