@@ -33,6 +33,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Render frames of a scene.
     Render(Box<RenderArgs>),
+    /// Compress a scene's textures ahead of time, for `pt render --baked`.
+    Bake(BakeArgs),
     /// Measure an image against its reference.
     Compare(CompareArgs),
     /// Put many images on one sheet, with their names.
@@ -104,6 +106,34 @@ pub struct PassesArgs {
     pub device: Option<String>,
 }
 
+/// `pt bake`
+#[derive(Clone, Debug, Args)]
+pub struct BakeArgs {
+    /// glTF or GLB file.
+    pub scene: PathBuf,
+    /// Folder for the DDS files; made when it is not there, may serve several scenes.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    pub quality: QualityChoice,
+    /// Most texels that an image may have.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
+    pub max_texture_pixels: u64,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How long the encoder searches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QualityChoice {
+    /// A third of the time.
+    Fast,
+    /// Better on hard images.
+    Best,
+}
+
 /// `pt bench`
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
@@ -147,6 +177,18 @@ pub struct SceneArgs {
     /// glTF or GLB file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub file: String,
+    /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub gltf_scene: Option<String>,
+    /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub variant: Option<String>,
+    /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
+    #[arg(long, value_name = "DIR", help_heading = "Scene")]
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
+    pub max_texture_pixels: u64,
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
@@ -171,6 +213,10 @@ impl SceneArgs {
             environment: self.env.clone(),
             environment_rotation: self.env_rotation.to_radians(),
             environment_intensity: self.env_intensity,
+            scene: self.gltf_scene.clone(),
+            variant: self.variant.clone(),
+            baked: self.baked.clone(),
+            max_texture_pixels: self.max_texture_pixels,
             ..LoadOptions::default()
         }
     }
@@ -272,8 +318,14 @@ pub struct CompareArgs {
     pub a: PathBuf,
     /// Its reference, of the same size.
     pub b: PathBuf,
-    /// What to measure; the formulas are printed with the values.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "relmse,mse,psnr,flip,energy")]
+    /// What to measure; the formulas are printed with the values. Besides the defaults there is z-test, for EXR files
+    /// with the variance of the mean in a layer `variance`.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy"
+    )]
     pub metric: Vec<MetricName>,
     /// Only this rectangle, cut out before measuring; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]
@@ -287,7 +339,7 @@ pub struct CompareArgs {
     /// Fail (exit code 1) when the metric is above the value; may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub max: Vec<Limit>,
-    /// Fail (exit code 1) when the metric is below the value (psnr and energy); may be repeated.
+    /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, z-test); may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub min: Vec<Limit>,
 }

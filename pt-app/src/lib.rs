@@ -1,6 +1,7 @@
 //! The parts of the `pt` program.
 
 pub mod aov;
+pub mod bake;
 pub mod bench;
 pub mod cli;
 pub mod compare;

@@ -299,14 +299,9 @@ fn material_kinds(materials: &[Material]) -> BTreeMap<&'static str, usize> {
 fn textures(textures: &[Texture]) -> Textures {
     let mut sum = Textures { count: textures.len(), ..Textures::default() };
     for t in textures {
-        *(if t.srgb { &mut sum.rgba8_srgb } else { &mut sum.rgba8_linear }) += 1;
-        sum.decoded_bytes += t.texels.len();
-        let (mut w, mut h) = (t.width as usize, t.height as usize);
-        while (w, h) != (1, 1) {
-            sum.gpu_bytes += 4 * w * h;
-            (w, h) = ((w / 2).max(1), (h / 2).max(1));
-        }
-        sum.gpu_bytes += 4;
+        *(if t.usage.is_srgb() { &mut sum.rgba8_srgb } else { &mut sum.rgba8_linear }) += 1;
+        sum.decoded_bytes += t.bytes();
+        sum.gpu_bytes += t.uncompressed_bytes() as usize;
     }
     sum
 }

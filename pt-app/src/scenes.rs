@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use pt_scene::{BUILTIN, LoadOptions, SUPPORTED_EXTENSIONS};
+use pt_scene::{BUILTIN, LoadOptions, Support, support};
 use serde_json::{Value, json};
 
 use crate::cli::ScenesArgs;
@@ -87,7 +87,7 @@ fn named_extensions(file: &Path) -> Vec<ExtensionStats> {
     for name in names("extensionsUsed").into_iter().chain(required.clone()) {
         if all.iter().all(|e| e.name != name) {
             let required = required.contains(&name);
-            let status = match (SUPPORTED_EXTENSIONS.contains(&name.as_str()), required) {
+            let status = match (support(&name) == Support::Supported, required) {
                 (true, _) => "supported",
                 (false, false) => "ignored",
                 (false, true) => "refused",

@@ -1,7 +1,8 @@
 use glam::{Affine3A, Vec3};
 
 use crate::{
-    AlphaMode, Camera, Environment, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh, Motion,
+    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
+    Motion,
     Projection, SceneError, Texture,
 };
 
@@ -26,6 +27,12 @@ pub struct Scene {
     pub environment: Environment,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
+    /// Names of the scenes in the file that this one was chosen from.
+    pub scenes: Vec<String>,
+    /// Names of the material variants in the file.
+    pub variants: Vec<String>,
+    /// Extensions that the file uses.
+    pub extensions: Vec<ExtensionUse>,
 }
 
 /// A mesh in the world, now and in the previous frame.
@@ -98,7 +105,7 @@ pub struct Statistics {
     pub emissive_triangles: usize,
     /// Of these, masked or blended ones.
     pub masked_triangles: usize,
-    /// Bytes of texels, without mip levels.
+    /// Bytes of texels as the host holds them: compressed ones with their mip levels, others without.
     pub texture_bytes: usize,
 }
 
@@ -151,7 +158,7 @@ impl Scene {
     pub fn statistics(&self) -> Statistics {
         let mut s = Statistics {
             triangles: self.meshes.iter().map(Mesh::triangle_count).sum(),
-            texture_bytes: self.textures.iter().map(|t| t.texels.len()).sum(),
+            texture_bytes: self.textures.iter().map(Texture::bytes).sum(),
             ..Statistics::default()
         };
         for instance in &self.instances {
@@ -195,17 +202,7 @@ impl Scene {
                 return Err(fail(what));
             }
         }
-        for t in &self.textures {
-            if t.width == 0 || t.height == 0 || t.texels.len() != t.width as usize * t.height as usize * 4 {
-                return Err(fail(format!(
-                    "texture {}: {} bytes for {}x{}",
-                    t.name,
-                    t.texels.len(),
-                    t.width,
-                    t.height
-                )));
-            }
-        }
+        self.textures.iter().try_for_each(|t| t.check().map_err(fail))?;
         self.lights.iter().try_for_each(|light| check_light(light).map_err(fail))?;
         self.cameras.iter().try_for_each(|camera| check_camera(camera).map_err(fail))?;
         self.environment.check().map_err(|what| fail(format!("environment: {what}")))

@@ -52,7 +52,7 @@ float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     VertexTable v = VertexTable(mesh.vertices);
     float vertex_alpha = interpolate(vec2(unpackUnorm4x8(v.at[index.x].color).a), vec2(unpackUnorm4x8(v.at[index.y].color).a),
                                      vec2(unpackUnorm4x8(v.at[index.z].color).a), bary).x;
-    precise float alpha = material.at[material_index].base_color.w * vertex_alpha;
+    float alpha = material.at[material_index].base_color.w * vertex_alpha;
     TextureSlot slot = material.at[material_index].base_color_texture;
     if (slot.texture != NONE) {
         vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot.uv_set));

@@ -132,8 +132,9 @@ mat3 tangent_frame(Surface s) {
 
 vec3 mapped_normal(TextureSlot slot, float scale, Surface s, Footprint f, float lod_scale) {
     if (slot.texture == NONE) return s.geo_normal;
-    vec3 n = sample_texture(slot, s, f, lod_scale).xyz * 2.0 - 1.0;
-    vec3 mapped = tangent_frame(s) * vec3(n.xy * scale, n.z);
+    // Maps hold the x and y of unit vectors; two channels are all that some have.
+    vec2 n = sample_texture(slot, s, f, lod_scale).xy * 2.0 - 1.0;
+    vec3 mapped = tangent_frame(s) * vec3(n * scale, sqrt(max(1.0 - dot(n, n), 0.0)));
     return dot(mapped, mapped) > 0.0 ? normalize(mapped) : s.geo_normal;
 }
 

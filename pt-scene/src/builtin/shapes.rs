@@ -32,7 +32,7 @@ impl From<Mesh> for Shape {
 
 impl Shape {
     pub fn into_mesh(mut self) -> Mesh {
-        self.mesh.compute_tangents(false);
+        self.mesh.compute_tangents();
         self.mesh
     }
 
