@@ -10,6 +10,7 @@
 
 mod builtin;
 mod camera;
+mod clusters;
 mod environment;
 mod error;
 mod framing;
@@ -26,6 +27,7 @@ mod texture;
 
 pub use builtin::{BUILTIN, builtin};
 pub use camera::{Camera, CameraKey, CameraPath, Projection};
+pub use clusters::{ClusterContents, ClusterStatistics, Clusters};
 pub use environment::{Environment, EnvironmentImage, MAX_ENVIRONMENT_SIDE};
 pub use error::SceneError;
 pub use framing::automatic_camera;
@@ -34,9 +36,9 @@ pub use import::{
     EXTENSIONS, ExtensionUse, LoadOptions, MAX_TEXTURE_SIDE, Support, load, load_bytes, open, support,
 };
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, Lobes, Material, TextureRef};
+pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};
 pub use mesh::Mesh;
-pub use motion::Motion;
+pub use motion::{Blink, LightMotion, Motion};
 pub use scene::{Bounds, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};
 pub use texture::{Filter, MipLevel, Sampler, Texture, Wrap, linear_from_srgb, srgb_from_linear};

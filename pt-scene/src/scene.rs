@@ -1,7 +1,8 @@
 use glam::{Affine3A, Vec3};
 
 use crate::{
-    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, Material, Mesh, Motion,
+    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
+    Motion,
     Projection, SceneError, Texture,
 };
 
@@ -82,6 +83,11 @@ impl Instance {
     pub fn moving(name: &str, mesh: u32, motion: Motion) -> Self {
         Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
     }
+
+    /// Whether it never moves.
+    pub fn is_static(&self) -> bool {
+        self.motion.is_none()
+    }
 }
 
 /// An axis-aligned box, world space.
@@ -138,8 +144,12 @@ impl Scene {
     }
 
     /// Moves instances with a [`Motion`] to where they are at `now`, and their previous transforms to where they
-    /// were at `previous` (seconds). Cameras are evaluated by [`Camera::at`].
+    /// were at `previous` (seconds); lights are as they are at `now`, see [`Light::at`]. Cameras are evaluated by
+    /// [`Camera::at`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
+        for light in &mut self.lights {
+            *light = light.at(now);
+        }
         for instance in &mut self.instances {
             match &instance.motion {
                 Some(motion) => {
@@ -209,7 +219,16 @@ impl Scene {
                 }
             }
         }
-        self.materials.iter().try_for_each(|m| check_material(m, self.textures.len()).map_err(fail))?;
+        for m in &self.materials {
+            check_material(m, self.textures.len()).map_err(fail)?;
+            if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
+                let what = format!(
+                    "material {}: priority {} or exterior {:?} is out of range",
+                    m.name, m.priority, m.exterior
+                );
+                return Err(fail(what));
+            }
+        }
         for t in &self.textures {
             if t.width == 0 || t.height == 0 || t.texels.len() != t.width as usize * t.height as usize * 4 {
                 return Err(fail(format!(

@@ -6,7 +6,7 @@ mod textures;
 
 pub use camera::camera_record;
 
-use crate::Scene;
+use crate::{Clusters, Scene};
 use glam::{UVec3, Vec2};
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::texture::TextureTable;
@@ -27,6 +27,7 @@ pub struct GpuScene {
     instance_records: Vec<InstanceRecord>,
     placements: Vec<InstancePlacement>,
     masks: Vec<u32>,
+    clusters: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
 }
@@ -137,6 +138,9 @@ impl GpuScene {
             ..bytemuck::Zeroable::zeroed()
         };
         accel.fill_scene(&mut record);
+        let clusters = Clusters::new(scene, Clusters::DEFAULT);
+        let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        record.clusters = clusters.address();
         Ok(Self {
             choice,
             accel,
@@ -148,6 +152,7 @@ impl GpuScene {
             instance_records: Vec::new(),
             placements: Vec::new(),
             masks,
+            clusters,
             tables: vec![
                 position_buffer,
                 vertex_buffer,
@@ -173,6 +178,13 @@ impl GpuScene {
     /// The record that kernels see, for tables that other crates add.
     pub fn record_mut(&mut self) -> &mut SceneRecord {
         &mut self.record
+    }
+
+    /// Uses another division into clusters than the default one; before the first frame.
+    pub fn set_clusters(&mut self, device: &Device, clusters: &Clusters) -> Result<()> {
+        self.clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        self.record.clusters = self.clusters.address();
+        Ok(())
     }
 
     /// Brings the device up to date with the instances' transforms; without change it records nothing.
@@ -207,7 +219,8 @@ impl GpuScene {
         let pass = pass
             .read("scene_uniforms", self.uniforms.buffer())
             .textures(&self.textures)
-            .addresses(&self.instances);
+            .addresses(&self.instances)
+            .addresses(&self.clusters);
         let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
         self.accel.bind(pass)
     }

@@ -100,6 +100,8 @@ fn material(m: &Material, lobes: u32) -> MaterialRecord {
         flags,
         attenuation_color: m.attenuation_color,
         lobes,
+        nesting: m.priority | m.exterior.map_or(0, |material| (material + 1) << 8),
+        pad: [0; 3],
         base_color_texture: texture_slot(m.base_color_texture),
         metallic_roughness_texture: texture_slot(m.metallic_roughness_texture),
         normal_texture: texture_slot(m.normal_texture),
