@@ -134,7 +134,7 @@ pub struct ClusterStats {
     pub occupied: usize,
     /// Triangles per occupied cluster: smallest, median, largest.
     pub triangles: [usize; 3],
-    /// Longest edge of a cell, metres: smallest, median, largest.
+    /// Longest edge of the bounds of the surfaces in an occupied cluster, metres: smallest, median, largest.
     pub cell_size_m: [f32; 3],
     /// Numbers of clusters with up to so many triangles: (triangles, clusters).
     pub histogram: Vec<(usize, usize)>,

@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use super::LoadOptions;
 use super::document::Document;
+use super::meshes::Shape;
 use super::notices::Notices;
 use crate::scene::is_invertible;
 use crate::{Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
@@ -18,7 +19,7 @@ use crate::{Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
 /// Walks the node hierarchy of a scene and places meshes, cameras and lights.
 pub(super) fn read(
     document: &Document,
-    meshes: &[Option<u32>],
+    shapes: &[Option<Shape>],
     options: &LoadOptions,
     scene: &mut Scene,
     notices: &mut Notices,
@@ -55,7 +56,7 @@ pub(super) fn read(
         if !world.is_finite() {
             return Err(document.invalid(at, "the transform is not finite"));
         }
-        place(document, node, &world, &at, meshes, scene, notices)?;
+        place(document, node, &world, &at, shapes, scene, notices)?;
         let children = node.children.iter().flatten().rev();
         pending.extend(children.map(|&child| (child, world, format!("{at}.children"))));
     }
@@ -151,26 +152,27 @@ fn place(
     node: &Node,
     world: &Affine3A,
     at: &str,
-    meshes: &[Option<u32>],
+    shapes: &[Option<Shape>],
     scene: &mut Scene,
     notices: &mut Notices,
 ) -> Result<(), SceneError> {
     let name = node.name.as_deref().unwrap_or(at);
     if let Some(mesh) = node.mesh {
         document.get(mesh, &format!("{at}.mesh"))?;
-        let mut add = |name: &str, mesh: u32, world: Affine3A| {
+        let mut add = |name: &str, shape: Shape, world: Affine3A| {
             if is_invertible(&world) {
-                scene.instances.push(Instance::new(name, mesh, world));
+                let material = shape.material;
+                scene.instances.push(Instance { material, ..Instance::new(name, shape.mesh, world) });
             } else {
                 notices.add(at, "left out, its scale is zero or beyond single precision");
             }
         };
-        match (meshes[mesh.value()], instances(document, node, at)?) {
-            (Some(mesh), Some(copies)) => {
+        match (shapes[mesh.value()], instances(document, node, at)?) {
+            (Some(shape), Some(copies)) => {
                 let copies = copies.iter().enumerate();
-                copies.for_each(|(i, &copy)| add(&format!("{name}[{i}]"), mesh, *world * copy));
+                copies.for_each(|(i, &copy)| add(&format!("{name}[{i}]"), shape, *world * copy));
             }
-            (Some(mesh), None) => add(name, mesh, *world),
+            (Some(shape), None) => add(name, shape, *world),
             (None, _) => {}
         }
     }
