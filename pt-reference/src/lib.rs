@@ -28,3 +28,4 @@ pub use progressive::Progressive;
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
+pub mod oracle;
