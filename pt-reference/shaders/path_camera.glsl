@@ -22,6 +22,6 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.vertex = 0u;
     path.segment = 0u;
     path.shadow_rays = 0u;
-    path.interior = interior_empty();
+    path.interior = EMPTY_INTERIOR;
     return path;
 }

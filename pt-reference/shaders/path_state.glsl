@@ -1,7 +1,7 @@
 // The state that a path carries from vertex to vertex, and the weights by which light sampling and BSDF sampling share what
 // both of them find: Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.
 #include "frame.glsl"
-#include "media.glsl"
+#include "interior.glsl"
 #include "path_random.glsl"
 #include "reference_records.glsl"
 
@@ -19,7 +19,7 @@ struct PathState {
     uint shadow_rays;
     float chord;     // length of the last ray, metres
     PathRandom random;
-    Interior interior;
+    InteriorList interior;
 };
 
 // No light sampling could have found what this ray finds: it comes from the camera or from a delta lobe.

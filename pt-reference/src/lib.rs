@@ -13,6 +13,7 @@ pub mod direct;
 mod files;
 mod film;
 mod identity;
+pub mod oracle;
 mod params;
 mod path_tracer;
 mod progressive;
@@ -28,4 +29,4 @@ pub use progressive::Progressive;
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
-pub mod oracle;
+

@@ -4,9 +4,9 @@
 #include "reflectance.glsl"
 
 // Bilinear lookup in a table of N x N values for x (first) and y in [0, 1]. As a macro, since GLSL copies arrays that are passed.
-#define LOOK_UP(table, n, x, y, result)                                                      \
+#define LOOK_UP(table, n, across, down, result)                                                      \
     {                                                                                        \
-        vec2 at = clamp(vec2(x, y), 0.0, 1.0) * float(n - 1u);                               \
+        vec2 at = clamp(vec2(across, down), 0.0, 1.0) * float(n - 1u);                               \
         uvec2 cell = min(uvec2(at), uvec2(n - 2u));                                          \
         vec2 f = at - vec2(cell);                                                            \
         uint k = cell.y * n + cell.x;                                                        \
