@@ -121,6 +121,7 @@ mod tests {
             triangle_materials: vec![0, 0],
             first_masked: 2,
             name: "square".into(),
+            ..Mesh::default()
         };
         let place = |scale| Instance::new("square", 0, Affine3A::from_scale(Vec3::splat(scale)));
         Scene {

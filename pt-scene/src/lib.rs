@@ -8,6 +8,7 @@
 //! one to one. Colours are linear with Rec. 709 primaries.
 #![deny(missing_docs)]
 
+pub mod animation;
 mod builtin;
 mod camera;
 mod environment;
@@ -24,6 +25,7 @@ mod scene;
 mod sky;
 mod texture;
 
+pub use animation::{AnimationChoice, AnimationInfo};
 pub use builtin::{BUILTIN, builtin};
 pub use camera::{Camera, CameraKey, CameraPath, Projection};
 pub use environment::{Environment, EnvironmentImage, MAX_ENVIRONMENT_SIDE};
@@ -35,6 +37,6 @@ pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::Mesh;
 pub use motion::Motion;
-pub use scene::{Bounds, Instance, Scene, Statistics};
+pub use scene::{Attachment, Bounds, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};
 pub use texture::{Filter, MipLevel, Sampler, Texture, Wrap, linear_from_srgb, srgb_from_linear};

@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 
 /// Shape of a punctual light (KHR_lights_punctual).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,13 @@ pub struct Light {
     pub radius: f32,
     /// Half the angle under which a directional light is seen, radians; 0: exactly parallel light.
     pub angular_radius: f32,
+    /// Node of [`crate::Scene::rig`] that carries it, if it moves.
+    pub node: Option<u32>,
+}
+
+/// Direction in which a light shines that a node carries (KHR_lights_punctual).
+pub(crate) fn shines(world_from_node: &Affine3A) -> Vec3 {
+    world_from_node.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z)
 }
 
 impl Light {
@@ -47,6 +54,7 @@ impl Light {
             direction: Vec3::NEG_Y,
             radius: 0.0,
             angular_radius: 0.0,
+            node: None,
         }
     }
 

@@ -1,7 +1,12 @@
 use glam::{Affine3A, Vec3};
 
+use std::sync::Arc;
+
+use crate::animation::{Pose, Rig, visible};
+use crate::light::shines;
 use crate::{
-    AlphaMode, Camera, Environment, Light, LightKind, Material, Mesh, Motion, Projection, SceneError, Texture,
+    AlphaMode, AnimationInfo, Camera, Environment, Light, LightKind, Material, Mesh, Motion, Projection,
+    SceneError, Texture,
 };
 
 /// Everything that is to be rendered.
@@ -23,6 +28,14 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Light from infinitely far away.
     pub environment: Environment,
+    /// Animations of the file.
+    pub animations: Vec<AnimationInfo>,
+    /// The nodes that move instances, lights and joints; `None` when nothing does.
+    pub rig: Option<Arc<Rig>>,
+    /// Where the rig's nodes are, since the last [`Scene::set_time`].
+    pub pose: Pose,
+    /// Where they were in the previous frame.
+    pub pose_prev: Pose,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
 }
@@ -40,6 +53,17 @@ pub struct Instance {
     pub world_from_object_prev: Affine3A,
     /// How it moves; [`Scene::set_time`] applies it.
     pub motion: Option<Motion>,
+    /// The node of [`Scene::rig`] that carries it, if that moves; [`Scene::set_time`] applies it.
+    pub attachment: Option<Attachment>,
+}
+
+/// Hangs an instance on a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attachment {
+    /// Index of the node.
+    pub node: u32,
+    /// Node-from-object transform.
+    pub offset: Affine3A,
 }
 
 impl Instance {
@@ -51,6 +75,7 @@ impl Instance {
             world_from_object,
             world_from_object_prev: world_from_object,
             motion: None,
+            attachment: None,
         }
     }
 
@@ -113,8 +138,9 @@ impl Scene {
         )
     }
 
-    /// Moves instances with a [`Motion`] to where they are at `now`, and their previous transforms to where they
-    /// were at `previous` (seconds). Cameras are evaluated by [`Camera::at`].
+    /// Moves instances, lights and the joints of deforming meshes to where they are at `now`, and the instances' previous
+    /// transforms to where they were at `previous` (seconds). Cameras are evaluated by [`Camera::at`], vertices on the
+    /// device or by [`Scene::pose_meshes`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
         for instance in &mut self.instances {
             match &instance.motion {
@@ -125,6 +151,31 @@ impl Scene {
                 None => instance.world_from_object_prev = instance.world_from_object,
             }
         }
+        let Some(rig) = &self.rig else { return };
+        rig.evaluate(now, &mut self.pose);
+        rig.evaluate(previous, &mut self.pose_prev);
+        for instance in &mut self.instances {
+            if let Some(Attachment { node, offset }) = instance.attachment {
+                let place = |pose: &Pose| visible(pose.world[node as usize] * offset);
+                instance.world_from_object = place(&self.pose);
+                instance.world_from_object_prev = place(&self.pose_prev);
+            }
+        }
+        for light in &mut self.lights {
+            if let Some(world) = light.node.map(|node| self.pose.world[node as usize]) {
+                light.position = world.translation.into();
+                light.direction = shines(&world);
+            }
+        }
+        for deformation in self.meshes.iter_mut().filter_map(|mesh| mesh.deformation.as_mut()) {
+            deformation.set_pose(&self.pose);
+        }
+    }
+
+    /// Puts the vertices of deforming meshes where they are now, for everything that reads them on the CPU: bounds, the automatic
+    /// camera, acceleration structures that are built, the reference.
+    pub fn pose_meshes(&mut self) {
+        self.meshes.iter_mut().for_each(Mesh::pose);
     }
 
     /// The first camera of the scene, or one that frames it by the rule of [`crate::automatic_camera`].

@@ -66,7 +66,7 @@ impl Document {
         else {
             return Err(self.invalid(&at, "unknown component type or type"));
         };
-        if kind.multiplicity() != components || matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4) {
+        if kind.multiplicity() != components || matches!(kind, Type::Mat2 | Type::Mat3) {
             return Err(
                 self.invalid(&at, format!("is {kind:?}, but {used_at} needs {components} component(s)"))
             );

@@ -2,6 +2,7 @@ use glam::{Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
+use super::animation;
 use super::document::Document;
 use crate::{Mesh, Scene, SceneError};
 
@@ -89,6 +90,7 @@ fn read_primitive(
         ..Mesh::default()
     };
     same_length("COLOR_0", mesh.colors.len())?;
+    animation::read_vertices(document, primitive, at, &mut mesh)?;
     let second_uv_set = scene.materials[material].normal_texture.is_some_and(|texture| texture.uv_set == 1);
     let Some(index) = attribute(Semantic::Normals) else {
         // glTF: without normals, flat ones, and tangents in the file are not to be used.

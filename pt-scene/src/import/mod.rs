@@ -2,6 +2,7 @@
 //! reads bytes is checked here, because the crate's own accessors panic on files that break the format.
 
 mod accessor;
+mod animation;
 mod document;
 mod materials;
 mod meshes;
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub use materials::MAX_TEXTURE_SIDE;
 
-use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
+use crate::{AnimationChoice, Environment, Scene, SceneError, builtin, default_sky, default_sun};
 use document::Document;
 
 /// The glTF extensions that are honoured. A file that requires another is refused; one that merely uses another is
@@ -39,18 +40,35 @@ pub struct LoadOptions {
     pub environment_intensity: f32,
     /// Give a scene without any light [`default_sky`] and [`default_sun`].
     pub default_sky: bool,
+    /// Which animations of a glTF file play.
+    pub animation: AnimationChoice,
+    /// Time at which the scene is shown at first, seconds; [`Scene::set_time`] goes on from there.
+    pub time: f64,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { environment: None, environment_rotation: 0.0, environment_intensity: 1.0, default_sky: true }
+        Self {
+            environment: None,
+            environment_rotation: 0.0,
+            environment_intensity: 1.0,
+            default_sky: true,
+            animation: AnimationChoice::default(),
+            time: 0.0,
+        }
     }
 }
 
 /// Loads a scene by the name of a built-in one or, failing that, from a glTF file.
 pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
     match builtin(name_or_path) {
-        Some(scene) => finish(scene, options),
+        Some(scene) => match &options.animation {
+            AnimationChoice::Index(_) | AnimationChoice::Name(_) => {
+                let what = "a built-in scene has no animations to choose from";
+                Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
+            }
+            _ => finish(scene, options),
+        },
         None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
             load(name_or_path, options)
         }
@@ -64,8 +82,6 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 
 /// Loads the default scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which
 /// may be embedded, or files in the folder of the scene or below.
-///
-/// Left for later, with a notice: animation, skins (shown in their bind pose), morph targets (shown undeformed).
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     let document = Document::read(path)?;
@@ -76,7 +92,9 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, Scen
     note_unsupported(&document, &mut scene.notices);
     materials::read(&document, &mut scene)?;
     let meshes = meshes::read(&document, &mut scene)?;
-    nodes::read(&document, &meshes, &mut scene)?;
+    let rig = animation::read_rig(&document, &options.animation, &mut scene)?;
+    nodes::read(&document, &meshes, rig.as_ref(), &mut scene)?;
+    animation::attach(&document, rig, &mut scene)?;
     finish(scene, options).map_err(|error| match error {
         SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
         other => other,
@@ -87,15 +105,6 @@ fn note_unsupported(document: &Document, notices: &mut Vec<String>) {
     let root = &document.root;
     for name in root.extensions_used.iter().filter(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str())) {
         notices.push(format!("extension {name} is ignored"));
-    }
-    if !root.animations.is_empty() {
-        notices.push(format!("{} animation(s) ignored; nodes rest", root.animations.len()));
-    }
-    if !root.skins.is_empty() {
-        notices.push(format!("{} skin(s) ignored; meshes keep their bind pose", root.skins.len()));
-    }
-    if root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()) {
-        notices.push("morph targets ignored; meshes are undeformed".into());
     }
 }
 
@@ -110,6 +119,8 @@ fn finish(mut scene: Scene, options: &LoadOptions) -> Result<Scene, SceneError> 
     }
     scene.environment.rotation += options.environment_rotation;
     scene.environment.intensity *= options.environment_intensity;
+    scene.set_time(options.time, options.time);
+    scene.pose_meshes();
     scene.validate()?;
     Ok(scene)
 }

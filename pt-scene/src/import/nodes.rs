@@ -1,4 +1,6 @@
-use glam::{Affine3A, Mat3A, Mat4, Quat, Vec3, Vec3A};
+use std::sync::Arc;
+
+use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
 use gltf::json::scene::Node;
@@ -6,11 +8,19 @@ use gltf::json::validation::Checked;
 use gltf::json::{Camera as JsonCamera, Index};
 
 use super::document::Document;
+use crate::animation::{NodeMotion, Rig, visible};
+use crate::camera::without_scale;
+use crate::light::shines;
 use crate::scene::is_invertible;
-use crate::{Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
+use crate::{Attachment, Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
 
 /// Walks the node hierarchy of the default scene and places meshes, cameras and lights.
-pub(super) fn read(document: &Document, meshes: &[Option<u32>], scene: &mut Scene) -> Result<(), SceneError> {
+pub(super) fn read(
+    document: &Document,
+    meshes: &[Option<u32>],
+    rig: Option<&Arc<Rig>>,
+    scene: &mut Scene,
+) -> Result<(), SceneError> {
     let root = &document.root;
     let mut pending: Vec<(Index<Node>, Affine3A, String)> = Vec::new();
     match root.scene.or((!root.scenes.is_empty()).then(|| Index::new(0))) {
@@ -41,14 +51,15 @@ pub(super) fn read(document: &Document, meshes: &[Option<u32>], scene: &mut Scen
         if !world.is_finite() {
             return Err(document.invalid(at, "the transform is not finite"));
         }
-        place(document, node, &world, &at, meshes, scene)?;
+        let moves = rig.and_then(|rig| NodeMotion::new(rig, index.value() as u32));
+        place(document, index, moves, &world, &at, meshes, scene)?;
         let children = node.children.iter().flatten().rev();
         pending.extend(children.map(|&child| (child, world, format!("{at}.children"))));
     }
     Ok(())
 }
 
-fn local_transform(node: &Node) -> Affine3A {
+pub(super) fn local_transform(node: &Node) -> Affine3A {
     if let Some(matrix) = &node.matrix {
         return Affine3A::from_mat4(Mat4::from_cols_array(matrix));
     }
@@ -62,20 +73,26 @@ fn local_transform(node: &Node) -> Affine3A {
 
 fn place(
     document: &Document,
-    node: &Node,
+    index: Index<Node>,
+    motion: Option<NodeMotion>,
     world: &Affine3A,
     at: &str,
     meshes: &[Option<u32>],
     scene: &mut Scene,
 ) -> Result<(), SceneError> {
+    let node = document.get(index, at)?;
+    let number = index.value() as u32;
     let name = node.name.as_deref().unwrap_or(at);
     if let Some(mesh) = node.mesh {
         document.get(mesh, &format!("{at}.mesh"))?;
         match meshes[mesh.value()] {
-            Some(_) if !is_invertible(world) => {
+            Some(_) if !is_invertible(world) && motion.is_none() && node.skin.is_none() => {
                 scene.notices.push(format!("{at}: left out, its scale is zero"))
             }
-            Some(mesh) => scene.instances.push(Instance::new(name, mesh, *world)),
+            Some(mesh) => scene.instances.push(Instance {
+                attachment: Some(Attachment { node: number, offset: Affine3A::IDENTITY }),
+                ..Instance::new(name, mesh, visible(*world))
+            }),
             None => {}
         }
     }
@@ -87,6 +104,7 @@ fn place(
         scene.cameras.push(Camera {
             projection,
             world_from_camera: without_scale(world),
+            motion: motion.clone(),
             ..Camera::look_at(name, Vec3::ZERO, Vec3::NEG_Z, 1.0)
         });
     }
@@ -94,7 +112,8 @@ fn place(
     if let Some(index) = light {
         let description = document.get(index, &format!("{at}.extensions.KHR_lights_punctual"))?;
         let at = format!("extensions.KHR_lights_punctual.lights[{}]", index.value());
-        scene.lights.push(light_at(document, description, world, &at, name)?);
+        let node = motion.map(|_| number);
+        scene.lights.push(Light { node, ..light_at(document, description, world, &at, name)? });
     }
     Ok(())
 }
@@ -107,15 +126,6 @@ fn projection(document: &Document, camera: &JsonCamera, at: &str) -> Result<Proj
         }
         _ => Err(document.invalid(at, "has no projection of its type")),
     }
-}
-
-/// The position and the direction of view of a camera, however its node is scaled; +Y is kept as far up as it was.
-fn without_scale(world: &Affine3A) -> Affine3A {
-    let m = world.matrix3;
-    let back = m.z_axis.normalize_or(Vec3A::Z);
-    let side = m.y_axis.cross(back).try_normalize();
-    let right = side.unwrap_or_else(|| back.any_orthonormal_vector());
-    Affine3A { matrix3: Mat3A::from_cols(right, back.cross(right), back), translation: world.translation }
 }
 
 fn light_at(
@@ -136,7 +146,7 @@ fn light_at(
         }
         (Checked::Invalid, _) => return Err(document.invalid(format!("{at}.type"), "unknown light type")),
     };
-    let direction = world.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z);
+    let direction = shines(world);
     let intensity = light.intensity * Vec3::from_array(light.color);
     let name = light.name.as_deref().unwrap_or(node);
     Ok(Light { kind, direction, ..Light::point(name, world.translation.into(), intensity) })
