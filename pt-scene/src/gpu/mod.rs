@@ -37,6 +37,7 @@ pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
         positions: &mesh.positions,
         indices: bytemuck::cast_slice(&mesh.indices),
         first_masked: mesh.first_masked as u32,
+        deforms: mesh.deformation.is_some(),
     });
     geometry.collect()
 }
