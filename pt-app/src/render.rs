@@ -32,6 +32,8 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
         environment: args.env.clone(),
         environment_rotation: args.env_rotation.to_radians(),
         environment_intensity: args.env_intensity,
+        animation: args.animation.clone().unwrap_or_default(),
+        time: args.time,
         ..LoadOptions::default()
     };
     let scene = pt_scene::open(&args.scene, &options)?;
@@ -74,9 +76,8 @@ fn render(
     for index in 0..args.frames {
         // A mean of frames shows one instant; without it time goes on.
         let time = if args.accumulate { args.time } else { args.time + f64::from(index) / args.fps };
-        session.scene.set_time(time, previous);
         let mut frame = recorder.begin()?;
-        session.gpu.update(&mut frame, &session.scene)?;
+        session.update(&mut frame, time, previous)?;
         full.record(&mut frame, &session.gpu, &session.lights, &camera.at(time), seed, params)?;
         frame.submit()?;
         previous = time;

@@ -60,10 +60,9 @@ impl Frames {
 
     /// Renders the next frame, at `time` seconds.
     pub fn render(&mut self, time: f64) {
-        self.session.scene.set_time(time, self.time);
-        self.time = time;
         let mut frame = self.recorder.begin().unwrap();
-        self.session.gpu.update(&mut frame, &self.session.scene).unwrap();
+        self.session.update(&mut frame, time, self.time).unwrap();
+        self.time = time;
         let (gpu, lights) = (&self.session.gpu, &self.session.lights);
         let camera = self.camera.at(time);
         self.full.record(&mut frame, gpu, lights, &camera, self.seed, &FrameParams::default()).unwrap();
