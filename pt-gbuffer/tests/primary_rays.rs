@@ -91,7 +91,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
                 (f64::from(y) + 0.5) / f64::from(SIZE[1]),
             );
             let expected =
-                oracle::primary(&scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
+                oracle::primary(&scene, &scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
             let Some(e) = expected else {
                 elsewhere += u32::from(visibility[2 * i] != u32::MAX);
                 continue;
