@@ -12,7 +12,7 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
-use crate::Scene;
+use crate::{Clusters, Scene};
 use deform::{Change, DeformingMeshes};
 use glam::{UVec3, Vec2, Vec3};
 use pt_core::frame::{Pass, Uniforms};
@@ -38,6 +38,7 @@ pub struct GpuScene {
     mesh_records: Vec<MeshRecord>,
     mesh_buffer: Buffer,
     index_buffer: Buffer,
+    clusters: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
 }
@@ -136,8 +137,9 @@ impl GpuScene {
             deforming.fill(&mut mesh_records);
         }
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
-        let material_records: Vec<_> = scene.materials.iter().map(records::material).collect();
+        let (material_records, lobe_records) = records::materials(&scene.materials);
         let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
+        let lobe_buffer = Buffer::from_slice(device, "lobes", &lobe_records)?;
         let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;
         let instances = Buffer::new(device, "instances", instance_bytes, Location::Device)?;
 
@@ -146,6 +148,7 @@ impl GpuScene {
             instances: instances.address(),
             meshes: mesh_buffer.address(),
             materials: material_buffer.address(),
+            lobes: lobe_buffer.address(),
             instance_count: scene.instances.len() as u32,
             environment_texture: scene.textures.len() as u32,
             environment_size: [environment.image.width, environment.image.height].into(),
@@ -154,6 +157,9 @@ impl GpuScene {
             ..bytemuck::Zeroable::zeroed()
         };
         accel.fill_scene(&mut record);
+        let clusters = Clusters::new(scene, Clusters::DEFAULT);
+        let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        record.clusters = clusters.address();
         Ok(Self {
             choice,
             accel,
@@ -167,6 +173,7 @@ impl GpuScene {
             masks,
             deforming,
             mesh_records,
+            clusters,
             tables: vec![
                 position_buffer,
                 vertex_buffer,
@@ -174,6 +181,7 @@ impl GpuScene {
                 material_index_buffer,
                 mesh_buffer.clone(),
                 material_buffer,
+                lobe_buffer,
             ],
             mesh_buffer,
             index_buffer,
@@ -193,6 +201,13 @@ impl GpuScene {
     /// The record that kernels see, for tables that other crates add.
     pub fn record_mut(&mut self) -> &mut SceneRecord {
         &mut self.record
+    }
+
+    /// Uses another division into clusters than the default one; before the first frame.
+    pub fn set_clusters(&mut self, device: &Device, clusters: &Clusters) -> Result<()> {
+        self.clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        self.record.clusters = self.clusters.address();
+        Ok(())
     }
 
     /// Brings the device up to date with the poses of deforming meshes and the instances' transforms; without change it records
@@ -263,7 +278,8 @@ impl GpuScene {
         let pass = pass
             .read("scene_uniforms", self.uniforms.buffer())
             .textures(&self.textures)
-            .addresses(&self.instances);
+            .addresses(&self.instances)
+            .addresses(&self.clusters);
         let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
         let pass = match &self.deforming {
             Some(deforming) => deforming.bind(pass),

@@ -9,7 +9,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::document::Document;
-use super::nodes::local_transform;
+use super::nodes::{local_transform, unit_quaternion};
+use super::notices::Notices;
 use crate::animation::{
     AnimationChoice, AnimationInfo, Deformation, Influence, Interpolation, MorphDelta, Property, Rig,
     RigNode, Sampler, Skin, Track, Trs, VertexLists, unit,
@@ -24,11 +25,12 @@ pub(super) fn read_rig(
     document: &Document,
     choice: &AnimationChoice,
     scene: &mut Scene,
+    notices: &mut Notices,
 ) -> Result<Option<Arc<Rig>>, SceneError> {
     let root = &document.root;
     let mut tracks = Vec::new();
     for (i, animation) in root.animations.iter().enumerate() {
-        let clip = read_animation(document, animation, &format!("animations[{i}]"), &mut scene.notices)?;
+        let clip = read_animation(document, animation, &format!("animations[{i}]"), notices)?;
         let duration = clip.iter().map(|t| t.sampler.end()).fold(0.0, f64::max);
         let name = animation.name.clone().unwrap_or_default();
         scene.animations.push(AnimationInfo { name, duration, channels: clip.len(), plays: false });
@@ -117,7 +119,7 @@ fn rig_node(document: &Document, node: &Node, parent: Option<u32>, n: usize) -> 
     } else {
         Trs {
             translation: Vec3::from_array(node.translation.unwrap_or_default()),
-            rotation: unit(node.rotation.map_or(Quat::IDENTITY, |q| Quat::from_array(q.0))),
+            rotation: node.rotation.map_or(Quat::IDENTITY, |q| unit_quaternion(q.0)),
             scale: Vec3::from_array(node.scale.unwrap_or([1.0; 3])),
         }
     };
@@ -139,7 +141,7 @@ fn read_animation(
     document: &Document,
     animation: &Animation,
     at: &str,
-    notices: &mut Vec<String>,
+    notices: &mut Notices,
 ) -> Result<Vec<Track>, SceneError> {
     let mut tracks = Vec::new();
     for (c, channel) in animation.channels.iter().enumerate() {
@@ -160,13 +162,13 @@ fn read_animation(
                 match targets.map(Vec::len).max() {
                     Some(count) if count > 0 => (Property::Weights, count),
                     _ => {
-                        notices.push(format!("{at_channel}: left out, its node has no morph targets"));
+                        notices.add(at_channel, "left out, its node has no morph targets");
                         continue;
                     }
                 }
             }
             Checked::Invalid => {
-                notices.push(format!("{at_channel}: left out, it moves no property of a node"));
+                notices.add(at_channel, "left out, it moves no property of a node");
                 continue;
             }
         };
@@ -190,6 +192,14 @@ fn read_animation(
         tracks.push(Track { node: channel.target.node.value() as u32, property, sampler, duration: 0.0 });
     }
     Ok(tracks)
+}
+
+/// Upper bound of the bytes that joints and morph targets take for each vertex.
+pub(super) fn bytes_per_vertex(primitive: &Primitive) -> u64 {
+    let sets =
+        primitive.attributes.keys().filter(|a| matches!(a, Checked::Valid(Semantic::Joints(_)))).count();
+    let targets = primitive.targets.as_ref().map_or(0, Vec::len);
+    (4 * sets * size_of::<Influence>() + targets * size_of::<MorphDelta>()) as u64
 }
 
 /// Joints and morph targets of a primitive's vertices, into `mesh`.
@@ -226,8 +236,7 @@ fn influences(
     {
         let at_joints = format!("{at}.attributes.JOINTS_{}", sets.len());
         let at_weights = format!("{at}.attributes.WEIGHTS_{}", sets.len());
-        // Joints are 8 or 16 bit: floats hold them exactly.
-        let joints = document.floats::<4>(joints, &at_joints)?;
+        let joints = document.unsigned::<4>(joints, &at_joints)?;
         let weights = document.floats::<4>(weights, &at_weights)?;
         same_length(document, &at_joints, joints.len(), vertices)?;
         same_length(document, &at_weights, weights.len(), vertices)?;
@@ -244,10 +253,10 @@ fn influences(
         let pairs = sets.iter().flat_map(|(joints, weights)| joints[v].into_iter().zip(weights[v]));
         let sum: f32 = pairs.clone().map(|(_, weight)| weight).sum();
         if sum > 0.0 {
-            let share = |(joint, weight): (f32, f32)| Influence { joint: joint as u32, weight: weight / sum };
+            let share = |(joint, weight): (u32, f32)| Influence { joint, weight: weight / sum };
             lists.push(pairs.filter(|&(_, weight)| weight > 0.0).map(share));
         } else {
-            lists.push([Influence { joint: sets[0].0[v][0] as u32, weight: 1.0 }]);
+            lists.push([Influence { joint: sets[0].0[v][0], weight: 1.0 }]);
         }
     }
     Ok(lists)

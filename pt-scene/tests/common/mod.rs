@@ -1,5 +1,9 @@
 //! What the integration tests share.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
+pub mod gltf;
+
 use std::path::{Path, PathBuf};
 
 /// The folder with test data beside the workspace; `None`, with a printed line, where it is missing.
