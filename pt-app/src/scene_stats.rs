@@ -134,7 +134,7 @@ pub struct ClusterStats {
     pub occupied: usize,
     /// Triangles per occupied cluster: smallest, median, largest.
     pub triangles: [usize; 3],
-    /// Longest edge of a cell, metres: smallest, median, largest.
+    /// Longest edge of the bounds of the surfaces in an occupied cluster, metres: smallest, median, largest.
     pub cell_size_m: [f32; 3],
     /// Numbers of clusters with up to so many triangles: (triangles, clusters).
     pub histogram: Vec<(usize, usize)>,
@@ -151,7 +151,11 @@ impl SceneStats {
             bounds: scene.bounds().map(|b| [b.min.to_array(), b.max.to_array()]),
             meshes: scene.meshes.len(),
             instances: scene.instances.len(),
-            moving_instances: scene.instances.iter().filter(|i| !i.is_static()).count(),
+            moving_instances: scene
+                .instances
+                .iter()
+                .filter(|i| !i.is_static(&scene.meshes[i.mesh as usize]))
+                .count(),
             triangles: Triangles {
                 stored: s.triangles,
                 instanced: s.instanced_triangles,

@@ -46,7 +46,7 @@ fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
         Ok(scene) => scene,
         Err(error) => {
             // Which extensions a refused file names is what its owner wants to know.
-            if args.json {
+            if args.json && !extensions.is_empty() {
                 let document = json!({ "scene": name, "error": error.to_string(), "extensions": extensions });
                 writeln!(out, "{}", serde_json::to_string_pretty(&document)?)?;
             } else {

@@ -269,6 +269,11 @@ impl Material {
         self.emissive.max_element() > 0.0
     }
 
+    /// Whether light passes through (KHR_materials_transmission).
+    pub fn transmits(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0
+    }
+
     /// Whether visibility has to look at alpha: MASK and BLEND.
     pub fn is_masked(&self) -> bool {
         self.alpha_mode != AlphaMode::Opaque

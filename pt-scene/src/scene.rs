@@ -61,6 +61,9 @@ pub struct Instance {
     pub motion: Option<Motion>,
     /// The node of [`Scene::rig`] that carries it, if that moves; [`Scene::set_time`] applies it.
     pub attachment: Option<Attachment>,
+    /// Stands in for the materials of all triangles, so that shapes of several colours are stored once. Only where
+    /// neither it nor the mesh's own materials look at alpha.
+    pub material: Option<u32>,
 }
 
 /// Hangs an instance on a node.
@@ -82,6 +85,20 @@ impl Instance {
             world_from_object_prev: world_from_object,
             motion: None,
             attachment: None,
+            material: None,
+        }
+    }
+
+    /// Material of a triangle of `mesh`, which must be the instance's own.
+    pub fn material_at(&self, mesh: &Mesh, triangle: usize) -> u32 {
+        self.material.unwrap_or(mesh.triangle_materials[triangle])
+    }
+
+    /// Whether light passes through all of it (KHR_materials_transmission).
+    pub fn transmits(&self, mesh: &Mesh, materials: &[Material]) -> bool {
+        match self.material {
+            Some(material) => materials[material as usize].transmits(),
+            None => mesh.transmits(materials),
         }
     }
 
@@ -90,9 +107,9 @@ impl Instance {
         Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
     }
 
-    /// Whether it never moves.
-    pub fn is_static(&self) -> bool {
-        self.motion.is_none()
+    /// Whether neither it nor any vertex of `mesh`, which must be the instance's own, ever moves.
+    pub fn is_static(&self, mesh: &Mesh) -> bool {
+        self.motion.is_none() && self.attachment.is_none() && mesh.deformation.is_none()
     }
 }
 
@@ -211,9 +228,9 @@ impl Scene {
         };
         for instance in &self.instances {
             let mesh = &self.meshes[instance.mesh as usize];
-            let emits = |&&m: &&u32| self.materials[m as usize].is_emissive();
+            let emits = |&t: &usize| self.materials[instance.material_at(mesh, t) as usize].is_emissive();
             s.instanced_triangles += mesh.triangle_count();
-            s.emissive_triangles += mesh.triangle_materials.iter().filter(emits).count();
+            s.emissive_triangles += (0..mesh.triangle_count()).filter(emits).count();
             s.masked_triangles += mesh.triangle_count() - mesh.first_masked;
         }
         s
@@ -230,6 +247,16 @@ impl Scene {
                     "instance {}: mesh {} does not exist",
                     instance.name, instance.mesh
                 )));
+            }
+            if let Some(material) = instance.material {
+                let masked = self.materials.get(material as usize).is_none_or(Material::is_masked);
+                let mesh = &self.meshes[instance.mesh as usize];
+                if masked || mesh.first_masked < mesh.triangle_count() {
+                    return Err(fail(format!(
+                        "instance {}: material {material} cannot stand in for others",
+                        instance.name
+                    )));
+                }
             }
             for transform in [instance.world_from_object, instance.world_from_object_prev] {
                 if !is_invertible(&transform) {

@@ -42,7 +42,12 @@ vec2 transform_uv(TextureSlot slot, vec2 uv) {
     return r;
 }
 
+uint material_of(InstanceRecord instance, MeshRecord mesh, uint triangle) {
+    return instance.material != NONE ? instance.material : UintTable(mesh.triangle_materials).at[triangle];
+}
+
 // Share of the light that a point of a triangle stops, 0..1: alpha of BLEND materials, 0 or 1 for MASK. At the finest mip.
+// An instance with a material of its own has no alpha.
 float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     uint material_index = UintTable(mesh.triangle_materials).at[triangle];
     MaterialTable material = MaterialTable(scene.materials);

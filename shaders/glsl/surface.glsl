@@ -63,7 +63,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
         w.x * position_prev.at[index.x] + w.y * position_prev.at[index.y] + w.z * position_prev.at[index.z];
 
     Surface s;
-    s.material = UintTable(mesh.triangle_materials).at[triangle];
+    s.material = material_of(instance, mesh, triangle);
     s.position = transform_point(instance.world_from_object, object_position);
     s.position_prev = transform_point(instance.world_from_object_prev, object_position_prev);
     s.e1 = transform_vector(instance.world_from_object, p1 - p0);

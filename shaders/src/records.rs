@@ -123,8 +123,8 @@ gpu_struct! {
         pub mask: u32,
         /// 1 when the transform mirrors (negative determinant), so that front faces keep their side.
         pub mirrored: u32,
-        /// Alignment.
-        pub pad: u32,
+        /// Index of the material of all its triangles; `NONE`: those of the mesh.
+        pub material: u32,
     }
 }
 

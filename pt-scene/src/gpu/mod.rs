@@ -58,7 +58,7 @@ pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
 pub fn placements(scene: &Scene) -> Vec<InstancePlacement> {
     let place = |i: &crate::Instance| InstancePlacement {
         mesh: i.mesh,
-        mask: records::visibility_mask(&scene.meshes[i.mesh as usize], &scene.materials),
+        mask: records::visibility_mask(i, &scene.meshes[i.mesh as usize], &scene.materials),
         world_from_object: i.world_from_object,
     };
     scene.instances.iter().map(place).collect()
@@ -105,7 +105,7 @@ impl GpuScene {
         let masks: Vec<_> = scene
             .instances
             .iter()
-            .map(|i| records::visibility_mask(&meshes[i.mesh as usize], &scene.materials))
+            .map(|i| records::visibility_mask(i, &meshes[i.mesh as usize], &scene.materials))
             .collect();
         let choice = match backend {
             TraceBackend::Auto => Some(choose(device, &geometry, &placements(scene))?),

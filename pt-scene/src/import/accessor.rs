@@ -158,15 +158,15 @@ impl Document {
                 let (bytes, stride) = self.gather(view, offset, size, count, &at)?;
                 Elements { stride, ..packed(Cow::Borrowed(bytes)) }
             }
-            // Absent data are zeros, filled by the sparse part. Without one they would be a way to ask for any amount of memory.
-            None if accessor.sparse.is_some() => {
-                let bytes = size as u64 * count as u64;
-                if bytes > self.max_geometry_bytes {
-                    return Err(self.invalid(&at, format!("{bytes} bytes of zeros are too many")));
+            // Absent data are zeros, to be filled by the sparse part. They are no way to ask for any amount of memory.
+            None => {
+                if count > self.total_bytes().max(1 << 16) {
+                    let what =
+                        format!("{count} elements without a bufferView are more than the file has bytes");
+                    return Err(self.invalid(format!("{at}.count"), what));
                 }
-                packed(Cow::Owned(vec![0; bytes as usize]))
+                packed(Cow::Owned(vec![0; count * size]))
             }
-            None => return Err(self.invalid(&at, "has neither a bufferView nor sparse values")),
         };
         let Some(sparse) = &accessor.sparse else { return Ok(base) };
         let mut bytes = match (base.bytes, base.stride == size) {

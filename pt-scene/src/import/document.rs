@@ -70,7 +70,7 @@ impl Document {
         if !required.starts_with("2.") || (asset.min_version.is_some() && required != "2.0") {
             return Err(self.invalid("asset", format!("glTF version {required}; only 2.0 can be read")));
         }
-        let refused = |name: &&String| extensions::support(name) != Support::Supported;
+        let refused = |name: &&String| extensions::support(name) == Support::Refused;
         match self.root.extensions_required.iter().find(refused) {
             Some(name) => Err(SceneError::Extension { file: self.file.clone(), extension: one_line(name) }),
             None => Ok(()),
@@ -145,6 +145,11 @@ impl Document {
         let offset = view.byte_offset.map_or(0, |offset| offset.0);
         let at = format!("bufferViews[{}]", index.value());
         Ok((self.range(view.buffer.value(), offset, view.byte_length.0, &at)?, view))
+    }
+
+    /// Bytes of all buffers.
+    pub fn total_bytes(&self) -> usize {
+        self.buffers.iter().map(Vec::len).sum()
     }
 
     /// Bytes of a buffer.

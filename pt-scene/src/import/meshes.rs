@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -13,21 +15,42 @@ use crate::{Material, Mesh, Scene, SceneError};
 /// Coordinates beyond this overflow when they are squared.
 const MAX_COORDINATE: f32 = 1e18;
 
-/// Reads every glTF mesh. The result tells for each which [`Scene::meshes`] entry it became; `None` where it has no
-/// triangles. `variant` chooses among the materials of KHR_materials_variants.
+/// What became of a glTF mesh.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    /// Index into [`Scene::meshes`].
+    pub mesh: u32,
+    /// Material of the whole, where the geometry is shared with meshes of other materials.
+    pub material: Option<u32>,
+}
+
+/// Reads every glTF mesh; `None` where it has no triangles. Meshes that differ in their material only become one.
+/// `variant` chooses among the materials of KHR_materials_variants.
 pub(super) fn read(
     document: &Document,
     scene: &mut Scene,
     variant: Option<usize>,
     notices: &mut Notices,
-) -> Result<Vec<Option<u32>>, SceneError> {
+) -> Result<Vec<Option<Shape>>, SceneError> {
     let mut work = Vec::new();
     let mut bytes = 0u64;
+    // From what a mesh is made of to the first mesh that is, and its material.
+    let mut known: BTreeMap<Ingredients, usize> = BTreeMap::new();
+    let mut twins = vec![None; document.root.meshes.len()];
     for (m, mesh) in document.root.meshes.iter().enumerate() {
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let at = format!("meshes[{m}].primitives[{p}]");
             let Some(mode) = triangle_mode(document, primitive, &at, notices)? else { continue };
             let material = material(document, primitive, variant, &at)?;
+            if mesh.primitives.len() == 1
+                && let Some(ingredients) = ingredients(primitive, &scene.materials[material])
+            {
+                let first = *known.entry(ingredients).or_insert(m);
+                if first != m {
+                    twins[m] = Some((first, material as u32));
+                    continue;
+                }
+            }
             bytes = bytes.saturating_add(size(document, primitive, &scene.materials[material], &at)?);
             if bytes > document.max_geometry_bytes {
                 let limit = document.max_geometry_bytes;
@@ -59,17 +82,34 @@ pub(super) fn read(
             mesh.append(&part);
         }
     }
-    let mut indices = Vec::new();
-    for (m, mut mesh) in meshes.into_iter().enumerate() {
-        indices.push((mesh.triangle_count() > 0).then_some(scene.meshes.len() as u32));
-        if mesh.triangle_count() > 0 {
+    let mut shapes: Vec<Option<Shape>> = Vec::new();
+    for (m, (mut mesh, twin)) in meshes.into_iter().zip(twins).enumerate() {
+        if let Some((first, material)) = twin {
+            shapes.push(shapes[first].map(|shape| Shape { material: Some(material), ..shape }));
+        } else if mesh.triangle_count() > 0 {
+            shapes.push(Some(Shape { mesh: scene.meshes.len() as u32, material: None }));
             mesh.sort_by_opacity(&scene.materials);
             scene.meshes.push(mesh);
         } else {
+            shapes.push(None);
             notices.add(format!("meshes[{m}]"), "has no triangles; left out");
         }
     }
-    Ok(indices)
+    Ok(shapes)
+}
+
+/// Attributes by name, indices, mode, and the set of texture coordinates that tangents follow.
+type Ingredients = (Vec<(String, usize)>, Option<usize>, u32, Option<u32>);
+
+/// What the geometry of a rigid primitive without alpha is made of.
+fn ingredients(primitive: &Primitive, material: &Material) -> Option<Ingredients> {
+    let Checked::Valid(mode) = primitive.mode else { return None };
+    if material.is_masked() || primitive.targets.is_some() {
+        return None;
+    }
+    let attributes = primitive.attributes.iter().map(|(name, index)| (name.to_string(), index.value()));
+    let indices = primitive.indices.map(|index| index.value());
+    Some((attributes.collect(), indices, mode.as_gl_enum(), tangents::needed(material)))
 }
 
 /// The mode of a primitive that has triangles.

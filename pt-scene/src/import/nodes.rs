@@ -12,6 +12,7 @@ use serde::Deserialize;
 
 use super::LoadOptions;
 use super::document::Document;
+use super::meshes::Shape;
 use super::notices::Notices;
 use crate::animation::{NodeMotion, Rig, visible};
 use crate::camera::without_scale;
@@ -22,7 +23,7 @@ use crate::{Attachment, Camera, Instance, Light, LightKind, Projection, Scene, S
 /// Walks the node hierarchy of a scene and places meshes, cameras and lights.
 pub(super) fn read(
     document: &Document,
-    meshes: &[Option<u32>],
+    shapes: &[Option<Shape>],
     rig: Option<&Arc<Rig>>,
     options: &LoadOptions,
     scene: &mut Scene,
@@ -61,7 +62,7 @@ pub(super) fn read(
             return Err(document.invalid(at, "the transform is not finite"));
         }
         let motion = rig.and_then(|rig| NodeMotion::new(rig, index.value() as u32));
-        place(document, index, motion, &world, &at, meshes, scene, notices)?;
+        place(document, index, motion, &world, &at, shapes, scene, notices)?;
         let children = node.children.iter().flatten().rev();
         pending.extend(children.map(|&child| (child, world, format!("{at}.children"))));
     }
@@ -159,7 +160,7 @@ fn place(
     motion: Option<NodeMotion>,
     world: &Affine3A,
     at: &str,
-    meshes: &[Option<u32>],
+    shapes: &[Option<Shape>],
     scene: &mut Scene,
     notices: &mut Notices,
 ) -> Result<(), SceneError> {
@@ -169,21 +170,23 @@ fn place(
     if let Some(mesh) = node.mesh {
         document.get(mesh, &format!("{at}.mesh"))?;
         let moves = motion.is_some() || node.skin.is_some();
-        let mut add = |name: &str, mesh: u32, offset: Affine3A| {
+        let mut add = |name: &str, shape: Shape, offset: Affine3A| {
             let world = *world * offset;
             if is_invertible(&world) || moves {
                 let attachment = Some(Attachment { node: number, offset });
-                scene.instances.push(Instance { attachment, ..Instance::new(name, mesh, visible(world)) });
+                let material = shape.material;
+                let instance = Instance::new(name, shape.mesh, visible(world));
+                scene.instances.push(Instance { attachment, material, ..instance });
             } else {
                 notices.add(at, "left out, its scale is zero or beyond single precision");
             }
         };
-        match (meshes[mesh.value()], instances(document, node, at)?) {
-            (Some(mesh), Some(copies)) => {
+        match (shapes[mesh.value()], instances(document, node, at)?) {
+            (Some(shape), Some(copies)) => {
                 let copies = copies.iter().enumerate();
-                copies.for_each(|(i, &copy)| add(&format!("{name}[{i}]"), mesh, copy));
+                copies.for_each(|(i, &copy)| add(&format!("{name}[{i}]"), shape, copy));
             }
-            (Some(mesh), None) => add(name, mesh, Affine3A::IDENTITY),
+            (Some(shape), None) => add(name, shape, Affine3A::IDENTITY),
             (None, _) => {}
         }
     }

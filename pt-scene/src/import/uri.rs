@@ -19,6 +19,10 @@ pub(super) fn parse(uri: &str) -> Result<Target, String> {
         let (media, text) =
             data.split_once(";base64,").ok_or("a data: URI must be base64-encoded".to_string())?;
         let bytes = decode_base64(text).ok_or("the data: URI is not valid base64")?;
+        // RFC 2397: the media type, then parameters with a value each.
+        if media.split(';').skip(1).any(|parameter| !parameter.contains('=')) {
+            return Err("the media type of the data: URI is malformed".into());
+        }
         let media = media.split(';').next().unwrap_or_default().to_ascii_lowercase();
         return Ok(Target::Data(bytes, media));
     }
