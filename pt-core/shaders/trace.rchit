@@ -4,5 +4,7 @@
 layout(location = 0) rayPayloadInEXT TracePayload payload;
 
 void main() {
-    payload = TracePayload(uint(gl_InstanceCustomIndexEXT), uint(gl_GeometryIndexEXT), uint(gl_PrimitiveID));
+    payload.instance = uint(gl_InstanceCustomIndexEXT);
+    payload.geometry = uint(gl_GeometryIndexEXT);
+    payload.primitive = uint(gl_PrimitiveID);
 }

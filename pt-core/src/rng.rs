@@ -15,6 +15,27 @@ pub fn pcg4d(mut v: [u32; 4]) -> [u32; 4] {
     v
 }
 
+/// PCG hash of one word (Jarzynski and Olano 2020).
+pub fn pcg(v: u32) -> u32 {
+    let state = v.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+/// Dimension of the coverage seed of a ray, to be added to that of the decision which the ray follows from.
+pub const DIM_COVERAGE: u32 = 64;
+
+/// The seed with which a ray decides about BLEND surfaces. Arguments as of [`random4`].
+pub fn coverage_seed(pixel: [u32; 2], frame: u32, dimension: u32, seed: u32) -> u32 {
+    pcg4d([pixel[0] | pixel[1] << 16, frame, DIM_COVERAGE + dimension, seed])[0]
+}
+
+/// Number in [0, 1) for a ray with that seed and a triangle: it is there when its coverage is above.
+pub fn coverage_number(coverage_seed: u32, instance: u32, triangle: u32) -> f32 {
+    let bits = pcg(triangle.wrapping_add(pcg(instance.wrapping_add(coverage_seed))));
+    (bits >> 8) as f32 / 16_777_216.0
+}
+
 /// Four numbers in [0, 1) for a flat pixel, frame, dimension and seed.
 pub fn random4(pixel: [u32; 2], frame: u32, dimension: u32, seed: u32) -> [f32; 4] {
     pcg4d([pixel[0] | pixel[1] << 16, frame, dimension, seed]).map(|x| (x >> 8) as f32 / 16_777_216.0)

@@ -1,16 +1,19 @@
 //! The three trace backends against the native traversal, and against each other.
 
 use glam::{Affine3A, Quat, UVec3, Vec2, Vec3, Vec4};
-use pt_core::rng::random4;
+use pt_core::rng::{coverage_number, coverage_seed, random4};
 use pt_core::test_support::TestDevice;
-use pt_core::trace::ray_list::{Coverage, Query, RayScene};
+use pt_core::trace::ray_list::{Coverage, Query, RayScene, Visibility};
 use pt_core::trace::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene, TraceBackend, choose};
 use pt_core::{Buffer, Location, Recorder};
 use pt_shaders::glam;
-use pt_shaders::records::{Hit, MATERIAL_MASK, MaterialRecord, NONE, Ray, TextureSlot, VertexRecord};
+use pt_shaders::records::{
+    Hit, MATERIAL_BLEND, MATERIAL_MASK, MaterialRecord, NONE, Ray, TextureSlot, VertexRecord,
+};
 
 const RAYS: u32 = 4096;
 const CUTOFF: f32 = 0.5;
+const SEED: u32 = 3;
 
 fn random(stream: u32, index: u32) -> Vec4 {
     Vec4::from_array(random4([index, stream], 0, 0, 0))
@@ -45,6 +48,19 @@ impl Mesh {
         let index = self.indices[triangle as usize];
         let alpha = |i: u32| f32::from(self.alphas[i as usize]) / 255.0;
         alpha(index.x) * (1.0 - bary.x - bary.y) + alpha(index.y) * bary.x + alpha(index.z) * bary.y
+    }
+
+    /// Masked and blended triangles take turns.
+    fn material(triangle: u32) -> u32 {
+        triangle % 2
+    }
+
+    fn is_covered(&self, instance: u32, triangle: u32, bary: Vec2, coverage_seed: u32) -> bool {
+        let alpha = self.alpha(triangle, bary);
+        match Self::material(triangle) {
+            0 => alpha >= CUTOFF,
+            _ => coverage_number(coverage_seed, instance, triangle) < alpha,
+        }
     }
 }
 
@@ -86,14 +102,15 @@ fn scene(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceB
     let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
     let mut scene = RayScene::new(device, &geometry, instances, backend, Coverage::AlphaTest).unwrap();
     let none = TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
-    let material = MaterialRecord {
+    let material = |flags| MaterialRecord {
         base_color: Vec4::ONE,
-        flags: MATERIAL_MASK,
+        flags,
         alpha_cutoff: CUTOFF,
         base_color_texture: none,
         ..bytemuck::Zeroable::zeroed()
     };
-    let materials = Buffer::from_slice(device, "materials", &[material]).unwrap();
+    let materials = [MATERIAL_MASK, MATERIAL_BLEND].map(material);
+    let materials = Buffer::from_slice(device, "materials", &materials).unwrap();
     let tables: Vec<_> = meshes
         .iter()
         .map(|mesh| {
@@ -102,7 +119,7 @@ fn scene(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceB
                 ..bytemuck::Zeroable::zeroed()
             };
             let vertices: Vec<VertexRecord> = mesh.alphas.iter().map(vertex).collect();
-            let indices = vec![0u32; mesh.indices.len()];
+            let indices: Vec<_> = (0..mesh.indices.len() as u32).map(Mesh::material).collect();
             let vertices = Buffer::from_slice(device, "vertices", &vertices).unwrap();
             (vertices, Buffer::from_slice(device, "triangle materials", &indices).unwrap())
         })
@@ -120,23 +137,34 @@ struct Tracer {
 
 impl Tracer {
     fn new(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> Self {
+        Self::with_rays(device, meshes, instances, backend, &rays())
+    }
+
+    fn with_rays(
+        device: &TestDevice,
+        meshes: &[Mesh],
+        instances: usize,
+        backend: TraceBackend,
+        rays: &[Ray],
+    ) -> Self {
         let hits = || {
             Buffer::new(device, "hits", u64::from(RAYS) * size_of::<Hit>() as u64, Location::Device).unwrap()
         };
         Self {
             scene: scene(device, meshes, instances, backend),
             recorder: Recorder::new(device).unwrap(),
-            rays: Buffer::from_slice(device, "rays", &rays()).unwrap(),
+            rays: Buffer::from_slice(device, "rays", rays).unwrap(),
             hits: [hits(), hits()],
         }
     }
 
     /// Records one frame: moves the instances, traces the rays both ways.
     fn record(&mut self, placements: &[InstancePlacement], mask: u32) {
+        let visibility = Visibility { mask, seed: SEED };
         let mut frame = self.recorder.begin().unwrap();
         self.scene.place(&mut frame, placements).unwrap();
         for (query, hits) in [Query::Closest, Query::Occluded].into_iter().zip(&self.hits) {
-            self.scene.trace(&mut frame, query, &self.rays, hits, [RAYS, 100], mask).unwrap();
+            self.scene.trace(&mut frame, query, &self.rays, hits, [RAYS, 100], visibility).unwrap();
         }
         frame.submit().unwrap();
     }
@@ -151,12 +179,15 @@ impl Tracer {
 fn native_hits(meshes: &[Mesh], placements: &[InstancePlacement], mask: u32) -> Vec<Hit> {
     let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
     let native = NativeScene::new(&geometry, placements, BvhQuality::Fast).unwrap();
-    let coverage = |instance: u32, triangle: u32, bary: Vec2| {
-        meshes[placements[instance as usize].mesh as usize].alpha(triangle, bary) >= CUTOFF
+    let hit = |(i, ray): (u32, &Ray)| {
+        let seed = coverage_seed([i, 0], 0, 0, SEED);
+        let coverage = |instance: u32, triangle: u32, bary: Vec2| {
+            let mesh = &meshes[placements[instance as usize].mesh as usize];
+            mesh.is_covered(instance, triangle, bary, seed)
+        };
+        native.closest(ray, mask, Some(&coverage))
     };
-    let mut hits = vec![Hit { instance: NONE, triangle: 0, barycentrics: Vec2::ZERO, t: 0.0 }; RAYS as usize];
-    native.closest_all(&rays(), mask, Some(&coverage), &mut hits);
-    hits
+    (0..RAYS).zip(&rays()).map(hit).collect()
 }
 
 fn same_triangle(a: &Hit, b: &Hit) -> bool {
@@ -217,6 +248,55 @@ fn compare(meshes: &[Mesh], instances: u32, frames: u32, ray_mask: u32, least_hi
                 assert_eq!(a, b, "{backend}: other bits than compute");
             }
         }
+    }
+}
+
+/// Two BLEND sheets of a mesh, twice behind each other: every ray sees one with the probability of the
+/// "over" operator, whatever it is that finds the hits, and shadow rays pass with the product of what is left.
+#[test]
+fn mean_of_stochastic_transparency_is_over() {
+    let device = TestDevice::open();
+    let sheet = |z: f32| [Vec3::new(-9.0, -9.0, z), Vec3::new(9.0, -9.0, z), Vec3::new(0.0, 18.0, z)];
+    // The odd triangles blend.
+    let positions: Vec<_> = [50.0, 0.0, 51.0, -1.0].into_iter().flat_map(sheet).collect();
+    let alphas: Vec<_> = [255u8, 102, 255, 51].into_iter().flat_map(|a| [a; 3]).collect();
+    let indices = (0..4).map(|t| UVec3::new(3 * t, 3 * t + 1, 3 * t + 2)).collect();
+    let meshes = [Mesh { positions, indices, alphas, first_masked: 0 }];
+    let place = |z| InstancePlacement {
+        mesh: 0,
+        mask: 1,
+        world_from_object: Affine3A::from_translation(Vec3::Z * z),
+    };
+    let placed = [place(0.0), place(-10.0)];
+    let ray = |i| {
+        let origin = Vec3::new(random(70, i).x - 0.5, random(71, i).x - 0.5, 5.0);
+        Ray { origin, t_min: 0.0, direction: Vec3::NEG_Z, t_max: 30.0 }
+    };
+    let rays: Vec<_> = (0..RAYS).map(ray).collect();
+    let mut first: Option<Vec<Hit>> = None;
+    for backend in TraceBackend::available(&device) {
+        let mut tracer = Tracer::with_rays(&device, &meshes, 2, backend, &rays);
+        let (hits, occluded) = tracer.trace(&placed, 1);
+        let n = f64::from(RAYS);
+        let is = |want: f64, count: usize, what: &str| {
+            let sigma = (want * (1.0 - want) / n).sqrt();
+            let share = count as f64 / n;
+            assert!((share - want).abs() < 4.0 * sigma, "{backend}, {what}: {share} instead of {want}");
+        };
+        let (near, far) = (0.4, 0.2);
+        let left = (1.0 - near) * (1.0 - far);
+        for (instance, triangle, want) in
+            [(0, 1, near), (0, 3, (1.0 - near) * far), (1, 1, left * near), (1, 3, left * (1.0 - near) * far)]
+        {
+            let seen = hits.iter().filter(|h| (h.instance, h.triangle) == (instance, triangle)).count();
+            is(want, seen, "share of a sheet");
+        }
+        is(left * left, hits.iter().filter(|h| h.instance == NONE).count(), "share of what lies behind");
+        // A shadow ray decides as the ray with the same seed does.
+        assert!(hits.iter().zip(&occluded).all(|(h, o)| (h.instance != NONE) == *o), "{backend}");
+        let first = first.get_or_insert_with(|| hits.clone());
+        let same = |(a, b): (&Hit, &Hit)| a == b || a.instance == NONE && b.instance == NONE;
+        assert!(first.iter().zip(&hits).all(same), "{backend}: other bits than compute");
     }
 }
 

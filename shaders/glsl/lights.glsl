@@ -134,16 +134,17 @@ LightSample sample_emissive(vec3 position, uvec4 bits) {
     s.finite = true;
     s.direction = d * inversesqrt(distance2);
     MaterialTable materials = MaterialTable(scene.materials);
-    uint material = UintTable(mesh.triangle_materials).at[e.triangle];
+    uint material = material_of(instance, mesh, e.triangle);
     float cos_light = -dot(normal, s.direction);
+    float covered = coverage(mesh, e.triangle, bary);
     if ((materials.at[material].flags & MATERIAL_DOUBLE_SIDED) != 0u && cos_light < 0.0) {
         cos_light = -cos_light;
         normal = -normal;
     }
-    if (cos_light <= 0.0 || !alpha_test(mesh, e.triangle, bary)) return NO_LIGHT_SAMPLE;
+    if (cos_light <= 0.0 || covered <= 0.0) return NO_LIGHT_SAMPLE;
     s.target = offset_point(point, normal);
     s.pdf = e.pmf * 2.0 * distance2 / (twice_area * cos_light);
-    s.radiance = materials.at[material].emissive;
+    s.radiance = materials.at[material].emissive * covered;
     TextureSlot slot = materials.at[material].emissive_texture;
     if (slot.texture != NONE) {
         vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot.uv_set));

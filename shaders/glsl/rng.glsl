@@ -28,6 +28,19 @@ const uint DIM_REFLECT_REFRACT = 32u;
 // Four words of 32 random bits. `key`: x = flat pixel (x | y << 16), y = frame (channel rng_seed).
 uvec4 random4_bits(uvec2 key, uint dimension, uint seed) { return pcg4d(uvec4(key, dimension, seed)); }
 
+// Every ray decides with a number of its own which BLEND surfaces are there for it: dimension DIM_COVERAGE + that of the decision
+// which the ray follows from.
+const uint DIM_COVERAGE = 64u;
+
+uint coverage_seed(uvec2 key, uint dimension, uint seed) { return random4_bits(key, DIM_COVERAGE + dimension, seed).x; }
+
+// PCG of the same paper, for hashes that are nested.
+uint pcg(uint v) {
+    uint state = v * 747796405u + 2891336453u;
+    uint word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
 // Numbers in [0, 1). 24 bits: exact in fp32 and never 1.
 vec4 unit_from_bits(uvec4 bits) { return vec4(bits >> 8u) * (1.0 / 16777216.0); }
 

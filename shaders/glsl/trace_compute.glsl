@@ -115,7 +115,7 @@ MeshTriangle load_triangle(uint64_t triangles, uint entry) {
     return MeshTriangle(vec3(a, b.x), vec3(b.y, c), vec3(d, uintBitsToFloat(e.x)), e.y);
 }
 
-Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
+Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
     InstanceTable instances = InstanceTable(scene.instances);
     MeshTable meshes = MeshTable(scene.meshes);
     UintTable top_entries = UintTable(scene.tlas_instances);
@@ -188,7 +188,8 @@ Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
             if (!lone || candidate.instance != NONE || any_hit && best.instance != NONE) break;
         }
         if (ALPHA_TEST && candidate.instance != NONE) {
-            if (alpha_test(scene_mesh(instances.at[instance].mesh), candidate.triangle, candidate.barycentrics)) best = candidate;
+            MeshRecord mesh = scene_mesh(instances.at[instance].mesh);
+            if (is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, coverage_seed)) best = candidate;
             candidate.instance = NONE;
         }
         if (any_hit && best.instance != NONE) break;
@@ -208,6 +209,8 @@ Hit traverse(Ray world_ray, uint mask, const bool any_hit) {
     return best;
 }
 
-Hit trace_closest(Ray ray, uint mask) { return traverse(ray, mask, false); }
+Hit trace_closest(Ray ray, uint mask, uint coverage_seed) { return traverse(ray, mask, coverage_seed, false); }
 
-bool trace_occluded(Ray ray, uint mask) { return traverse(ray, mask, true).instance != NONE; }
+bool trace_occluded(Ray ray, uint mask, uint coverage_seed) {
+    return traverse(ray, mask, coverage_seed, true).instance != NONE;
+}

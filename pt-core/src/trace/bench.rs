@@ -1,6 +1,6 @@
 //! Rays per second of every backend on one scene, and the choice that `auto` makes from them.
 
-use super::ray_list::{Coverage, Query, RayScene};
+use super::ray_list::{Coverage, Query, RayScene, Visibility};
 use super::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene, TraceBackend};
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
@@ -13,6 +13,7 @@ use std::time::Instant;
 
 /// All instances.
 const ALL: u32 = 0xff;
+const VISIBILITY: Visibility = Visibility { mask: ALL, seed: 0 };
 /// Secondary rays start this far from their surface, relative to the scene's diagonal.
 const OFFSET: f32 = 1e-5;
 
@@ -272,7 +273,7 @@ impl Run {
         let Some(timed) = self.lists.iter_mut().find(|l| l.kind == kind) else { return Ok(()) };
         self.recorder.finish()?;
         let mut frame = self.recorder.begin()?;
-        self.scene.trace(&mut frame, kind.query(), &timed.rays, &timed.results, timed.launch, ALL)?;
+        self.scene.trace(&mut frame, kind.query(), &timed.rays, &timed.results, timed.launch, VISIBILITY)?;
         frame.submit()?;
         let ms: f64 = self.recorder.finish()?.iter().flat_map(|f| &f.passes).map(|p| p.ms).sum();
         timed.rates.push(f64::from(timed.launch[0]) / (ms * 1e3));

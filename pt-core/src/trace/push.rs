@@ -11,7 +11,7 @@ pt_shaders::gpu_struct! {
         pub width: u32,
         /// Instance mask of all rays.
         pub mask: u32,
-        /// Alignment.
-        pub pad: u32,
+        /// Of the numbers that decide which BLEND surfaces a ray meets.
+        pub seed: u32,
     }
 }

@@ -26,8 +26,17 @@ pub enum Query {
 pub enum Coverage {
     /// Covered everywhere, as all others.
     Opaque,
-    /// Alpha-tested; needs [`RayScene::set_materials`] when there are any.
+    /// By alpha (MASK, BLEND); needs [`RayScene::set_materials`] when there are any.
     AlphaTest,
+}
+
+/// What rays can see.
+#[derive(Clone, Copy, Debug)]
+pub struct Visibility {
+    /// Instances with `mask & instance mask != 0`.
+    pub mask: u32,
+    /// Seed of the numbers that decide which BLEND triangles a ray meets.
+    pub seed: u32,
 }
 
 /// A scene without materials, traced with one backend.
@@ -101,7 +110,7 @@ impl RayScene {
         })
     }
 
-    /// Adds what the alpha test reads: `materials` (a `MaterialRecord` table) and, for each mesh, a `VertexRecord` table and
+    /// Adds what coverage reads: `materials` (a `MaterialRecord` table) and, for each mesh, a `VertexRecord` table and
     /// material indices.
     ///
     /// # Errors
@@ -140,7 +149,7 @@ impl RayScene {
         rays: &Buffer,
         hits: &Buffer,
         [count, width]: [u32; 2],
-        mask: u32,
+        visibility: Visibility,
     ) -> Result<()> {
         let (name, kernel) = match query {
             Query::Closest => ("closest hits", &self.closest),
@@ -148,7 +157,8 @@ impl RayScene {
         };
         debug_assert!(rays.size() >= u64::from(count) * size_of::<Ray>() as u64);
         debug_assert!(hits.size() >= u64::from(count) * size_of::<Hit>() as u64);
-        let push = RayListPush { rays: rays.address(), hits: hits.address(), count, width, mask, pad: 0 };
+        let Visibility { mask, seed } = visibility;
+        let push = RayListPush { rays: rays.address(), hits: hits.address(), count, width, mask, seed };
         let pass = frame.pass(name, kernel).read("scene_uniforms", self.uniforms.buffer()).push(&push);
         let pass = if kernel.reflection().textures { pass.textures(&self.textures) } else { pass };
         let tables = self.geometry.iter().chain([&self.meshes, &self.instances, rays]);
@@ -166,7 +176,7 @@ fn instance_record(placement: &InstancePlacement) -> InstanceRecord {
         mesh: placement.mesh,
         mask: placement.mask,
         mirrored: u32::from(placement.world_from_object.matrix3.determinant() < 0.0),
-        pad: 0,
+        material: NONE,
     }
 }
 
