@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use crate::post_args::PostArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
@@ -291,6 +292,9 @@ pub struct RenderArgs {
     /// Seed of all random numbers; another seed gives independent noise.
     #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Frame")]
     pub seed: u64,
+    /// What happens to the frame after it is traced.
+    #[command(flatten)]
+    pub post: PostArgs,
     /// Parameters to start from: the name of a built-in profile or a TOML file.
     #[arg(long, value_name = "NAME|FILE", help_heading = "Frame")]
     pub profile: Option<String>,
