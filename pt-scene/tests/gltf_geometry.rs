@@ -332,12 +332,15 @@ fn broken_geometry_is_refused_with_its_path() {
     refused("attributes.NORMAL: has 3 elements, POSITION has 4", &|glb, json| {
         json["attributes"]["NORMAL"] = glb.floats(&UP[..9], "VEC3").into();
     });
-    refused("accessors[3]: 2147483648 elements of 12 bytes at 0, stride 12, do not fit in 12 bytes", &|glb, json| {
-        let view = glb.view(&[0; 12], None);
-        let huge = json!({"bufferView": view, "componentType": F32, "type": "VEC3", "count": 1u32 << 31});
-        let huge = glb.push("accessors", huge);
-        json["attributes"] = json!({"POSITION": huge, "NORMAL": huge});
-    });
+    refused(
+        "accessors[3]: 2147483648 elements of 12 bytes at 0, stride 12, do not fit in 12 bytes",
+        &|glb, json| {
+            let view = glb.view(&[0; 12], None);
+            let huge = json!({"bufferView": view, "componentType": F32, "type": "VEC3", "count": 1u32 << 31});
+            let huge = glb.push("accessors", huge);
+            json["attributes"] = json!({"POSITION": huge, "NORMAL": huge});
+        },
+    );
     refused("accessors[3].count: 4000000000 elements", &|glb, json| {
         let view = glb.view(&[0; 12], None);
         let sparse = json!({"count": 1, "indices": {"bufferView": view, "componentType": U8}, "values": {"bufferView": view}});
