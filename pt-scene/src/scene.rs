@@ -1,4 +1,5 @@
 use glam::{Affine3A, Vec3};
+use pt_core::phases::Phase;
 
 use crate::{
     AlphaMode, Camera, Environment, Light, LightKind, Lobes, Material, Mesh, Motion, Projection, SceneError,
@@ -26,6 +27,8 @@ pub struct Scene {
     pub environment: Environment,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
+    /// How long the steps of loading took; empty for scenes made by code.
+    pub load_phases: Vec<Phase>,
 }
 
 /// A mesh in the world, now and in the previous frame.

@@ -9,6 +9,7 @@ pub use camera::camera_record;
 use crate::Scene;
 use glam::{UVec3, Vec2};
 use pt_core::frame::{Pass, Uniforms};
+use pt_core::phases::{Phase, Phases};
 use pt_core::texture::TextureTable;
 use pt_core::trace::bench::{Choice, choose};
 use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
@@ -17,6 +18,7 @@ use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
 
 /// A scene whose instances may move from frame to frame; everything else is fixed.
 pub struct GpuScene {
+    phases: Phases,
     choice: Option<Choice>,
     accel: AccelStructure,
     textures: TextureTable,
@@ -75,6 +77,7 @@ impl<T: bytemuck::NoUninit> Arena<T> {
 impl GpuScene {
     /// Uploads the scene and builds its acceleration structures for `backend` (`Auto` measures on this scene).
     pub fn new(device: &Device, scene: &Scene, backend: TraceBackend) -> Result<Self> {
+        let mut phases = Phases::start();
         let meshes = &scene.meshes;
         let positions = Arena::collect(meshes.iter().map(|m| m.positions.iter().copied()));
         let vertices = Arena::collect(meshes.iter().map(records::vertices));
@@ -85,6 +88,7 @@ impl GpuScene {
         let index_buffer = indices.upload(device, "indices")?;
         let material_index_buffer = materials.upload(device, "triangle materials")?;
 
+        phases.mark("geometry: upload");
         let geometry = mesh_geometry(scene);
         let masks: Vec<_> = scene
             .instances
@@ -97,7 +101,9 @@ impl GpuScene {
         };
         let backend = choice.as_ref().map_or(backend, |choice| choice.backend);
         let count = scene.instances.len();
+        phases.mark("choice of backend");
         let accel = AccelStructure::new(device, &geometry, count, backend, BvhQuality::default())?;
+        phases.mark("BVH");
         let mesh_records: Vec<_> = meshes
             .iter()
             .enumerate()
@@ -137,10 +143,14 @@ impl GpuScene {
             ..bytemuck::Zeroable::zeroed()
         };
         accel.fill_scene(&mut record);
+        phases.mark("tables");
+        let textures = textures::table(device, scene)?;
+        phases.mark("textures: mips and upload");
         Ok(Self {
+            phases,
             choice,
             accel,
-            textures: textures::table(device, scene)?,
+            textures,
             uniforms: Uniforms::new(device, "scene_uniforms")?,
             record,
             uploaded_record: None,
@@ -158,6 +168,16 @@ impl GpuScene {
                 lobe_buffer,
             ],
         })
+    }
+
+    /// How long the steps of [`GpuScene::new`] took.
+    pub fn load_phases(&self) -> &[Phase] {
+        self.phases.list()
+    }
+
+    /// Bytes of all textures with their mips, and of the environment, on the device.
+    pub fn texture_bytes(&self) -> u64 {
+        self.textures.bytes()
     }
 
     /// The backend in use, never `Auto`.

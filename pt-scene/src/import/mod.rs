@@ -16,6 +16,7 @@ pub use textures::MAX_TEXTURE_SIDE;
 
 use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
 use document::Document;
+use pt_core::phases::Phases;
 
 /// The glTF extensions that are honoured. A file that requires another is refused; one that merely uses another is
 /// loaded without it, with a notice.
@@ -94,19 +95,26 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 /// Left for later, with a notice: animation, skins (shown in their bind pose), morph targets (shown undeformed).
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
+    let mut phases = Phases::start();
     let document = Document::read(path)?;
+    phases.mark("read and parse");
     let mut scene = Scene {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         ..Scene::default()
     };
     note_unsupported(&document, &mut scene.notices);
     materials::read(&document, options, &mut scene)?;
+    phases.mark("textures: read and decode");
     let meshes = meshes::read(&document, &mut scene)?;
     nodes::read(&document, &meshes, &mut scene)?;
-    finish(scene, options).map_err(|error| match error {
+    phases.mark("geometry");
+    let mut scene = finish(scene, options).map_err(|error| match error {
         SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
         other => other,
-    })
+    })?;
+    phases.mark("environment and checks");
+    scene.load_phases = phases.list().to_vec();
+    Ok(scene)
 }
 
 /// The images of a scene file as its materials use them, for [`crate::bake`].

@@ -1,4 +1,7 @@
 //! What the integration tests share.
+#![allow(dead_code, reason = "no test program uses all of it")]
+
+pub mod records;
 
 use std::path::{Path, PathBuf};
 
