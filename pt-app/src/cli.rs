@@ -25,8 +25,8 @@ const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check failed, 2 wrong usage or
 pub enum Command {
     /// Devices, drivers, trace backends and what `auto` chooses.
     Info(InfoArgs),
-    /// The built-in scenes.
-    Scenes,
+    /// The built-in scenes, or what is in a scene.
+    Scenes(ScenesArgs),
     /// The passes of the frame in order: what each reads, writes and moves.
     Passes(PassesArgs),
     /// Measure.
@@ -37,6 +37,39 @@ pub enum Command {
     Bake(BakeArgs),
     /// Measure an image against its reference.
     Compare(CompareArgs),
+    /// Put many images on one sheet, with their names.
+    Sheet(SheetArgs),
+}
+
+/// `pt scenes`
+#[derive(Clone, Debug, Args)]
+pub struct ScenesArgs {
+    /// Say what is in this scene: a glTF or GLB file, or the name of a built-in scene.
+    #[arg(long, value_name = "SCENE")]
+    pub stats: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub json: bool,
+    /// Number of clusters to divide the scene into, 1 to 4096.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "stats")]
+    pub clusters: u32,
+}
+
+/// `pt sheet`
+#[derive(Clone, Debug, Args)]
+pub struct SheetArgs {
+    /// PNG, JPEG, EXR or HDR images; a .txt file becomes a tile with its text.
+    #[arg(required = true)]
+    pub images: Vec<PathBuf>,
+    /// Sheet to write.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Tiles in a row [default: as square a sheet as can be]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub columns: Option<u32>,
+    /// Size of a tile without its label, pixels.
+    #[arg(long, value_name = "WxH", default_value = "256x192")]
+    pub tile: ImageSize,
 }
 
 /// `pt info`
@@ -144,6 +177,12 @@ pub struct SceneArgs {
     /// glTF or GLB file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub file: String,
+    /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub gltf_scene: Option<String>,
+    /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub variant: Option<String>,
     /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub baked: Option<PathBuf>,
@@ -174,6 +213,8 @@ impl SceneArgs {
             environment: self.env.clone(),
             environment_rotation: self.env_rotation.to_radians(),
             environment_intensity: self.env_intensity,
+            scene: self.gltf_scene.clone(),
+            variant: self.variant.clone(),
             baked: self.baked.clone(),
             max_texture_pixels: self.max_texture_pixels,
             ..LoadOptions::default()
@@ -277,8 +318,14 @@ pub struct CompareArgs {
     pub a: PathBuf,
     /// Its reference, of the same size.
     pub b: PathBuf,
-    /// What to measure; the formulas are printed with the values.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "relmse,mse,psnr,flip,energy")]
+    /// What to measure; the formulas are printed with the values. Besides the defaults there is z-test, for EXR files
+    /// with the variance of the mean in a layer `variance`.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy"
+    )]
     pub metric: Vec<MetricName>,
     /// Only this rectangle, cut out before measuring; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]
@@ -292,7 +339,7 @@ pub struct CompareArgs {
     /// Fail (exit code 1) when the metric is above the value; may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub max: Vec<Limit>,
-    /// Fail (exit code 1) when the metric is below the value (psnr and energy); may be repeated.
+    /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, z-test); may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub min: Vec<Limit>,
 }

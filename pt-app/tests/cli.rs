@@ -67,7 +67,8 @@ fn render_takes_every_flag() {
     assert_eq!(args.timings, Some("t.json".into()));
     assert!(args.accumulate && args.device.validation && args.frames == 8);
     assert_eq!((args.device.device.as_deref(), args.profile.as_deref()), (Some("llvm"), Some("fast")));
-    let camera = |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.camera.unwrap();
+    let camera =
+        |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.camera.unwrap();
     assert_eq!(camera("2"), CameraChoice::Index(2));
     assert_eq!(camera("Front"), CameraChoice::Name("Front".into()));
     assert_eq!(render("a.glb -o a.exr --aov all").unwrap().aov, Some(AovSelection::All));

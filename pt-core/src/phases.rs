@@ -47,6 +47,11 @@ impl Phases {
         self.since = Instant::now();
     }
 
+    /// All of them together, milliseconds.
+    pub fn total_ms(&self) -> f64 {
+        self.list.iter().map(|phase| phase.ms).sum()
+    }
+
     /// The steps, in order.
     pub fn list(&self) -> &[Phase] {
         &self.list

@@ -33,8 +33,8 @@ pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
     let mut list = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        for (t, &material) in mesh.triangle_materials.iter().enumerate() {
-            let material = &scene.materials[material as usize];
+        for t in 0..mesh.triangle_count() {
+            let material = &scene.materials[instance.material_at(mesh, t) as usize];
             if !emits(material) {
                 continue;
             }

@@ -64,21 +64,20 @@ impl Environment {
     /// row).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        Self::from_bytes(&read_file(path)?).map_err(|what| SceneError::file(path, what))
+        Self::from_bytes(&read_file(path)?, path)
     }
 
-    /// [`Environment::load`] from the content of a file.
-    ///
-    /// # Errors
-    /// What is wrong, without the file's name. Memory is bounded by a multiple of the length of `bytes`.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+    /// As [`Environment::load`], from the bytes of a file; `name` stands for the file in messages. Memory is bounded by a
+    /// multiple of the length of `bytes`.
+    pub fn from_bytes(bytes: &[u8], name: impl AsRef<Path>) -> Result<Self, SceneError> {
+        let path = name.as_ref();
         let image = match bytes {
             [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes),
             [b'#', b'?', ..] => read_hdr(bytes),
             _ => Err("is neither a Radiance .hdr nor an OpenEXR image".into()),
         };
-        let environment = Self::new(image?);
-        environment.check()?;
+        let environment = Self::new(image.map_err(|what| SceneError::file(path, what))?);
+        environment.check().map_err(|what| SceneError::file(path, what))?;
         Ok(environment)
     }
 

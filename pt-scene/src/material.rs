@@ -189,7 +189,19 @@ pub struct Material {
     pub specular_color_texture: Option<TextureRef>,
     /// Lobes of further extensions; `None` when there are none.
     pub lobes: Option<Box<Lobes>>,
+    /// Which solid is there where several overlap: the one of the highest priority, 0..=[`MAX_PRIORITY`] (Schmidt and Budge
+    /// 2002, "Simple Nested Dielectrics in Ray Traced Images", with the order of numbers turned round). Among equal
+    /// priorities the higher `ior` wins, then the lower material index. glTF has no such property: files have 0 everywhere,
+    /// so that a glass wall wins over the liquid that reaches into it.
+    pub priority: u32,
+    /// For a surface that is the interface of two solids at once: the material whose `ior` and attenuation hold on its front
+    /// side; its own hold behind it, as ever. Crossing it leaves the one solid and enters the other. `None`: in front is
+    /// air, or whatever solid the point is in anyhow. Not in glTF.
+    pub exterior: Option<u32>,
 }
+
+/// Largest [`Material::priority`]; the GPU record has 8 bits for it.
+pub const MAX_PRIORITY: u32 = 255;
 
 impl Default for Material {
     /// The glTF default material: white, metallic 1, roughness 1.
@@ -220,6 +232,8 @@ impl Default for Material {
             specular_color: Vec3::ONE,
             specular_color_texture: None,
             lobes: None,
+            priority: 0,
+            exterior: None,
         }
     }
 }
@@ -245,9 +259,19 @@ impl Material {
         Self { emissive: radiance, ..Self::lambertian(name, Vec3::ZERO) }
     }
 
+    /// A smooth, clear solid that bends and lets through all light.
+    pub fn solid(name: &str, ior: f32) -> Self {
+        Self { roughness: 0.0, transmission: 1.0, thickness: 1.0, ior, ..Self::diffuse(name, Vec3::ONE) }
+    }
+
     /// Whether triangles of this material emit light.
     pub fn is_emissive(&self) -> bool {
         self.emissive.max_element() > 0.0
+    }
+
+    /// Whether light passes through (KHR_materials_transmission).
+    pub fn transmits(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0
     }
 
     /// Whether visibility has to look at alpha: MASK and BLEND.

@@ -2,8 +2,8 @@ use glam::{Affine3A, Vec3};
 use pt_core::phases::Phase;
 
 use crate::{
-    AlphaMode, Camera, Environment, Light, LightKind, Lobes, Material, Mesh, Motion, Projection, SceneError,
-    Texture,
+    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
+    Motion, Projection, SceneError, Texture,
 };
 
 /// Everything that is to be rendered.
@@ -29,6 +29,12 @@ pub struct Scene {
     pub notices: Vec<String>,
     /// How long the steps of loading took; empty for scenes made by code.
     pub load_phases: Vec<Phase>,
+    /// Names of the scenes in the file that this one was chosen from.
+    pub scenes: Vec<String>,
+    /// Names of the material variants in the file.
+    pub variants: Vec<String>,
+    /// Extensions that the file uses.
+    pub extensions: Vec<ExtensionUse>,
 }
 
 /// A mesh in the world, now and in the previous frame.
@@ -44,6 +50,9 @@ pub struct Instance {
     pub world_from_object_prev: Affine3A,
     /// How it moves; [`Scene::set_time`] applies it.
     pub motion: Option<Motion>,
+    /// Stands in for the materials of all triangles, so that shapes of several colours are stored once. Only where
+    /// neither it nor the mesh's own materials look at alpha.
+    pub material: Option<u32>,
 }
 
 impl Instance {
@@ -55,12 +64,31 @@ impl Instance {
             world_from_object,
             world_from_object_prev: world_from_object,
             motion: None,
+            material: None,
+        }
+    }
+
+    /// Material of a triangle of `mesh`, which must be the instance's own.
+    pub fn material_at(&self, mesh: &Mesh, triangle: usize) -> u32 {
+        self.material.unwrap_or(mesh.triangle_materials[triangle])
+    }
+
+    /// Whether light passes through all of it (KHR_materials_transmission).
+    pub fn transmits(&self, mesh: &Mesh, materials: &[Material]) -> bool {
+        match self.material {
+            Some(material) => materials[material as usize].transmits(),
+            None => mesh.transmits(materials),
         }
     }
 
     /// An instance that moves, at time 0.
     pub fn moving(name: &str, mesh: u32, motion: Motion) -> Self {
         Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
+    }
+
+    /// Whether it never moves.
+    pub fn is_static(&self) -> bool {
+        self.motion.is_none()
     }
 }
 
@@ -118,8 +146,12 @@ impl Scene {
     }
 
     /// Moves instances with a [`Motion`] to where they are at `now`, and their previous transforms to where they
-    /// were at `previous` (seconds). Cameras are evaluated by [`Camera::at`].
+    /// were at `previous` (seconds); lights are as they are at `now`, see [`Light::at`]. Cameras are evaluated by
+    /// [`Camera::at`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
+        for light in &mut self.lights {
+            *light = light.at(now);
+        }
         for instance in &mut self.instances {
             match &instance.motion {
                 Some(motion) => {
@@ -150,9 +182,9 @@ impl Scene {
         };
         for instance in &self.instances {
             let mesh = &self.meshes[instance.mesh as usize];
-            let emits = |&&m: &&u32| self.materials[m as usize].is_emissive();
+            let emits = |&t: &usize| self.materials[instance.material_at(mesh, t) as usize].is_emissive();
             s.instanced_triangles += mesh.triangle_count();
-            s.emissive_triangles += mesh.triangle_materials.iter().filter(emits).count();
+            s.emissive_triangles += (0..mesh.triangle_count()).filter(emits).count();
             s.masked_triangles += mesh.triangle_count() - mesh.first_masked;
         }
         s
@@ -170,6 +202,16 @@ impl Scene {
                     instance.name, instance.mesh
                 )));
             }
+            if let Some(material) = instance.material {
+                let masked = self.materials.get(material as usize).is_none_or(Material::is_masked);
+                let mesh = &self.meshes[instance.mesh as usize];
+                if masked || mesh.first_masked < mesh.triangle_count() {
+                    return Err(fail(format!(
+                        "instance {}: material {material} cannot stand in for others",
+                        instance.name
+                    )));
+                }
+            }
             for transform in [instance.world_from_object, instance.world_from_object_prev] {
                 if !is_invertible(&transform) {
                     return Err(fail(format!(
@@ -179,7 +221,16 @@ impl Scene {
                 }
             }
         }
-        self.materials.iter().try_for_each(|m| check_material(m, self.textures.len()).map_err(fail))?;
+        for m in &self.materials {
+            check_material(m, self.textures.len()).map_err(fail)?;
+            if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
+                let what = format!(
+                    "material {}: priority {} or exterior {:?} is out of range",
+                    m.name, m.priority, m.exterior
+                );
+                return Err(fail(what));
+            }
+        }
         self.textures.iter().try_for_each(|t| t.check().map_err(fail))?;
         self.lights.iter().try_for_each(|light| check_light(light).map_err(fail))?;
         self.cameras.iter().try_for_each(|camera| check_camera(camera).map_err(fail))?;

@@ -9,8 +9,8 @@ use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Location, Recorder};
 use pt_scene::gpu::GpuScene;
 use pt_scene::{
-    AlphaMode, BlockFormat, Filter, Instance, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Texels, Texture,
-    TextureRef, TextureUsage, Wrap, linear_from_srgb,
+    AlphaMode, BlockFormat, Filter, Instance, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Texels,
+    Texture, TextureRef, TextureUsage, Wrap, linear_from_srgb,
 };
 
 mod kernels {
@@ -39,7 +39,8 @@ fn scene(material: Material, textures: Vec<Texture>) -> Scene {
     let mut mesh = quad(Vec4::new(1.0, 0.5, 1.0, 0.5));
     mesh.first_masked = usize::from(!masked);
     let instances = vec![Instance::new("quad", 0, Affine3A::IDENTITY)];
-    let scene = Scene { meshes: vec![mesh], instances, materials: vec![material], textures, ..Scene::default() };
+    let scene =
+        Scene { meshes: vec![mesh], instances, materials: vec![material], textures, ..Scene::default() };
     scene.validate().unwrap();
     scene
 }
@@ -47,7 +48,8 @@ fn scene(material: Material, textures: Vec<Texture>) -> Scene {
 /// The material at points of the quad given by their first UV.
 fn samples(device: &TestDevice, scene: &Scene, at: &[Vec2], footprint: f32) -> Vec<MaterialResult> {
     // The triangle's vertices are in the order 0, 2, 1: the second weight is v, the third u.
-    let case = |uv: &Vec2| MaterialCase { barycentrics: Vec2::new(uv.y, uv.x), instance: 0, triangle: 0, footprint };
+    let case =
+        |uv: &Vec2| MaterialCase { barycentrics: Vec2::new(uv.y, uv.x), instance: 0, triangle: 0, footprint };
     let cases: Vec<_> = at.iter().map(case).collect();
     let mut gpu = GpuScene::new(device, scene, TraceBackend::Compute).unwrap();
     let kernel = Kernel::new(device, &kernels::MATERIAL_SAMPLES).unwrap();
@@ -155,7 +157,11 @@ fn every_factor_is_multiplied_by_its_texture() {
     assert!(r.anisotropy_direction.abs_diff_eq(Vec2::NEG_X, 1e-2), "{}", r.anisotropy_direction);
     near(r.iridescence, 0.3);
     near(r.iridescence_ior, 1.4);
-    assert!((r.iridescence_thickness - 200.0 - 100.0 * 77.0 / 255.0).abs() < 0.1, "{}", r.iridescence_thickness);
+    assert!(
+        (r.iridescence_thickness - 200.0 - 100.0 * 77.0 / 255.0).abs() < 0.1,
+        "{}",
+        r.iridescence_thickness
+    );
     near(r.dispersion, 0.3);
 }
 
@@ -192,12 +198,20 @@ fn compressed_textures_read_as_the_host_decodes_them() {
         }
         Texels::Blocks { format, levels }
     };
-    for format in [BlockFormat::Bc1, BlockFormat::Bc2, BlockFormat::Bc3, BlockFormat::Bc4, BlockFormat::Bc5, BlockFormat::Bc7] {
+    for format in [
+        BlockFormat::Bc1,
+        BlockFormat::Bc2,
+        BlockFormat::Bc3,
+        BlockFormat::Bc4,
+        BlockFormat::Bc5,
+        BlockFormat::Bc7,
+    ] {
         for usage in [TextureUsage::Cutout, TextureUsage::Data] {
             if usage.is_srgb() && matches!(format, BlockFormat::Bc4 | BlockFormat::Bc5) {
                 continue;
             }
-            let texture = Texture { texels: random(format), ..Texture::rgba8("blocks", [10, 12], usage, vec![]) };
+            let texture =
+                Texture { texels: random(format), ..Texture::rgba8("blocks", [10, 12], usage, vec![]) };
             let material = Material {
                 base_color_texture: Some(TextureRef::new(0)),
                 alpha_mode: AlphaMode::Blend,
@@ -210,8 +224,13 @@ fn compressed_textures_read_as_the_host_decodes_them() {
             for ((x, y, _), r) in points.iter().zip(samples(&device, &scene, &uvs, 0.0)) {
                 let [red, green, blue, alpha] = texture.texel(*x, *y);
                 let (red, green, blue) = (red.min(1.0), green.min(1.0), blue.min(1.0));
-                let near = r.base_color.abs_diff_eq(Vec3::new(red, green, blue), 6e-3) && (r.alpha - alpha).abs() < 6e-3;
-                assert!(near, "{format:?} {usage:?} ({x}, {y}): {} {}, {red} {green} {blue} {alpha}", r.base_color, r.alpha);
+                let near = r.base_color.abs_diff_eq(Vec3::new(red, green, blue), 6e-3)
+                    && (r.alpha - alpha).abs() < 6e-3;
+                assert!(
+                    near,
+                    "{format:?} {usage:?} ({x}, {y}): {} {}, {red} {green} {blue} {alpha}",
+                    r.base_color, r.alpha
+                );
             }
         }
     }
@@ -222,7 +241,8 @@ fn wrapping_filters_transforms_and_uv_sets() {
     let device = TestDevice::open();
     let texture = random_texture(TextureUsage::Data, [8, 8]);
     let texel = |x: u32, y: u32| Vec3::from_slice(&texture.texel(x, y)[..3]);
-    let nearest = Sampler { mag: Filter::Nearest, min: Filter::Nearest, mip: MipFilter::Off, ..Sampler::default() };
+    let nearest =
+        Sampler { mag: Filter::Nearest, min: Filter::Nearest, mip: MipFilter::Off, ..Sampler::default() };
     let shown = |sampler: Sampler, slot: TextureRef, at: Vec2, footprint: f32| {
         let material = Material { base_color_texture: Some(slot), ..Material::default() };
         let mut scene = scene(material, vec![Texture { sampler, ..texture.clone() }]);

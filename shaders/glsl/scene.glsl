@@ -15,6 +15,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ali
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexTable { VertexRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionTable { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer IndexTable { uvec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ClusterTable { ClusterNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintTable { uint at[]; };
 
 InstanceRecord scene_instance(uint i) { return InstanceTable(scene.instances).at[i]; }
@@ -41,7 +42,12 @@ vec2 transform_uv(TextureSlot slot, vec2 uv) {
     return r;
 }
 
+uint material_of(InstanceRecord instance, MeshRecord mesh, uint triangle) {
+    return instance.material != NONE ? instance.material : UintTable(mesh.triangle_materials).at[triangle];
+}
+
 // Share of the light that a point of a triangle stops, 0..1: alpha of BLEND materials, 0 or 1 for MASK. At the finest mip.
+// An instance with a material of its own has no alpha.
 float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     uint material_index = UintTable(mesh.triangle_materials).at[triangle];
     MaterialTable material = MaterialTable(scene.materials);

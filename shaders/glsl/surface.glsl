@@ -60,7 +60,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
     vec3 object_position = w.x * p0 + w.y * p1 + w.z * p2;
 
     Surface s;
-    s.material = UintTable(mesh.triangle_materials).at[triangle];
+    s.material = material_of(instance, mesh, triangle);
     s.position = transform_point(instance.world_from_object, object_position);
     s.position_prev = transform_point(instance.world_from_object_prev, object_position);
     s.e1 = transform_vector(instance.world_from_object, p1 - p0);

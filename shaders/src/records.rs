@@ -77,6 +77,8 @@ gpu_struct! {
         pub tlas_instances: u64,
         /// Address of the driver's top-level acceleration structure (ray-query and rt-pipeline backends).
         pub tlas: u64,
+        /// `ClusterNode[]`, the root first.
+        pub clusters: u64,
         /// Number of instances.
         pub instance_count: u32,
         /// Number of punctual lights.
@@ -97,6 +99,16 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// A node of the tree that divides space into clusters (`clusters.glsl`).
+    pub struct ClusterNode {
+        /// Plane: coordinates below it are in the first child, all others in the second.
+        pub split: f32,
+        /// Bits 0-1: axis, or 3 for a leaf. Bits 2-31: first of two children that follow each other, or the cluster.
+        pub link: u32,
+    }
+}
+
+gpu_struct! {
     /// A mesh placed in the world. Matrices are the rows of affine 3x4 matrices.
     pub struct InstanceRecord {
         /// This frame.
@@ -111,8 +123,8 @@ gpu_struct! {
         pub mask: u32,
         /// 1 when the transform mirrors (negative determinant), so that front faces keep their side.
         pub mirrored: u32,
-        /// Alignment.
-        pub pad: u32,
+        /// Index of the material of all its triangles; `NONE`: those of the mesh.
+        pub material: u32,
     }
 }
 
@@ -260,6 +272,11 @@ gpu_struct! {
         pub attenuation_color: Vec3,
         /// Index of the `LobeRecord`, or [`NONE`]: no extension lobe and no texture of those that stand there.
         pub lobes: u32,
+        /// Of nested solids. Bits 0-7: priority. Bits 8-31: 1 + material on the front side of an interface of two
+        /// solids; 0: none.
+        pub nesting: u32,
+        /// Alignment.
+        pub pad: [u32; 3],
         /// Base colour and alpha.
         pub base_color_texture: TextureSlot,
         /// Roughness in g, metalness in b.
@@ -401,6 +418,7 @@ table! {
     CameraRecord,
     FrameRecord,
     SceneRecord,
+    ClusterNode,
     InstanceRecord,
     MeshRecord,
     VertexRecord,

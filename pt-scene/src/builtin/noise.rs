@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::{Texture, TextureUsage, srgb_from_linear};
 
 /// Hash of a lattice point to 0..1; one round of PCG (Jarzynski and Olano 2020).
-pub(super) fn hash(x: i32, y: i32, seed: u32) -> f32 {
+pub(crate) fn hash(x: i32, y: i32, seed: u32) -> f32 {
     let mut h = (x as u32).wrapping_mul(0x8da6_b343)
         ^ (y as u32).wrapping_mul(0xd816_3841)
         ^ seed.wrapping_mul(0xcb1a_b31f);

@@ -6,7 +6,7 @@ mod textures;
 
 pub use camera::camera_record;
 
-use crate::Scene;
+use crate::{Clusters, Scene};
 use glam::{UVec3, Vec2};
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::phases::{Phase, Phases};
@@ -29,6 +29,7 @@ pub struct GpuScene {
     instance_records: Vec<InstanceRecord>,
     placements: Vec<InstancePlacement>,
     masks: Vec<u32>,
+    clusters: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
 }
@@ -47,7 +48,7 @@ pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
 pub fn placements(scene: &Scene) -> Vec<InstancePlacement> {
     let place = |i: &crate::Instance| InstancePlacement {
         mesh: i.mesh,
-        mask: records::visibility_mask(&scene.meshes[i.mesh as usize], &scene.materials),
+        mask: records::visibility_mask(i, &scene.meshes[i.mesh as usize], &scene.materials),
         world_from_object: i.world_from_object,
     };
     scene.instances.iter().map(place).collect()
@@ -93,7 +94,7 @@ impl GpuScene {
         let masks: Vec<_> = scene
             .instances
             .iter()
-            .map(|i| records::visibility_mask(&meshes[i.mesh as usize], &scene.materials))
+            .map(|i| records::visibility_mask(i, &meshes[i.mesh as usize], &scene.materials))
             .collect();
         let choice = match backend {
             TraceBackend::Auto => Some(choose(device, &geometry, &placements(scene))?),
@@ -143,7 +144,10 @@ impl GpuScene {
             ..bytemuck::Zeroable::zeroed()
         };
         accel.fill_scene(&mut record);
-        phases.mark("tables");
+        let clusters = Clusters::new(scene, Clusters::DEFAULT);
+        let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        record.clusters = clusters.address();
+        phases.mark("clusters");
         let textures = textures::table(device, scene)?;
         phases.mark("textures: mips and upload");
         Ok(Self {
@@ -158,6 +162,7 @@ impl GpuScene {
             instance_records: Vec::new(),
             placements: Vec::new(),
             masks,
+            clusters,
             tables: vec![
                 position_buffer,
                 vertex_buffer,
@@ -195,6 +200,13 @@ impl GpuScene {
         &mut self.record
     }
 
+    /// Uses another division into clusters than the default one; before the first frame.
+    pub fn set_clusters(&mut self, device: &Device, clusters: &Clusters) -> Result<()> {
+        self.clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        self.record.clusters = self.clusters.address();
+        Ok(())
+    }
+
     /// Brings the device up to date with the instances' transforms; without change it records nothing.
     pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene) -> Result<()> {
         let records = scene.instances.iter().zip(&self.masks).map(|(i, &mask)| records::instance(i, mask));
@@ -227,7 +239,8 @@ impl GpuScene {
         let pass = pass
             .read("scene_uniforms", self.uniforms.buffer())
             .textures(&self.textures)
-            .addresses(&self.instances);
+            .addresses(&self.instances)
+            .addresses(&self.clusters);
         let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
         self.accel.bind(pass)
     }

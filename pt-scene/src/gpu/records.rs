@@ -100,6 +100,8 @@ fn material(m: &Material, lobes: u32) -> MaterialRecord {
         flags,
         attenuation_color: m.attenuation_color,
         lobes,
+        nesting: m.priority | m.exterior.map_or(0, |material| (material + 1) << 8),
+        pad: [0; 3],
         base_color_texture: texture_slot(m.base_color_texture),
         metallic_roughness_texture: texture_slot(m.metallic_roughness_texture),
         normal_texture: texture_slot(m.normal_texture),
@@ -131,11 +133,11 @@ pub(super) fn instance(instance: &Instance, mask: u32) -> InstanceRecord {
         mesh: instance.mesh,
         mask,
         mirrored: u32::from(instance.world_from_object.matrix3.determinant() < 0.0),
-        pad: 0,
+        material: instance.material.unwrap_or(NONE),
     }
 }
 
-/// A mesh lets shadow rays through only when all of it transmits.
-pub(super) fn visibility_mask(mesh: &Mesh, materials: &[Material]) -> u32 {
-    if mesh.transmits(materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE }
+/// An instance lets shadow rays through only when all of it transmits.
+pub(super) fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Material]) -> u32 {
+    if instance.transmits(mesh, materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE }
 }

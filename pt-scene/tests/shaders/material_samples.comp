@@ -15,7 +15,7 @@ void main() {
     Footprint f = Footprint(vec2(c.footprint, 0.0), vec2(0.0, c.footprint), 1.0);
     MaterialSample m = load_material(s, f, 1.0);
     LobesSample l = load_lobes(s, f, 1.0);
-    result_at[i] = MaterialResult(m.base_color, m.alpha, m.metallic, m.roughness, m.ior, m.specular, m.specular_color,
+    result_at[i] = MaterialResult(m.base_color, coverage(scene_mesh(scene_instance(c.instance).mesh), c.triangle, c.barycentrics), m.metallic, m.roughness, m.ior, m.specular, m.specular_color,
                                   m.transmission, m.normal, m.emission, l.clearcoat, l.clearcoat_roughness,
                                   l.clearcoat_normal, l.sheen_color, l.sheen_roughness, l.anisotropy,
                                   l.anisotropy_direction, l.iridescence, l.iridescence_ior, l.iridescence_thickness,
