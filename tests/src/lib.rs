@@ -1,6 +1,6 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::cli::BackendChoice;
+use pt_app::cli::{BackendChoice, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
@@ -50,8 +50,8 @@ impl Frames {
         accumulate: bool,
     ) -> Self {
         let device = std::env::var("PT_TEST_DEVICE").ok();
-        let session =
-            Session::open(device.as_deref(), true, scene, backend).unwrap_or_else(|e| panic!("{e:#}"));
+        let device = DeviceArgs { backend, device, validation: true };
+        let session = Session::open(&device, scene).unwrap_or_else(|e| panic!("{e:#}"));
         let full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate)
             .unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
