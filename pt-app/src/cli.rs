@@ -118,8 +118,8 @@ pub struct BakeArgs {
     /// Folder for the DDS files; made when it is not there, may serve several scenes.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
-    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    /// How long the encoder searches; best takes three times as long and is some 2 dB better on hard images.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Fast)]
     pub quality: QualityChoice,
     /// Most texels that an image may have.
     #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]

@@ -26,6 +26,7 @@ pub use textures::MAX_TEXTURE_SIDE;
 use crate::{AnimationChoice, Environment, Scene, SceneError, builtin, default_sky, default_sun};
 use document::Document;
 use notices::Notices;
+use pt_core::phases::Phases;
 
 /// What [`load`] and [`open`] do besides reading the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,8 +108,10 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     let mut notices = Notices::default();
+    let mut phases = Phases::start();
     let document = Document::read(path, options, &mut notices)?;
-    fill(path, &document, notices, options)
+    phases.mark("read and parse");
+    fill(path, &document, notices, phases, options)
 }
 
 /// Loads a scene from the bytes of a `.gltf` or `.glb` file that embeds its buffers and images: no file is opened, unless
@@ -116,14 +119,17 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, Scen
 pub fn load_bytes(bytes: Vec<u8>, name: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = Path::new(name);
     let mut notices = Notices::default();
+    let mut phases = Phases::start();
     let document = Document::parse(bytes, path, None, options, &mut notices)?;
-    fill(path, &document, notices, options)
+    phases.mark("read and parse");
+    fill(path, &document, notices, phases, options)
 }
 
 fn fill(
     path: &Path,
     document: &Document,
     mut notices: Notices,
+    mut phases: Phases,
     options: &LoadOptions,
 ) -> Result<Scene, SceneError> {
     let root = &document.root;
@@ -142,6 +148,7 @@ fn fill(
     })?;
     note_unsupported(&scene, &mut notices);
     materials::read(document, options, &mut scene)?;
+    phases.mark("textures: read and decode");
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
     let rig = animation::read_rig(document, &options.animation, &mut scene, &mut notices)?;
     nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
@@ -149,11 +156,15 @@ fn fill(
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }
+    phases.mark("geometry");
     scene.notices.splice(0..0, notices.into_lines());
-    finish(scene, options).map_err(|error| match error {
+    let mut scene = finish(scene, options).map_err(|error| match error {
         SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
         other => other,
-    })
+    })?;
+    phases.mark("environment and checks");
+    scene.load_phases = phases.list().to_vec();
+    Ok(scene)
 }
 
 /// The index of a name or, failing that, the number that the text is. The error says what there is to choose from.
