@@ -15,8 +15,8 @@ use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::trace::TraceBackend;
-use pt_scene::Camera;
 use pt_post::Upscale;
+use pt_scene::Camera;
 use pt_shaders::channels::ChannelId;
 use serde_json::json;
 use std::io::Write;
@@ -108,7 +108,8 @@ fn render(
 
 /// Whether a file is for the eye: a PNG always, an EXR when that is asked for.
 fn holds_picture(path: &Path, params: &FrameParams) -> bool {
-    params.post.output == pt_post::Output::Display || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
+    params.post.output == pt_post::Output::Display
+        || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
 }
 
 struct Metadata<'a> {

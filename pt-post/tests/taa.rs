@@ -251,10 +251,18 @@ fn scan() {
         for index in 0..32 {
             let jitter = halton(index);
             let color = sampled(size, jitter);
-            result = Some(oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params));
+            result = Some(
+                oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params),
+            );
         }
         let r = shown(&result.unwrap());
         let mean = |i: &oracle::Image| i.pixels.iter().map(|c| c[1]).sum::<f64>() / i.pixels.len() as f64;
-        println!("{space:?} {rectify:?} {sigma} {sparkle}: FLIP {:.4} PSNR {:.2} mean {:.4} ref {:.4}", flip(&r, &reference), psnr(&r, &reference), mean(&r), mean(&reference));
+        println!(
+            "{space:?} {rectify:?} {sigma} {sparkle}: FLIP {:.4} PSNR {:.2} mean {:.4} ref {:.4}",
+            flip(&r, &reference),
+            psnr(&r, &reference),
+            mean(&r),
+            mean(&reference)
+        );
     }
 }

@@ -98,7 +98,12 @@ fn clusters_do_not_move() {
     assert_eq!(Clusters::new(&scene, 200), before);
     // And depend on nothing that moves.
     let still = Scene {
-        instances: scene.instances.iter().filter(|i| i.is_static()).cloned().collect(),
+        instances: scene
+            .instances
+            .iter()
+            .filter(|i| i.is_static(&scene.meshes[i.mesh as usize]))
+            .cloned()
+            .collect(),
         ..scene.clone()
     };
     assert_eq!(Clusters::new(&still, 200), before);
@@ -107,7 +112,7 @@ fn clusters_do_not_move() {
     assert_ne!(at(1.5), at(4.5), "a moving object goes through clusters");
     // Nothing that stands still: one cluster.
     let moving =
-        Scene { instances: scene.instances.into_iter().filter(|i| !i.is_static()).collect(), ..still };
+        Scene { instances: scene.instances.into_iter().filter(|i| i.motion.is_some()).collect(), ..still };
     assert_eq!(Clusters::new(&moving, 200).count(), 1);
     assert_eq!(Clusters::new(&Scene::default(), 200).count(), 1);
 }
