@@ -1,5 +1,10 @@
-//! Compiles the kernels of the tests.
+//! Compiles the kernels of `shaders/` and of the tests.
+
+#[path = "src/gpu/deform_records.rs"]
+mod deform_records;
 
 fn main() {
-    pt_shaders::compiler::Kernels::new().compile_as("tests/shaders", "test_kernels.rs");
+    let kernels = pt_shaders::compiler::Kernels::new();
+    kernels.compile_as("tests/shaders", "test_kernels.rs");
+    kernels.header("deform_records.glsl", deform_records::glsl()).compile("shaders");
 }

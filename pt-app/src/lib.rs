@@ -1,6 +1,7 @@
 //! The parts of the `pt` program.
 
 pub mod aov;
+pub mod bake;
 pub mod bench;
 pub mod cli;
 pub mod compare;
@@ -9,6 +10,7 @@ pub mod frame;
 pub mod info;
 pub mod params;
 pub mod passes;
+pub mod post_args;
 pub mod progress;
 pub mod render;
 pub mod scene_stats;

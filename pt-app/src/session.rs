@@ -3,7 +3,7 @@
 use crate::cli::{BackendChoice, CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
 use pt_core::trace::TraceBackend;
-use pt_core::{Device, DeviceOptions};
+use pt_core::{Device, DeviceOptions, Frame};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Camera, Scene};
@@ -33,6 +33,16 @@ impl Session {
         let lights = LightTables::new(&device, &scene)?;
         lights.fill(gpu.record_mut());
         Ok(Self { device, scene, gpu, lights })
+    }
+
+    /// Brings the scene to `time`, and what was there in the frame before to `previous` (seconds): on the host, then on the device.
+    ///
+    /// # Errors
+    /// When the frame can't take the uploads.
+    pub fn update(&mut self, frame: &mut Frame<'_>, time: f64, previous: f64) -> pt_core::Result<()> {
+        self.scene.set_time(time, previous);
+        self.lights.update(frame, &self.scene, self.gpu.record_mut())?;
+        self.gpu.update(frame, &self.scene)
     }
 
     /// Device and driver in one line.

@@ -188,7 +188,7 @@ fn z_test_without_usable_variances_is_refused() {
     let folder = folder();
     let at = folder.path();
     write_estimate(at, "estimate.exr", 0.0, 0.01);
-    write_estimate(at, "negative.exr", 0.0, -0.01);
+    write_estimate(at, "negative.exr", 0.3, -0.01);
     write_png(&at.join("a.png"), 16, 8, PixelLayout::Rgb, &[128; 384]).unwrap();
     refused(
         at,

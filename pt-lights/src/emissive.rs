@@ -20,8 +20,12 @@ pub struct EmissiveTriangle {
     pub weight: f64,
 }
 
+/// Least share of its mesh's mean area that a triangle of a mesh that deforms counts with.
+const LEAST_SHARE: f64 = 0.01;
+
 /// All triangles that can emit, by instance and triangle. Left out are materials with KHR_materials_unlit, which emit
-/// nothing, triangles without area, and triangles of which the emissive texture shows black parts only.
+/// nothing, triangles without area unless they may gain some because their mesh deforms, and triangles of which the
+/// emissive texture shows black parts only.
 pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
     let mut means: BTreeMap<u32, TextureMeans> = BTreeMap::new();
     for material in scene.materials.iter().filter(|m| emits(m)) {
@@ -33,6 +37,13 @@ pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
     let mut list = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
+        let least = match mesh.deformation {
+            Some(_) => {
+                let sum: f64 = (0..mesh.triangle_count()).map(|t| area(instance, mesh, t)).sum();
+                (LEAST_SHARE * sum / mesh.triangle_count().max(1) as f64).max(f64::MIN_POSITIVE)
+            }
+            None => 0.0,
+        };
         for t in 0..mesh.triangle_count() {
             let material = &scene.materials[instance.material_at(mesh, t) as usize];
             if !emits(material) {
@@ -42,7 +53,7 @@ pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
                 Some(slot) => material.emissive * texture_mean(mesh, t, slot, &means[&slot.texture]),
                 None => material.emissive,
             };
-            let weight = area(instance, mesh, t) * luminance(radiance);
+            let weight = area(instance, mesh, t).max(least) * luminance(radiance);
             if weight > 0.0 {
                 list.push(EmissiveTriangle { instance: i as u32, triangle: t as u32, weight });
             }
@@ -93,21 +104,14 @@ fn texture_mean(mesh: &Mesh, triangle: usize, slot: &TextureRef, means: &Texture
 mod tests {
     use super::*;
     use glam::{Affine2, Affine3A, Vec4};
-    use pt_scene::{Sampler, Texture};
+    use pt_scene::{Texels, Texture, TextureUsage};
 
     /// Two triangles of a unit square, textured white in the upper left half only, and their instance twice as large.
     fn scene(transform: Affine2) -> Scene {
         let corner = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
         let texels =
             (0..64).flat_map(|y| (0..64).map(move |x| x + y < 60)).flat_map(|on| [255 * u8::from(on); 4]);
-        let texture = Texture {
-            name: "half".into(),
-            width: 64,
-            height: 64,
-            texels: texels.collect(),
-            srgb: false,
-            sampler: Sampler::default(),
-        };
+        let texture = Texture::rgba8("half", [64, 64], TextureUsage::Data, texels.collect());
         let slot = TextureRef { transform, ..TextureRef::new(0) };
         let lamp = Material { emissive_texture: Some(slot), ..Material::lamp("lamp", Vec3::splat(2.0)) };
         let mesh = Mesh {
@@ -121,6 +125,7 @@ mod tests {
             triangle_materials: vec![0, 0],
             first_masked: 2,
             name: "square".into(),
+            ..Mesh::default()
         };
         let place = |scale| Instance::new("square", 0, Affine3A::from_scale(Vec3::splat(scale)));
         Scene {
@@ -154,7 +159,7 @@ mod tests {
         scene.materials[0].unlit = true;
         assert_eq!(triangles(&scene), []);
         scene.materials[0].unlit = false;
-        scene.textures[0].texels.fill(0);
+        scene.textures[0].texels = Texels::Rgba8(vec![0; 64 * 64 * 4]);
         assert_eq!(triangles(&scene), []);
     }
 }

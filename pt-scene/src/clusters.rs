@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 use glam::{DVec3, Vec3};
 use pt_shaders::records::ClusterNode;
 
-use crate::{Bounds, Instance, Scene};
+use crate::{Bounds, Scene};
 
 /// Surface samples for each cluster that is asked for.
 const SAMPLES_PER_CLUSTER: usize = 64;
@@ -50,7 +50,7 @@ pub struct ClusterStatistics {
     pub occupied: usize,
     /// Triangles per occupied cluster: smallest, median, largest.
     pub triangles: [usize; 3],
-    /// Longest edge of a cell within the bounds of the surfaces, metres: smallest, median, largest.
+    /// Longest edge of [`ClusterContents::bounds`], metres: smallest, median, largest.
     pub cell_size: [f32; 3],
     /// Number of clusters with up to this many triangles (0, 1, 2, 4, 8 .. and more than the entry before).
     pub histogram: Vec<(usize, usize)>,
@@ -189,10 +189,8 @@ impl Clusters {
         let contents = self.contents(scene);
         let mut triangles: Vec<usize> = contents.iter().map(|c| c.triangles).filter(|&n| n > 0).collect();
         triangles.sort_unstable();
-        let extent = |cell: &Bounds| {
-            (cell.max.min(self.bounds.max) - cell.min.max(self.bounds.min)).max_element().max(0.0)
-        };
-        let mut sizes: Vec<f32> = self.cells.iter().map(extent).collect();
+        let mut sizes: Vec<f32> =
+            contents.iter().filter_map(|c| c.bounds).map(|b| b.size().max_element()).collect();
         sizes.sort_by(f32::total_cmp);
         let mut histogram: Vec<(usize, usize)> = vec![(0, 0)];
         for n in contents.iter().map(|c| c.triangles) {
@@ -202,15 +200,20 @@ impl Clusters {
             }
             histogram[bin].1 += 1;
         }
-        let spread = |v: &[usize]| v.first().map_or([0; 3], |&first| [first, v[v.len() / 2], v[v.len() - 1]]);
         ClusterStatistics {
             count: self.count(),
             occupied: triangles.len(),
             triangles: spread(&triangles),
-            cell_size: [sizes[0], sizes[sizes.len() / 2], sizes[sizes.len() - 1]],
+            cell_size: spread(&sizes),
             histogram,
         }
     }
+}
+
+/// Smallest, median and largest of sorted values; zeros without any.
+fn spread<T: Copy + Default>(sorted: &[T]) -> [T; 3] {
+    let last = sorted.len().saturating_sub(1);
+    [0, sorted.len() / 2, last].map(|i| sorted.get(i).copied().unwrap_or_default())
 }
 
 fn push(queue: &mut BinaryHeap<Candidate>, node: u32, first: usize, samples: &[Vec3]) {
@@ -276,8 +279,11 @@ fn bounds_of(points: &[Vec3]) -> Option<Bounds> {
 
 /// Triangles of everything that stands still, world space.
 fn for_each_triangle(scene: &Scene, mut act: impl FnMut([Vec3; 3])) {
-    for instance in scene.instances.iter().filter(|i| Instance::is_static(i)) {
+    for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh as usize];
+        if !instance.is_static(mesh) {
+            continue;
+        }
         for t in 0..mesh.triangle_count() {
             act(mesh.triangle(t).map(|p| instance.world_from_object.transform_point3(p)));
         }

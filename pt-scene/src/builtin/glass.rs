@@ -174,8 +174,8 @@ fn surroundings() -> Scene {
     scene.cameras.push(Camera::look_at(
         "table",
         Vec3::new(0.09, 0.175, 0.25),
-        Vec3::new(0.0, 0.047, 0.0),
-        0.42,
+        Vec3::new(0.0, 0.05, 0.0),
+        0.46,
     ));
     scene
 }

@@ -66,7 +66,7 @@ pub(super) fn scene() -> Scene {
         ..Light::directional("sun", Vec3::new(-0.5, -0.6, -0.6), 2.0 * Vec3::new(1.0, 0.95, 0.85))
     });
     let middle = Vec3::new(0.0, 0.2, -0.55 * (rows - 1) as f32);
-    scene.cameras.push(Camera::look_at("front", Vec3::new(0.0, 3.9, 4.4), middle, 0.55));
+    scene.cameras.push(Camera::look_at("front", Vec3::new(0.0, 3.9, 4.4), middle, 0.62));
     scene
 }
 

@@ -55,6 +55,6 @@ pub(super) fn scene() -> Scene {
         let mesh = add_mesh(&mut scene, &name, body.into());
         scene.instances.push(Instance::new(&name, mesh, Affine3A::from_translation(x * Vec3::X)));
     }
-    scene.cameras.push(Camera::look_at("front", EYE, Vec3::new(0.0, -2.1, 0.0), 0.62));
+    scene.cameras.push(Camera::look_at("front", EYE, Vec3::new(0.0, -2.4, 0.0), 0.64));
     scene
 }

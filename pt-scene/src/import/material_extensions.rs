@@ -7,8 +7,8 @@ use gltf::json::texture::Info;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::materials::Uses;
-use crate::{Lobes, Material, SceneError};
+use super::textures::Uses;
+use crate::{Lobes, Material, SceneError, TextureUsage};
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -87,6 +87,7 @@ pub(super) fn apply(
     at: &str,
 ) -> Result<(), SceneError> {
     let at = format!("{at}.extensions");
+    let (color, data) = (TextureUsage::Color, TextureUsage::Data);
     out.unlit = e.unlit.is_some();
     if let Some(strength) = &e.emissive_strength {
         out.emissive *= strength.emissive_strength.0;
@@ -97,20 +98,20 @@ pub(super) fn apply(
     }
     if let Some(transmission) = &e.transmission {
         out.transmission = transmission.transmission_factor.0;
-        out.transmission_texture = uses.info(&transmission.transmission_texture, false, &at)?;
+        out.transmission_texture = uses.info(&transmission.transmission_texture, data, &at)?;
     }
     if let Some(volume) = &e.volume {
         out.thickness = volume.thickness_factor.0;
-        out.thickness_texture = uses.info(&volume.thickness_texture, false, &at)?;
+        out.thickness_texture = uses.info(&volume.thickness_texture, data, &at)?;
         out.attenuation_color = Vec3::from_array(volume.attenuation_color.0);
         let distance = volume.attenuation_distance.0;
         out.attenuation_distance = if distance == f32::MAX { f32::INFINITY } else { distance };
     }
     if let Some(specular) = &e.specular {
         out.specular = specular.specular_factor.0;
-        out.specular_texture = uses.info(&specular.specular_texture, false, &at)?;
+        out.specular_texture = uses.info(&specular.specular_texture, data, &at)?;
         out.specular_color = Vec3::from_array(specular.specular_color_factor.0);
-        out.specular_color_texture = uses.info(&specular.specular_color_texture, true, &at)?;
+        out.specular_color_texture = uses.info(&specular.specular_color_texture, color, &at)?;
     }
     let lobes = lobes(uses, e, &at)?;
     out.lobes = (lobes != Lobes::default()).then(|| Box::new(lobes));
@@ -118,33 +119,34 @@ pub(super) fn apply(
 }
 
 fn lobes(uses: &mut Uses<'_>, e: &Extensions, at: &str) -> Result<Lobes, SceneError> {
+    let (color, data) = (TextureUsage::Color, TextureUsage::Data);
     let mut l = Lobes::default();
     if let Some(x) = parse::<Clearcoat>(uses, e, "KHR_materials_clearcoat", at)? {
         l.clearcoat = x.clearcoat_factor;
-        l.clearcoat_texture = uses.info(&x.clearcoat_texture, false, at)?;
+        l.clearcoat_texture = uses.info(&x.clearcoat_texture, data, at)?;
         l.clearcoat_roughness = x.clearcoat_roughness_factor;
-        l.clearcoat_roughness_texture = uses.info(&x.clearcoat_roughness_texture, false, at)?;
+        l.clearcoat_roughness_texture = uses.info(&x.clearcoat_roughness_texture, data, at)?;
         (l.clearcoat_normal_texture, l.clearcoat_normal_scale) =
             uses.normal(&x.clearcoat_normal_texture, at)?;
     }
     if let Some(x) = parse::<Sheen>(uses, e, "KHR_materials_sheen", at)? {
         l.sheen_color = x.sheen_color_factor.into();
-        l.sheen_color_texture = uses.info(&x.sheen_color_texture, true, at)?;
+        l.sheen_color_texture = uses.info(&x.sheen_color_texture, color, at)?;
         l.sheen_roughness = x.sheen_roughness_factor;
-        l.sheen_roughness_texture = uses.info(&x.sheen_roughness_texture, true, at)?;
+        l.sheen_roughness_texture = uses.info(&x.sheen_roughness_texture, color, at)?;
     }
     if let Some(x) = parse::<Anisotropy>(uses, e, "KHR_materials_anisotropy", at)? {
         l.anisotropy_strength = x.anisotropy_strength;
         l.anisotropy_rotation = x.anisotropy_rotation;
-        l.anisotropy_texture = uses.info(&x.anisotropy_texture, false, at)?;
+        l.anisotropy_texture = uses.info(&x.anisotropy_texture, data, at)?;
     }
     if let Some(x) = parse::<Iridescence>(uses, e, "KHR_materials_iridescence", at)? {
         l.iridescence = x.iridescence_factor;
-        l.iridescence_texture = uses.info(&x.iridescence_texture, false, at)?;
+        l.iridescence_texture = uses.info(&x.iridescence_texture, data, at)?;
         l.iridescence_ior = x.iridescence_ior;
         l.iridescence_thickness_min = x.iridescence_thickness_minimum;
         l.iridescence_thickness_max = x.iridescence_thickness_maximum;
-        l.iridescence_thickness_texture = uses.info(&x.iridescence_thickness_texture, false, at)?;
+        l.iridescence_thickness_texture = uses.info(&x.iridescence_thickness_texture, data, at)?;
     }
     if let Some(x) = parse::<Dispersion>(uses, e, "KHR_materials_dispersion", at)? {
         l.dispersion = x.dispersion;

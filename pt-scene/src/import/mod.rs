@@ -2,25 +2,28 @@
 //! reads bytes is checked here, because the crate's own accessors panic on files that break the format.
 
 mod accessor;
+mod animation;
 mod check;
 mod compression;
 mod document;
 mod extensions;
 mod glb;
+mod images;
 mod material_extensions;
 mod materials;
 mod meshes;
 mod nodes;
 mod notices;
 mod tangents;
+mod textures;
 mod uri;
 
 use std::path::{Path, PathBuf};
 
 pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
-pub use materials::MAX_TEXTURE_SIDE;
+pub use textures::MAX_TEXTURE_SIDE;
 
-use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
+use crate::{AnimationChoice, Environment, Scene, SceneError, builtin, default_sky, default_sun};
 use document::Document;
 use notices::Notices;
 
@@ -35,6 +38,10 @@ pub struct LoadOptions {
     pub environment_intensity: f32,
     /// Give a scene without any light [`default_sky`] and [`default_sun`].
     pub default_sky: bool,
+    /// Which animations of a glTF file play.
+    pub animation: AnimationChoice,
+    /// Time at which the scene is shown at first, seconds; [`Scene::set_time`] goes on from there.
+    pub time: f64,
     /// Which of a file's scenes, by name or by index from 0; `None`: its default one.
     pub scene: Option<String>,
     /// Which of a file's material variants (KHR_materials_variants), by name or by index from 0; `None`: no variant.
@@ -42,7 +49,15 @@ pub struct LoadOptions {
     /// Most bytes of geometry (vertices, triangles, copies of instances) that a file may ask for: a small file can name
     /// the same data any number of times.
     pub max_geometry_bytes: u64,
+    /// Folder of textures baked by [`crate::bake`]; images that it does not hold are decoded.
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together, at their finest level (four bytes each when they
+    /// are not compressed). More is an error; nothing beyond is decoded.
+    pub max_texture_pixels: u64,
 }
+
+/// [`LoadOptions::max_texture_pixels`] unless it is set: 2 GiB of texels without compression.
+pub const DEFAULT_MAX_TEXTURE_PIXELS: u64 = 1 << 29;
 
 impl Default for LoadOptions {
     fn default() -> Self {
@@ -51,9 +66,13 @@ impl Default for LoadOptions {
             environment_rotation: 0.0,
             environment_intensity: 1.0,
             default_sky: true,
+            animation: AnimationChoice::default(),
+            time: 0.0,
             scene: None,
             variant: None,
             max_geometry_bytes: 16 << 30,
+            baked: None,
+            max_texture_pixels: DEFAULT_MAX_TEXTURE_PIXELS,
         }
     }
 }
@@ -65,7 +84,13 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
             let what = "a built-in scene has no further scenes or variants to choose from";
             Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
         }
-        Some(scene) => finish(scene, options),
+        Some(scene) => match &options.animation {
+            AnimationChoice::Index(_) | AnimationChoice::Name(_) => {
+                let what = "a built-in scene has no animations to choose from";
+                Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
+            }
+            _ => finish(scene, options),
+        },
         None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
             load(name_or_path, options)
         }
@@ -79,8 +104,6 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 
 /// Loads a scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which may be embedded,
 /// or files in the folder of the scene or below.
-///
-/// Left for later, with a notice: animation, skins (shown in their bind pose), morph targets (shown undeformed).
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     let mut notices = Notices::default();
@@ -117,10 +140,12 @@ fn fill(
     let variant = variant.map_err(|what| {
         document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
     })?;
-    note_unsupported(document, &scene, &mut notices);
-    materials::read(document, &mut scene)?;
+    note_unsupported(&scene, &mut notices);
+    materials::read(document, options, &mut scene)?;
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
-    nodes::read(document, &meshes, options, &mut scene, &mut notices)?;
+    let rig = animation::read_rig(document, &options.animation, &mut scene, &mut notices)?;
+    nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
+    animation::attach(document, rig, &mut scene)?;
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }
@@ -158,8 +183,62 @@ fn variants(document: &Document) -> Result<Vec<String>, SceneError> {
     Ok(variants.map_or(Vec::new(), |v| v.variants.into_iter().map(|v| v.name).collect()))
 }
 
-fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
-    let root = &document.root;
+/// The images of a scene file as its materials use them, for [`crate::bake`].
+pub(crate) struct Images<'a>(textures::Uses<'a>);
+
+/// Reads a scene's materials and hands over their images.
+pub(crate) fn with_images<R>(
+    path: &Path,
+    work: impl FnOnce(&Images<'_>) -> Result<R, SceneError>,
+) -> Result<R, SceneError> {
+    let document = Document::read(path, &LoadOptions::default(), &mut Notices::default())?;
+    let (_, uses) = materials::collect(&document)?;
+    work(&Images(uses))
+}
+
+impl Images<'_> {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.in_order.len()
+    }
+
+    /// Label and content of the image file.
+    pub fn file(&self, index: usize) -> Result<(String, Vec<u8>), SceneError> {
+        self.0.file(self.0.in_order[index])
+    }
+
+    /// Size from the file's header, which must not exceed the limit, and what the image is used for.
+    pub fn header(
+        &self,
+        index: usize,
+        label: &str,
+        bytes: &[u8],
+        max_texels: u64,
+    ) -> Result<([u32; 2], crate::TextureUsage), SceneError> {
+        let u = self.0.in_order[index];
+        let header = images::Header::read(bytes).map_err(|what| self.0.invalid(u, label, what))?;
+        if header.texel_count() > max_texels {
+            let what = format!(
+                "{}x{} texels are more than the limit of {max_texels}; see --max-texture-pixels",
+                header.width, header.height
+            );
+            return Err(self.0.invalid(u, label, what));
+        }
+        Ok(([header.width, header.height], u.usage))
+    }
+
+    /// The decoded texture.
+    pub fn decode(&self, index: usize, label: &str, bytes: &[u8]) -> Result<crate::Texture, SceneError> {
+        let u = self.0.in_order[index];
+        let invalid = |what: String| self.0.invalid(u, label, what);
+        let header = images::Header::read(bytes).map_err(invalid)?;
+        let mut texture = self.0.texture(u, label.to_owned(), [header.width, header.height]);
+        texture.texels = header.decode(u.usage).map_err(invalid)?;
+        Ok(texture)
+    }
+}
+
+fn note_unsupported(scene: &Scene, notices: &mut Notices) {
     for extension in scene.extensions.iter().filter(|e| e.support == Support::Ignored) {
         notices.add("extensionsUsed", format!("extension {} is ignored", extension.name));
     }
@@ -167,15 +246,6 @@ fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
         if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
             notices.add(what, "names are not unique; a name stands for the first of its bearers");
         }
-    }
-    if !root.animations.is_empty() {
-        notices.add("animations", format!("{} animation(s) ignored; nodes rest", root.animations.len()));
-    }
-    if !root.skins.is_empty() {
-        notices.add("skins", format!("{} skin(s) ignored; meshes keep their bind pose", root.skins.len()));
-    }
-    if root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()) {
-        notices.add("meshes", "morph targets ignored; meshes are undeformed");
     }
 }
 
@@ -190,6 +260,8 @@ fn finish(mut scene: Scene, options: &LoadOptions) -> Result<Scene, SceneError> 
     }
     scene.environment.rotation += options.environment_rotation;
     scene.environment.intensity *= options.environment_intensity;
+    scene.set_time(options.time, options.time);
+    scene.pose_meshes();
     scene.validate()?;
     Ok(scene)
 }
