@@ -23,7 +23,9 @@ use std::path::{Path, PathBuf};
 pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
 pub use textures::MAX_TEXTURE_SIDE;
 
-use crate::{AnimationChoice, Environment, Scene, SceneError, builtin, default_sky, default_sun};
+use crate::{
+    AnimationChoice, Environment, Scene, SceneError, Texture, TextureUsage, builtin, default_sky, default_sun,
+};
 use document::Document;
 use notices::Notices;
 use pt_core::phases::Phases;
@@ -218,34 +220,38 @@ impl Images<'_> {
         self.0.file(self.0.in_order[index])
     }
 
-    /// Size from the file's header, which must not exceed the limit, and what the image is used for.
-    pub fn header(
-        &self,
-        index: usize,
-        label: &str,
-        bytes: &[u8],
-        max_texels: u64,
-    ) -> Result<([u32; 2], crate::TextureUsage), SceneError> {
-        let u = self.0.in_order[index];
-        let header = images::Header::read(bytes).map_err(|what| self.0.invalid(u, label, what))?;
-        if header.texel_count() > max_texels {
-            let what = format!(
-                "{}x{} texels are more than the limit of {max_texels}; see --max-texture-pixels",
-                header.width, header.height
-            );
-            return Err(self.0.invalid(u, label, what));
-        }
-        Ok(([header.width, header.height], u.usage))
+    /// What an image is used for.
+    pub fn usage(&self, index: usize) -> TextureUsage {
+        self.0.in_order[index].usage
     }
 
-    /// The decoded texture.
-    pub fn decode(&self, index: usize, label: &str, bytes: &[u8]) -> Result<crate::Texture, SceneError> {
-        let u = self.0.in_order[index];
-        let invalid = |what: String| self.0.invalid(u, label, what);
-        let header = images::Header::read(bytes).map_err(invalid)?;
-        let mut texture = self.0.texture(u, label.to_owned(), [header.width, header.height]);
-        texture.texels = header.decode(u.usage).map_err(invalid)?;
-        Ok(texture)
+    /// An error in an image.
+    pub fn invalid(&self, index: usize, label: &str, what: String) -> SceneError {
+        self.0.invalid(self.0.in_order[index], label, what)
+    }
+}
+
+/// The size of an image file, from its header.
+///
+/// # Errors
+/// No image file, or more texels than `max_texels`.
+pub(crate) fn image_size(bytes: &[u8], max_texels: u64) -> Result<[u32; 2], String> {
+    let header = images::Header::read(bytes)?;
+    header.check(max_texels)?;
+    Ok([header.width, header.height])
+}
+
+impl Texture {
+    /// A texture from the content of an image file: PNG, JPEG, WebP, DDS or KTX2, told apart by the first bytes.
+    ///
+    /// # Errors
+    /// What is wrong, in one line without the file's name. An image of more than `max_texels` texels is refused before
+    /// it is decoded.
+    pub fn from_bytes(name: &str, bytes: &[u8], usage: TextureUsage, max_texels: u64) -> Result<Self, String> {
+        let header = images::Header::read(bytes)?;
+        header.check(max_texels)?;
+        let size = [header.width, header.height];
+        Ok(Self { texels: header.decode(usage)?, ..Self::rgba8(name, size, usage, Vec::new()) })
     }
 }
 
