@@ -31,6 +31,7 @@ fn quad(color: Vec4) -> Mesh {
         indices: vec![[0, 2, 1]],
         triangle_materials: vec![0],
         first_masked: 1,
+        ..Mesh::default()
     }
 }
 
@@ -52,7 +53,7 @@ fn samples(device: &TestDevice, scene: &Scene, at: &[Vec2], footprint: f32) -> V
         |uv: &Vec2| MaterialCase { barycentrics: Vec2::new(uv.y, uv.x), instance: 0, triangle: 0, footprint };
     let cases: Vec<_> = at.iter().map(case).collect();
     let mut gpu = GpuScene::new(device, scene, TraceBackend::Compute).unwrap();
-    let kernel = Kernel::new(device, &kernels::MATERIAL_SAMPLES).unwrap();
+    let kernel = Kernel::compute::<()>(device, &kernels::MATERIAL_SAMPLES).unwrap();
     let cases = Buffer::from_slice(device, "cases", &cases).unwrap();
     let size = (at.len() * size_of::<MaterialResult>()) as u64;
     let results = Buffer::new(device, "results", size, Location::Device).unwrap();
