@@ -292,7 +292,7 @@ impl SceneStats {
         }
         for a in &self.animations {
             let rests = if a.plays { "" } else { ", does not play" };
-            line("animation", format!("{}: {} s, {} channels{rests}", a.name, a.duration_s, a.channels))?;
+            line("animation", format!("{}: {:.3} s, {} channels{rests}", a.name, a.duration_s, a.channels))?;
         }
         for (what, names) in [("scenes", &self.file_scenes), ("variants", &self.variants)] {
             if names.len() > usize::from(what == "scenes") {
