@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::metrics::Metric;
+use pt_scene::LoadOptions;
 
 /// Research workbench for real-time path tracing.
 #[derive(Debug, Parser)]
@@ -24,16 +25,51 @@ const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check failed, 2 wrong usage or
 pub enum Command {
     /// Devices, drivers, trace backends and what `auto` chooses.
     Info(InfoArgs),
-    /// The built-in scenes.
-    Scenes,
+    /// The built-in scenes, or what is in a scene.
+    Scenes(ScenesArgs),
     /// The passes of the frame in order: what each reads, writes and moves.
     Passes(PassesArgs),
     /// Measure.
     Bench(BenchArgs),
     /// Render frames of a scene.
     Render(Box<RenderArgs>),
+    /// Compress a scene's textures ahead of time, for `pt render --baked`.
+    Bake(BakeArgs),
     /// Measure an image against its reference.
     Compare(CompareArgs),
+    /// Put many images on one sheet, with their names.
+    Sheet(SheetArgs),
+}
+
+/// `pt scenes`
+#[derive(Clone, Debug, Args)]
+pub struct ScenesArgs {
+    /// Say what is in this scene: a glTF or GLB file, or the name of a built-in scene.
+    #[arg(long, value_name = "SCENE")]
+    pub stats: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub json: bool,
+    /// Number of clusters to divide the scene into, 1 to 4096.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "stats")]
+    pub clusters: u32,
+}
+
+/// `pt sheet`
+#[derive(Clone, Debug, Args)]
+pub struct SheetArgs {
+    /// PNG, JPEG, EXR or HDR images; a .txt file becomes a tile with its text.
+    #[arg(required = true)]
+    pub images: Vec<PathBuf>,
+    /// Sheet to write.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Tiles in a row [default: as square a sheet as can be]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub columns: Option<u32>,
+    /// Size of a tile without its label, pixels.
+    #[arg(long, value_name = "WxH", default_value = "256x192")]
+    pub tile: ImageSize,
 }
 
 /// `pt info`
@@ -68,6 +104,34 @@ pub struct PassesArgs {
     /// Vulkan device, by index or part of its name.
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
+}
+
+/// `pt bake`
+#[derive(Clone, Debug, Args)]
+pub struct BakeArgs {
+    /// glTF or GLB file.
+    pub scene: PathBuf,
+    /// Folder for the DDS files; made when it is not there, may serve several scenes.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    pub quality: QualityChoice,
+    /// Most texels that an image may have.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
+    pub max_texture_pixels: u64,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How long the encoder searches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum QualityChoice {
+    /// A third of the time.
+    Fast,
+    /// Better on hard images.
+    Best,
 }
 
 /// `pt bench`
@@ -107,22 +171,24 @@ pub struct BenchTraceArgs {
     pub device: Option<String>,
 }
 
-/// `pt render`
+/// The scene with its environment and its time.
 #[derive(Clone, Debug, Args)]
-pub struct RenderArgs {
+pub struct SceneArgs {
     /// glTF or GLB file, or the name of a built-in scene.
-    pub scene: String,
-
-    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated.
-    #[arg(short, long, value_name = "OUT.{png,exr}", required = true, help_heading = "Output")]
-    pub output: Vec<PathBuf>,
-    /// Further channels for an EXR: all, or a list of names.
-    #[arg(long, value_name = "all|A,B", help_heading = "Output")]
-    pub aov: Option<AovSelection>,
-    /// Write GPU times per pass and the counters of allocations and pipelines to this JSON file.
-    #[arg(long, value_name = "F.json", help_heading = "Output")]
-    pub timings: Option<PathBuf>,
-
+    #[arg(value_name = "SCENE")]
+    pub file: String,
+    /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub gltf_scene: Option<String>,
+    /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub variant: Option<String>,
+    /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
+    #[arg(long, value_name = "DIR", help_heading = "Scene")]
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
+    pub max_texture_pixels: u64,
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
@@ -138,7 +204,27 @@ pub struct RenderArgs {
     /// Frames per second of scene time between successive frames.
     #[arg(long, value_name = "F", default_value_t = 60.0, value_parser = positive_f64, allow_negative_numbers = true, help_heading = "Scene")]
     pub fps: f64,
+}
 
+impl SceneArgs {
+    /// What the loader needs to know.
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            environment: self.env.clone(),
+            environment_rotation: self.env_rotation.to_radians(),
+            environment_intensity: self.env_intensity,
+            scene: self.gltf_scene.clone(),
+            variant: self.variant.clone(),
+            baked: self.baked.clone(),
+            max_texture_pixels: self.max_texture_pixels,
+            ..LoadOptions::default()
+        }
+    }
+}
+
+/// The view.
+#[derive(Clone, Debug, Args)]
+pub struct CameraArgs {
     /// Camera of the scene, by name or by index from 0 [default: the first, or one that frames the scene]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "look", help_heading = "Camera")]
     pub camera: Option<CameraChoice>,
@@ -148,6 +234,41 @@ pub struct RenderArgs {
     /// Vertical field of view of --look, degrees, between 0 and 180.
     #[arg(long, value_name = "DEG", default_value_t = 50.0, value_parser = field_of_view, allow_negative_numbers = true, requires = "look", help_heading = "Camera")]
     pub vfov: f32,
+}
+
+/// Where it runs.
+#[derive(Clone, Debug, Args)]
+pub struct DeviceArgs {
+    /// How rays are traced; auto measures and takes the fastest.
+    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Auto, help_heading = "Device")]
+    pub backend: BackendChoice,
+    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
+    #[arg(long, value_name = "D", help_heading = "Device")]
+    pub device: Option<String>,
+    /// Run with the Vulkan validation layers; any message is an error.
+    #[arg(long, help_heading = "Device")]
+    pub validation: bool,
+}
+
+/// `pt render`
+#[derive(Clone, Debug, Args)]
+pub struct RenderArgs {
+    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated.
+    #[arg(short, long, value_name = "OUT.{png,exr}", required = true, help_heading = "Output")]
+    pub output: Vec<PathBuf>,
+    /// Further channels for an EXR: all, or a list of names.
+    #[arg(long, value_name = "all|A,B", help_heading = "Output")]
+    pub aov: Option<AovSelection>,
+    /// Write GPU times per pass and the counters of allocations and pipelines to this JSON file.
+    #[arg(long, value_name = "F.json", help_heading = "Output")]
+    pub timings: Option<PathBuf>,
+
+    /// What is rendered.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The view.
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Frame")]
@@ -168,15 +289,9 @@ pub struct RenderArgs {
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment, help_heading = "Frame")]
     pub set: Vec<String>,
 
-    /// How rays are traced; auto measures and takes the fastest.
-    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Auto, help_heading = "Device")]
-    pub backend: BackendChoice,
-    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
-    #[arg(long, value_name = "D", help_heading = "Device")]
-    pub device: Option<String>,
-    /// Run with the Vulkan validation layers; any message is an error.
-    #[arg(long, help_heading = "Device")]
-    pub validation: bool,
+    /// Where it runs.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 impl RenderArgs {
@@ -203,8 +318,14 @@ pub struct CompareArgs {
     pub a: PathBuf,
     /// Its reference, of the same size.
     pub b: PathBuf,
-    /// What to measure; the formulas are printed with the values.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "relmse,mse,psnr,flip,energy")]
+    /// What to measure; the formulas are printed with the values. Besides the defaults there is z-test, for EXR files
+    /// with the variance of the mean in a layer `variance`.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy"
+    )]
     pub metric: Vec<MetricName>,
     /// Only this rectangle, cut out before measuring; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]
@@ -218,7 +339,7 @@ pub struct CompareArgs {
     /// Fail (exit code 1) when the metric is above the value; may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub max: Vec<Limit>,
-    /// Fail (exit code 1) when the metric is below the value (psnr and energy); may be repeated.
+    /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, z-test); may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub min: Vec<Limit>,
 }

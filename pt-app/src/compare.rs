@@ -6,7 +6,10 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use pt_core::console::print_warning;
 use pt_core::image_file::{ImageState, LinearImage, OutputFormat, PixelLayout, check_output, write_png};
-use pt_core::metrics::{DISPLAY_TRANSFORM, Measurement, Metric, compare, heatmap};
+use pt_core::metrics::{
+    DISPLAY_TRANSFORM, Measurement, Metric, VARIANCE_LAYER, Variances, compare_estimates, heatmap,
+    read_variance,
+};
 use serde_json::{Value, json};
 
 use crate::cli::{CompareArgs, Limit, MetricName, Region};
@@ -32,20 +35,21 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
     {
         bail!("the heat map is a PNG, {} has another extension", path.display());
     }
-    let (a, b) = (LinearImage::read(&args.a)?, LinearImage::read(&args.b)?);
-    warn_about_states(args, &a, &b);
     let metrics = requested(args);
-    let measured = match args.region {
-        None => compare(&a, &b, &metrics),
-        Some(region) => {
-            let (a, b) = (cut(&a, region, &args.a)?, cut(&b, region, &args.b)?);
-            compare(&a, &b, &metrics)
-        }
+    let (a, b) = (read_region(args, &args.a)?, read_region(args, &args.b)?);
+    let variances = match metrics.iter().any(|metric| metric.uses_variances()) {
+        true => Some((variance(args, &args.a)?, variance(args, &args.b)?)),
+        false => None,
     };
-    let measured =
-        measured.with_context(|| format!("cannot compare {} with {}", args.a.display(), args.b.display()))?;
+    warn_about_states(args, &a, &b);
+    if variances.is_some() && a.pixels == b.pixels {
+        print_warning("the images are equal, as estimates of one seed are: z-test tests nothing");
+    }
+    let variances = variances.as_ref().map(|(a, b)| Variances { a, b });
+    let measured = compare_estimates(&a, &b, variances, &metrics)
+        .with_context(|| format!("cannot compare {} with {}", args.a.display(), args.b.display()))?;
     let checks = check(args, &measured);
-    let (width, height) = args.region.map_or((a.width, a.height), |region| (region.width, region.height));
+    let (width, height) = (a.width, a.height);
     let heatmap_top = match &args.heatmap {
         None => None,
         Some(path) => {
@@ -65,7 +69,7 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
     Ok(passed)
 }
 
-/// A scene against a display has no common scale; FLIP and PSNR bring both to display values, which may be wanted.
+/// A scene against a display has no common scale; FLIP, PSNR and SSIM bring both to display values, which may be wanted.
 fn warn_about_states(args: &CompareArgs, a: &LinearImage, b: &LinearImage) {
     if a.state != b.state {
         let name = |state| match state {
@@ -73,7 +77,7 @@ fn warn_about_states(args: &CompareArgs, a: &LinearImage, b: &LinearImage) {
             ImageState::DisplayReferred => "display-referred",
         };
         print_warning(&format!(
-            "{} is {} and {} is {}: relmse, mse and energy compare values of different meaning",
+            "{} is {} and {} is {}: relmse, mse, hdr-flip, energy and z-test compare values of different meaning",
             args.a.display(),
             name(a.state),
             args.b.display(),
@@ -94,8 +98,25 @@ fn requested(args: &CompareArgs) -> Vec<Metric> {
     metrics
 }
 
-fn cut(image: &LinearImage, region: Region, path: &Path) -> Result<LinearImage> {
-    let Region { x, y, width, height } = region;
+fn read_region(args: &CompareArgs, path: &Path) -> Result<LinearImage> {
+    cut(LinearImage::read(path)?, args.region, path)
+}
+
+/// The variances of a Monte Carlo estimate, in the same rectangle.
+fn variance(args: &CompareArgs, path: &Path) -> Result<LinearImage> {
+    let image = read_variance(path)?.with_context(|| {
+        format!(
+            "z-test needs the variances of both images: {} is no EXR with channels R, G, B in a layer {VARIANCE_LAYER:?}",
+            path.display()
+        )
+    })?;
+    cut(image, args.region, path)
+}
+
+fn cut(image: LinearImage, region: Option<Region>, path: &Path) -> Result<LinearImage> {
+    let Some(Region { x, y, width, height }) = region else {
+        return Ok(image);
+    };
     image.crop(x, y, width, height).with_context(|| {
         format!(
             "region {x},{y},{width},{height} reaches outside {} ({}x{} pixels)",
@@ -124,9 +145,9 @@ fn check(args: &CompareArgs, measured: &[Measurement]) -> Vec<Check> {
     upper.chain(lower).collect()
 }
 
-/// The error shown brightest: 1 for FLIP, else the quantile, or the maximum where nearly all pixels are equal.
+/// The error shown brightest: 1 for both kinds of FLIP, else the quantile, or the maximum where nearly all pixels are equal.
 fn heatmap_top(measurement: &Measurement) -> f32 {
-    if measurement.metric == Metric::Flip {
+    if matches!(measurement.metric, Metric::Flip | Metric::HdrFlip) {
         return 1.0;
     }
     let mut sorted = measurement.map.clone();
@@ -150,10 +171,15 @@ fn print(
         None => writeln!(out, "{width}x{height} pixels")?,
         Some(region) => writeln!(out, "{width}x{height} pixels from {},{}", region.x, region.y)?,
     }
-    writeln!(out, "\n{:<8}{:>14}{:>14}  formula", "metric", "value", "spread")?;
+    writeln!(out, "\n{:<10}{:>14}{:>14}  formula", "metric", "value", "spread")?;
     for found in measured {
         let (name, formula) = (found.metric.name(), found.metric.formula());
-        writeln!(out, "{name:<8}{:>14}{:>14}  {formula}", digits(found.value), digits(found.spread))?;
+        writeln!(out, "{name:<10}{:>14}{:>14}  {formula}", digits(found.value), digits(found.spread))?;
+    }
+    for found in measured.iter().filter(|found| !found.details.is_empty()) {
+        let details: Vec<_> =
+            found.details.iter().map(|(name, value)| format!("{name} {}", detail(*value))).collect();
+        writeln!(out, "{}: {}", found.metric.name(), details.join(", "))?;
     }
     writeln!(out, "\na, b: linear values; spread: standard deviation over pixels")?;
     if measured.iter().any(|found| found.metric.uses_display_values()) {
@@ -177,6 +203,11 @@ fn digits(value: f64) -> String {
     }
 }
 
+/// Counts without decimals.
+fn detail(value: f64) -> String {
+    if value.fract() == 0.0 { value.to_string() } else { digits(value) }
+}
+
 fn report(
     args: &CompareArgs,
     (width, height): (u32, u32),
@@ -187,12 +218,15 @@ fn report(
     let metrics: serde_json::Map<_, _> = measured
         .iter()
         .map(|found| {
-            let entry = json!({
+            let mut entry = json!({
                 "value": number(found.value),
                 "spread": number(found.spread),
                 "formula": found.metric.formula(),
                 "epsilon": found.metric.epsilon(),
             });
+            for &(name, value) in &found.details {
+                entry[name] = if value.fract() == 0.0 { (value as i64).into() } else { number(value) };
+            }
             (found.metric.name().to_owned(), entry)
         })
         .collect();

@@ -1,14 +1,18 @@
 //! The parts of the `pt` program.
 
 pub mod aov;
+pub mod bake;
 pub mod bench;
 pub mod cli;
 pub mod compare;
+mod font;
 pub mod frame;
 pub mod info;
 pub mod params;
 pub mod passes;
 pub mod progress;
 pub mod render;
+pub mod scene_stats;
 pub mod scenes;
 pub mod session;
+pub mod sheet;

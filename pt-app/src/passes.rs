@@ -1,6 +1,6 @@
 //! `pt passes`: the frame as a table.
 
-use crate::cli::PassesArgs;
+use crate::cli::{DeviceArgs, PassesArgs};
 use crate::frame::FullFrame;
 use crate::params;
 use crate::session::Session;
@@ -16,7 +16,8 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let params = params::resolve(None, &args.set)?;
     let scene = pt_scene::open("cornell", &Default::default())?;
     let camera = scene.default_camera();
-    let mut session = Session::open(args.device.as_deref(), false, scene, args.backend)?;
+    let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
+    let mut session = Session::open(&device, scene)?;
     let size = [args.size.width, args.size.height];
     let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate)?;
     let mut recorder = Recorder::new(&session.device)?;

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 /// Seconds between lines when standard error is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Counts frames.
+/// Counts frames, or other units of work.
 pub struct Progress {
+    unit: &'static str,
     total: u32,
     done: u32,
     bar: Option<ProgressBar>,
@@ -17,16 +18,22 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Nothing is shown for a single frame.
+    /// Counts frames. Nothing is shown for a single one.
     pub fn new(total: u32) -> Self {
+        Self::counting(total, "frame")
+    }
+
+    /// Counts what `unit` names in the singular.
+    pub fn counting(total: u32, unit: &'static str) -> Self {
         let bar = (total > 1 && std::io::stderr().is_terminal()).then(|| {
-            let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {eta} left");
+            let style =
+                ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {unit}s, {{eta}} left"));
             let bar = ProgressBar::new(u64::from(total));
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar
         });
         let now = Instant::now();
-        Self { total, done: 0, bar, started: now, last_line: now }
+        Self { unit, total, done: 0, bar, started: now, last_line: now }
     }
 
     /// One frame more was recorded.
@@ -38,7 +45,8 @@ impl Progress {
                 self.last_line = Instant::now();
                 let seconds = self.started.elapsed().as_secs();
                 // A closed standard error is no reason to stop.
-                let _ = writeln!(std::io::stderr(), "frame {} of {}, {seconds} s", self.done, self.total);
+                let _ =
+                    writeln!(std::io::stderr(), "{} {} of {}, {seconds} s", self.unit, self.done, self.total);
             }
             None => {}
         }

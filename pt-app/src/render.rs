@@ -15,7 +15,7 @@ use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat, PixelLayout, write_png};
 use pt_core::trace::TraceBackend;
-use pt_scene::{Camera, LoadOptions};
+use pt_scene::Camera;
 use pt_shaders::channels::{self, ChannelId};
 use serde_json::json;
 use std::io::Write;
@@ -28,18 +28,12 @@ use std::path::Path;
 pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let formats = args.check_outputs()?;
     let params = params::resolve(args.profile.as_deref(), &args.set)?;
-    let options = LoadOptions {
-        environment: args.env.clone(),
-        environment_rotation: args.env_rotation.to_radians(),
-        environment_intensity: args.env_intensity,
-        ..LoadOptions::default()
-    };
-    let scene = pt_scene::open(&args.scene, &options)?;
+    let scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
     }
-    let camera = choose_camera(&scene, args.camera.as_ref(), args.look, args.vfov)?;
-    let mut session = Session::open(args.device.as_deref(), args.validation, scene, args.backend)?;
+    let camera = choose_camera(&scene, &args.camera)?;
+    let mut session = Session::open(&args.device, scene)?;
     let size = [args.size.width, args.size.height];
     let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate)?;
     let aovs = aov::select(args.aov.as_ref(), full.images())?;
@@ -70,10 +64,14 @@ fn render(
     let seed = (args.seed as u32) ^ ((args.seed >> 32) as u32).wrapping_mul(0x9e37_79b9);
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(args.frames);
-    let mut previous = args.time;
+    let mut previous = args.scene.time;
     for index in 0..args.frames {
         // A mean of frames shows one instant; without it time goes on.
-        let time = if args.accumulate { args.time } else { args.time + f64::from(index) / args.fps };
+        let time = if args.accumulate {
+            args.scene.time
+        } else {
+            args.scene.time + f64::from(index) / args.scene.fps
+        };
         session.scene.set_time(time, previous);
         let mut frame = recorder.begin()?;
         session.gpu.update(&mut frame, &session.scene)?;
@@ -122,7 +120,7 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
     put(keys::SCENE, session.scene.name.clone());
     put(keys::CAMERA, format!("{camera:?}"));
-    put(keys::TIME, args.time.to_string());
+    put(keys::TIME, args.scene.time.to_string());
     put(keys::FRAMES, args.frames.to_string());
     put(keys::ACCUMULATE, args.accumulate.to_string());
     put(keys::SEED, args.seed.to_string());
@@ -131,7 +129,7 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     put(keys::DEVICE, session.device.info().name.clone());
     put(keys::DRIVER, session.device.info().driver_line());
     // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
-    put(keys::BACKEND, TraceBackend::from(args.backend).to_string());
+    put(keys::BACKEND, TraceBackend::from(args.device.backend).to_string());
     put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
     Ok(file.write_exr(path)?)
 }

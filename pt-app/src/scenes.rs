@@ -1,20 +1,99 @@
-//! `pt scenes`: the built-in scenes.
+//! `pt scenes`: the built-in scenes, or what is in one scene.
+
+use std::io::Write;
+use std::path::Path;
 
 use anyhow::Result;
-use pt_scene::BUILTIN;
-use std::io::Write;
+use pt_scene::{BUILTIN, LoadOptions, Support, support};
+use serde_json::{Value, json};
+
+use crate::cli::ScenesArgs;
+use crate::scene_stats::{ExtensionStats, SceneStats, extension_line};
 
 /// Runs the command.
 ///
 /// # Errors
-/// Standard output that can't be written.
-pub fn run(out: &mut impl Write) -> Result<bool> {
-    let width = BUILTIN.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-    for (name, description) in BUILTIN {
-        writeln!(out, "{name:width$}  {description}")?;
-        let cameras = pt_scene::builtin(name).map(|scene| scene.cameras).unwrap_or_default();
-        let names: Vec<_> = cameras.iter().map(|c| c.name.as_str()).collect();
-        writeln!(out, "{:width$}  cameras: {}", "", names.join(", "))?;
+/// A scene that cannot be loaded, standard output that cannot be written.
+pub fn run(args: &ScenesArgs, out: &mut impl Write) -> Result<bool> {
+    match &args.stats {
+        Some(scene) => stats(scene, args, out)?,
+        None if args.json => writeln!(out, "{}", serde_json::to_string_pretty(&list())?)?,
+        None => {
+            let width = BUILTIN.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+            for (name, description) in BUILTIN {
+                writeln!(out, "{name:width$}  {description}")?;
+                writeln!(out, "{:width$}  cameras: {}", "", cameras(name).join(", "))?;
+            }
+        }
     }
     Ok(true)
+}
+
+fn cameras(name: &str) -> Vec<String> {
+    let cameras = pt_scene::builtin(name).map(|scene| scene.cameras).unwrap_or_default();
+    cameras.into_iter().map(|camera| camera.name).collect()
+}
+
+fn list() -> Value {
+    let entry = |&(name, description): &(&str, &str)| json!({ "name": name, "description": description, "cameras": cameras(name) });
+    BUILTIN.iter().map(entry).collect()
+}
+
+fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
+    let builtin = BUILTIN.iter().any(|(known, _)| *known == name);
+    let extensions = if builtin { Vec::new() } else { named_extensions(Path::new(name)) };
+    let scene = match pt_scene::open(name, &LoadOptions::default()) {
+        Ok(scene) => scene,
+        Err(error) => {
+            // Which extensions a refused file names is what its owner wants to know.
+            if args.json && !extensions.is_empty() {
+                let document = json!({ "scene": name, "error": error.to_string(), "extensions": extensions });
+                writeln!(out, "{}", serde_json::to_string_pretty(&document)?)?;
+            } else {
+                for e in &extensions {
+                    writeln!(out, "{:12} {}", "extension", extension_line(e))?;
+                }
+            }
+            return Err(error.into());
+        }
+    };
+    let stats = SceneStats::of(&scene, extensions, args.clusters as usize);
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&stats)?)?;
+        Ok(())
+    } else {
+        stats.print(out)
+    }
+}
+
+/// The extensions that a file names, also one that is refused; none where its JSON cannot be found.
+fn named_extensions(file: &Path) -> Vec<ExtensionStats> {
+    let bytes = std::fs::read(file).unwrap_or_default();
+    // GLB: a header of 12 bytes, then length and type of the JSON chunk.
+    let text = match bytes.get(..20) {
+        Some(header) if header.starts_with(b"glTF") => {
+            let length = u32::from_le_bytes([header[12], header[13], header[14], header[15]]) as usize;
+            bytes[20..].get(..length).unwrap_or_default()
+        }
+        _ => &bytes,
+    };
+    let root: Value = serde_json::from_slice(text).unwrap_or_default();
+    let names = |key: &str| -> Vec<String> {
+        let list = root.get(key).and_then(Value::as_array).into_iter().flatten();
+        list.filter_map(Value::as_str).map(str::to_owned).collect()
+    };
+    let required = names("extensionsRequired");
+    let mut all: Vec<ExtensionStats> = Vec::new();
+    for name in names("extensionsUsed").into_iter().chain(required.clone()) {
+        if all.iter().all(|e| e.name != name) {
+            let required = required.contains(&name);
+            let status = match (support(&name) == Support::Supported, required) {
+                (true, _) => "supported",
+                (false, false) => "ignored",
+                (false, true) => "refused",
+            };
+            all.push(ExtensionStats { name, required, status });
+        }
+    }
+    all
 }

@@ -1,6 +1,6 @@
 //! What the commands that run the frame have in common: device, scene, camera.
 
-use crate::cli::{BackendChoice, CameraChoice, LookAt};
+use crate::cli::{BackendChoice, CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions};
@@ -26,13 +26,9 @@ impl Session {
     ///
     /// # Errors
     /// No device, or a scene that does not fit.
-    pub fn open(
-        device: Option<&str>,
-        validation: bool,
-        scene: Scene,
-        backend: BackendChoice,
-    ) -> Result<Self> {
-        let device = Device::open(&DeviceOptions { device: device.map(str::to_owned), validation })?;
+    pub fn open(args: &DeviceArgs, scene: Scene) -> Result<Self> {
+        let DeviceArgs { backend, device, validation } = args.clone();
+        let device = Device::open(&DeviceOptions { device, validation })?;
         let mut gpu = GpuScene::new(&device, &scene, backend.into())?;
         let lights = LightTables::new(&device, &scene)?;
         lights.fill(gpu.record_mut());
@@ -74,14 +70,10 @@ impl From<BackendChoice> for TraceBackend {
 ///
 /// # Errors
 /// A name or index that the scene does not have, with those it has.
-pub fn choose_camera(
-    scene: &Scene,
-    choice: Option<&CameraChoice>,
-    look: Option<LookAt>,
-    vfov_degrees: f32,
-) -> Result<Camera> {
-    if let Some(LookAt { eye, target }) = look {
-        return Ok(Camera::look_at("look", Vec3::from(eye), Vec3::from(target), vfov_degrees.to_radians()));
+pub fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Camera> {
+    let CameraArgs { camera: choice, look, vfov } = args;
+    if let Some(LookAt { eye, target }) = *look {
+        return Ok(Camera::look_at("look", Vec3::from(eye), Vec3::from(target), vfov.to_radians()));
     }
     let found = match choice {
         None => return Ok(scene.default_camera()),

@@ -32,14 +32,19 @@ fn the_command_tree_is_sound() {
 #[test]
 fn render_defaults() {
     let args = render("cornell -o out/a.png").unwrap();
-    assert_eq!(args.scene, "cornell");
+    assert_eq!(args.scene.file, "cornell");
     assert_eq!(args.output, [PathBuf::from("out/a.png")]);
     assert_eq!(args.size, ImageSize { width: 1280, height: 720 });
-    assert_eq!((args.frames, args.seed, args.time, args.fps), (1, 0, 0.0, 60.0));
-    assert_eq!((args.env_rotation, args.env_intensity, args.vfov), (0.0, 1.0, 50.0));
-    assert_eq!(args.backend, BackendChoice::Auto);
-    assert!(!args.accumulate && !args.validation && args.set.is_empty());
-    assert!(args.camera.is_none() && args.look.is_none() && args.aov.is_none() && args.timings.is_none());
+    assert_eq!((args.frames, args.seed, args.scene.time, args.scene.fps), (1, 0, 0.0, 60.0));
+    assert_eq!((args.scene.env_rotation, args.scene.env_intensity, args.camera.vfov), (0.0, 1.0, 50.0));
+    assert_eq!(args.device.backend, BackendChoice::Auto);
+    assert!(!args.accumulate && !args.device.validation && args.set.is_empty());
+    assert!(
+        args.camera.camera.is_none()
+            && args.camera.look.is_none()
+            && args.aov.is_none()
+            && args.timings.is_none()
+    );
 }
 
 #[test]
@@ -51,18 +56,19 @@ fn render_takes_every_flag() {
          --timings t.json --validation -o a.exr",
     )
     .unwrap();
-    assert_eq!(args.env, Some("sky.hdr".into()));
-    assert_eq!((args.env_rotation, args.env_intensity), (-30.0, 2.5));
+    assert_eq!(args.scene.env, Some("sky.hdr".into()));
+    assert_eq!((args.scene.env_rotation, args.scene.env_intensity), (-30.0, 2.5));
     assert_eq!(args.size, ImageSize { width: 640, height: 360 });
-    assert_eq!(args.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
-    assert_eq!((args.vfov, args.time, args.fps, args.seed), (40.0, 1.5, 24.0, u64::MAX));
-    assert_eq!(args.backend, BackendChoice::RtPipeline);
+    assert_eq!(args.camera.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
+    assert_eq!((args.camera.vfov, args.scene.time, args.scene.fps, args.seed), (40.0, 1.5, 24.0, u64::MAX));
+    assert_eq!(args.device.backend, BackendChoice::RtPipeline);
     assert_eq!(args.set, ["post.output=display", "a.b=-1"]);
     assert_eq!(args.aov, Some(AovSelection::Named(vec!["normal".into(), "view_depth".into()])));
     assert_eq!(args.timings, Some("t.json".into()));
-    assert!(args.accumulate && args.validation && args.frames == 8);
-    assert_eq!((args.device.as_deref(), args.profile.as_deref()), (Some("llvm"), Some("fast")));
-    let camera = |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.unwrap();
+    assert!(args.accumulate && args.device.validation && args.frames == 8);
+    assert_eq!((args.device.device.as_deref(), args.profile.as_deref()), (Some("llvm"), Some("fast")));
+    let camera =
+        |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.camera.unwrap();
     assert_eq!(camera("2"), CameraChoice::Index(2));
     assert_eq!(camera("Front"), CameraChoice::Name("Front".into()));
     assert_eq!(render("a.glb -o a.exr --aov all").unwrap().aov, Some(AovSelection::All));

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use pt_core::image_file::{Layer, LayeredImage, LinearImage, PixelLayout, write_png};
+use pt_core::metrics::Metric;
 use serde_json::Value;
 
 fn pt(folder: &Path, line: &str) -> Output {
@@ -52,6 +53,13 @@ fn json_has_the_values_and_the_formulas() {
     assert!((value("relmse") - 0.02 / 1.01).abs() < 1e-7, "{report}");
     assert!((value("energy") - 1.1).abs() < 1e-7, "{report}");
     assert!(value("flip") > 0.0 && value("psnr") > 10.0);
+    assert!(value("ssim") > 0.9 && value("ssim") < 1.0, "{report}");
+    // The reference is 1 everywhere: both exposures bring it to 0.85, at log2 2.1188723.
+    let hdr = &report["metrics"]["hdr-flip"];
+    assert!(value("hdr-flip") > 0.0 && hdr["exposures"] == 2, "{report}");
+    for exposure in ["start_exposure", "stop_exposure"] {
+        assert!((hdr[exposure].as_f64().unwrap() - 1.083_297).abs() < 1e-5, "{report}");
+    }
     assert_eq!(report["metrics"]["relmse"]["epsilon"], 0.01);
     assert_eq!(report["metrics"]["mse"]["formula"], "mean((a - b)^2)");
     assert_eq!((&report["width"], &report["passed"]), (&Value::from(16), &Value::from(true)));
@@ -64,6 +72,12 @@ fn text_prints_formula_and_epsilon() {
     assert!(text.contains("mean((a - b)^2 / (b^2 + epsilon)), epsilon = 0.01"), "{text}");
     assert!(text.contains("0.020000"), "{text}");
     assert!(!text.contains("psnr") && !text.contains("sRGB"), "only what was asked for: {text}");
+    let text = stdout(&pt(folder.path(), "compare a.exr b.exr --metric ssim,hdr-flip"));
+    assert!(text.contains("K1 = 0.01, K2 = 0.03") && text.contains("Gaussian window"), "{text}");
+    assert!(
+        text.contains("hdr-flip: start_exposure 1.083297, stop_exposure 1.083297, exposures 2\n"),
+        "{text}"
+    );
     let text = stdout(&pt(folder.path(), "compare a.exr b.exr --metric flip"));
     assert!(text.contains("sRGB codes") && text.contains("x / (1 + x)"), "{text}");
 }
@@ -77,6 +91,9 @@ fn limits_decide_the_exit_code() {
     assert_eq!(code("--metric mse --max energy=1.05"), Some(1), "a limit brings its metric along");
     assert_eq!(code("--min energy=1.05 --max energy=1.15"), Some(0));
     assert_eq!(code("--min psnr=90"), Some(1));
+    assert_eq!(code("--min ssim=0.9 --max hdr-flip=0.5"), Some(0));
+    assert_eq!(code("--min ssim=0.9999"), Some(1));
+    assert_eq!(code("--max hdr-flip=0.001"), Some(1));
     let failed = pt(folder.path(), "compare a.exr b.exr --max mse=0.01 --max energy=2");
     let text = stdout(&failed);
     assert!(text.contains("check mse <= 0.01: FAILED") && text.contains("check energy <= 2: ok"), "{text}");
@@ -89,7 +106,10 @@ fn limits_decide_the_exit_code() {
 #[test]
 fn equal_images_pass_every_limit() {
     let folder = folder();
-    let output = pt(folder.path(), "compare b.exr b.exr --json --max mse=0 --max flip=0 --min psnr=1000");
+    let output = pt(
+        folder.path(),
+        "compare b.exr b.exr --json --max mse=0 --max flip=0 --max hdr-flip=0 --min ssim=1 --min psnr=1000",
+    );
     assert_eq!(output.status.code(), Some(0));
     let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(report["metrics"]["psnr"]["value"], "inf");
@@ -123,6 +143,88 @@ fn the_heat_map_is_bright_where_the_error_is() {
     refused(folder.path(), "compare a.exr b.exr --heatmap no/map.png", "folder no does not exist");
 }
 
+/// A 16x8 estimate of 1 with variance 0.01 in every channel; the right half is off by `bias`.
+fn write_estimate(folder: &Path, name: &str, bias: f32, variance: f32) {
+    let mut image = LayeredImage::new(16, 8).unwrap();
+    let mean = |index: usize| 1.0 + if index / 3 % 16 < 8 { 0.01 } else { bias };
+    let means: Vec<f32> = (0..16 * 8 * 3).map(mean).collect();
+    image.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &means));
+    image.layers.push(Layer::from_interleaved("variance", &["R", "G", "B"], 3, &[variance; 16 * 8 * 3]));
+    image.write_exr(&folder.join(name)).unwrap();
+}
+
+#[test]
+fn z_test_reads_the_variances_of_both_files() {
+    let folder = folder();
+    let at = folder.path();
+    write_estimate(at, "b.exr", 0.0, 0.01);
+    write_estimate(at, "a.exr", 0.5, 0.01);
+    // 384 tests: z = 4.21; a bias of 0.5 is 3.54 standard errors of 0.1414, one of 0.7 is 4.95.
+    assert_eq!(pt(at, "compare a.exr b.exr --min z-test=0.9975").status.code(), Some(0));
+    write_estimate(at, "a.exr", 0.7, 0.01);
+    let output = pt(at, "compare a.exr b.exr --metric z-test --min z-test=0.9975 --json");
+    assert_eq!(output.status.code(), Some(1));
+    let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let entry = &report["metrics"]["z-test"];
+    assert_eq!(entry["value"], 0.5);
+    assert!((entry["critical_z"].as_f64().unwrap() - 4.206).abs() < 2e-3, "{report}");
+    let formula = entry["formula"].as_str().unwrap();
+    assert!(formula.contains("Sidak") && formula.contains("significance 0.01"), "{formula}");
+    // The left half agrees; the variances are cut out with the image.
+    let left = pt(at, "compare a.exr b.exr --min z-test=1 --region 0,0,8,8");
+    assert_eq!(left.status.code(), Some(0), "{}", stdout(&left));
+    let map = pt(at, "compare a.exr b.exr --metric z-test --heatmap z.png");
+    assert_eq!(map.status.code(), Some(0));
+    let map = LinearImage::read(&at.join("z.png")).unwrap();
+    assert!(map.pixels[0][1] < 0.05 && map.pixels[15][1] > 0.5, "{:?} {:?}", map.pixels[0], map.pixels[15]);
+    // Equal images are estimates of one seed.
+    let same = pt(at, "compare b.exr b.exr --metric z-test");
+    let warning = String::from_utf8(same.stderr).unwrap();
+    assert!(warning.starts_with("warning: the images are equal"), "{warning}");
+}
+
+#[test]
+fn z_test_without_usable_variances_is_refused() {
+    let folder = folder();
+    let at = folder.path();
+    write_estimate(at, "estimate.exr", 0.0, 0.01);
+    write_estimate(at, "negative.exr", 0.3, -0.01);
+    write_png(&at.join("a.png"), 16, 8, PixelLayout::Rgb, &[128; 384]).unwrap();
+    refused(
+        at,
+        "compare estimate.exr b.exr --metric z-test",
+        "b.exr is no EXR with channels R, G, B in a layer",
+    );
+    refused(at, "compare a.exr estimate.exr --min z-test=0.9975", "a.exr is no EXR with channels");
+    refused(at, "compare a.png estimate.exr --metric mse,z-test", "a.png is no EXR with channels");
+    refused(
+        at,
+        "compare negative.exr estimate.exr --metric z-test",
+        "the variances of 128 pixels of the image and 0 of the reference are NaN, infinite or negative (of 128)",
+    );
+    // Other metrics do not ask for them.
+    assert_eq!(pt(at, "compare negative.exr b.exr").status.code(), Some(0));
+}
+
+/// One pixel, black frames and light below zero have values.
+#[test]
+fn odd_images_are_measured() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "black.exr", 0.0, 0.0);
+    write(at, "ringing.exr", -0.5, 1.0);
+    for line in ["compare black.exr black.exr", "compare a.exr black.exr", "compare black.exr a.exr"] {
+        assert_eq!(pt(at, line).status.code(), Some(0), "{line}");
+    }
+    let equal =
+        pt(at, "compare black.exr black.exr --max hdr-flip=0 --max flip=0 --min ssim=1 --max energy=1");
+    assert_eq!(equal.status.code(), Some(0), "{}", stdout(&equal));
+    let different = pt(at, "compare a.exr black.exr --min hdr-flip=0.9");
+    assert_eq!(different.status.code(), Some(0), "{}", stdout(&different));
+    assert_eq!(pt(at, "compare ringing.exr a.exr").status.code(), Some(0));
+    assert_eq!(pt(at, "compare a.exr b.exr --region 3,3,1,1 --heatmap one.png").status.code(), Some(0));
+}
+
 #[test]
 fn bad_input_is_one_line() {
     let folder = folder();
@@ -145,7 +247,7 @@ fn bad_input_is_one_line() {
     refused(
         at,
         "compare a.exr b.exr --metric rmse",
-        "unknown metric \"rmse\", known: relmse, mse, psnr, flip, energy",
+        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, z-test",
     );
     refused(at, "compare a.exr b.exr --max mse", "expected METRIC=VALUE");
     refused(at, "compare a.exr b.exr --max mse=low", "\"low\" is not a number");
@@ -193,7 +295,11 @@ fn help_and_version_leave_with_zero() {
     let folder = folder();
     let help = pt(folder.path(), "compare --help");
     assert_eq!(help.status.code(), Some(0));
+    let defaults = Metric::OF_IMAGES.map(Metric::name);
     let text = stdout(&help).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(text.contains("Checks:") && text.contains("[default: relmse,mse,psnr,flip,energy]"), "{text}");
+    assert!(
+        text.contains("Checks:") && text.contains(&format!("[default: {}]", defaults.join(","))),
+        "{text}"
+    );
     assert_eq!(pt(folder.path(), "--version").status.code(), Some(0));
 }

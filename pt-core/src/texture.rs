@@ -1,5 +1,9 @@
 //! Sampled textures and the bindless table that kernels see as `textures[]`.
 
+mod block;
+
+pub use block::BlockFormat;
+
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
@@ -18,8 +22,41 @@ pub enum TextureFormat {
     Rgba8Srgb,
     /// Four bytes, linear.
     Rgba8Unorm,
+    /// Two bytes, linear; the rest reads as 0 and 1.
+    Rg8Unorm,
+    /// Compressed blocks of 4x4 texels; colour formats decoded from sRGB when `srgb`. Needs
+    /// [`crate::device::Capabilities::texture_compression_bc`].
+    Block {
+        /// How they are compressed.
+        format: BlockFormat,
+        /// Decode colour from sRGB.
+        srgb: bool,
+    },
     /// Four floats.
     Rgba32F,
+}
+
+impl TextureFormat {
+    fn vk(self) -> vk::Format {
+        match self {
+            Self::Rgba8Srgb => vk::Format::R8G8B8A8_SRGB,
+            Self::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
+            Self::Rg8Unorm => vk::Format::R8G8_UNORM,
+            Self::Block { format, srgb } => format.vk(srgb),
+            Self::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
+        }
+    }
+
+    /// Bytes of a tightly packed level.
+    fn level_bytes(self, extent: [u32; 2]) -> usize {
+        let texels = extent[0] as usize * extent[1] as usize;
+        match self {
+            Self::Rgba8Srgb | Self::Rgba8Unorm => 4 * texels,
+            Self::Rg8Unorm => 2 * texels,
+            Self::Block { format, .. } => format.level_bytes(extent),
+            Self::Rgba32F => 16 * texels,
+        }
+    }
 }
 
 /// Behaviour outside [0, 1].
@@ -34,6 +71,18 @@ pub enum Wrap {
     ClampToEdge,
 }
 
+/// Which mip levels are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum MipMode {
+    /// The first only.
+    Off,
+    /// The nearest.
+    Nearest,
+    /// Two, blended.
+    #[default]
+    Linear,
+}
+
 /// How a texture is looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SamplerDesc {
@@ -43,8 +92,8 @@ pub struct SamplerDesc {
     pub mag_linear: bool,
     /// Bilinear rather than nearest when minified.
     pub min_linear: bool,
-    /// Blend between mip levels.
-    pub mip_linear: bool,
+    /// Between mip levels.
+    pub mip: MipMode,
     /// Largest anisotropy, 1 to 16.
     pub max_anisotropy: f32,
 }
@@ -55,13 +104,14 @@ impl Default for SamplerDesc {
             wrap: [Wrap::Repeat; 2],
             mag_linear: true,
             min_linear: true,
-            mip_linear: true,
+            mip: MipMode::Linear,
             max_anisotropy: 8.0,
         }
     }
 }
 
 /// Content of a texture: mip levels from fine to coarse, each tightly packed.
+#[derive(Clone, Copy)]
 pub struct TextureDesc<'a> {
     /// Debug name.
     pub name: &'a str,
@@ -110,11 +160,41 @@ pub(crate) fn table_layout(raw: &ash::Device, count: u32) -> Result<vk::Descript
 impl TextureTable {
     /// Uploads all textures and waits.
     pub fn new(device: &Device, textures: &[TextureDesc<'_>]) -> Result<Self> {
+        let mut builder = TextureTableBuilder::new(device, textures.len())?;
+        textures.iter().try_for_each(|desc| builder.add(desc))?;
+        Ok(builder.finish())
+    }
+
+    /// Bytes of all texels.
+    pub fn bytes(&self) -> u64 {
+        self.0.bytes
+    }
+
+    /// Number of textures.
+    pub fn len(&self) -> usize {
+        self.0.textures.len()
+    }
+
+    /// Whether there are no textures.
+    pub fn is_empty(&self) -> bool {
+        self.0.textures.is_empty()
+    }
+
+    pub(crate) fn set(&self) -> vk::DescriptorSet {
+        self.0.set
+    }
+}
+
+/// A [`TextureTable`] in the making: textures are added one by one, so that their texels need not be in memory together.
+pub struct TextureTableBuilder(Inner);
+
+impl TextureTableBuilder {
+    /// An empty table that will take `count` textures.
+    pub fn new(device: &Device, count: usize) -> Result<Self> {
         let capacity = device.info().capabilities.max_textures;
-        if textures.len() > capacity as usize {
+        if count > capacity as usize {
             return Err(Error::Unsupported(format!(
-                "the scene has {} textures, this device holds {capacity} in one table",
-                textures.len()
+                "the scene has {count} textures, this device holds {capacity} in one table"
             )));
         }
         let raw = device.raw();
@@ -142,58 +222,46 @@ impl TextureTable {
                 }
             }
         };
-        let mut inner = Inner { device: device.clone(), pool, set, textures: Vec::new(), bytes: 0 };
-        for (index, desc) in (0u32..).zip(textures) {
-            let texture = upload(device, desc)?;
-            let info = [vk::DescriptorImageInfo {
-                sampler: texture.sampler,
-                image_view: texture.view,
-                image_layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
-            }];
-            inner.bytes += desc.mips.iter().map(|m| m.len() as u64).sum::<u64>();
-            inner.textures.push(texture);
-            let write = vk::WriteDescriptorSet::default()
-                .dst_set(set)
-                .dst_binding(0)
-                .dst_array_element(index)
-                .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
-                .image_info(&info);
-            // SAFETY: the set is not in use yet.
-            unsafe { raw.update_descriptor_sets(&[write], &[]) };
-        }
-        Ok(Self(Arc::new(inner)))
+        Ok(Self(Inner { device: device.clone(), pool, set, textures: Vec::new(), bytes: 0 }))
     }
 
-    /// Bytes of all texels.
-    pub fn bytes(&self) -> u64 {
-        self.0.bytes
+    /// Uploads the next texture and waits.
+    pub fn add(&mut self, desc: &TextureDesc<'_>) -> Result<()> {
+        let inner = &mut self.0;
+        let texture = upload(&inner.device, desc)?;
+        let info = [vk::DescriptorImageInfo {
+            sampler: texture.sampler,
+            image_view: texture.view,
+            image_layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        }];
+        inner.bytes += desc.mips.iter().map(|m| m.len() as u64).sum::<u64>();
+        let write = vk::WriteDescriptorSet::default()
+            .dst_set(inner.set)
+            .dst_binding(0)
+            .dst_array_element(inner.textures.len() as u32)
+            .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
+            .image_info(&info);
+        // SAFETY: the set is not in use yet.
+        unsafe { inner.device.raw().update_descriptor_sets(&[write], &[]) };
+        inner.textures.push(texture);
+        Ok(())
     }
 
-    /// Number of textures.
-    pub fn len(&self) -> usize {
-        self.0.textures.len()
-    }
-
-    /// Whether there are no textures.
-    pub fn is_empty(&self) -> bool {
-        self.0.textures.is_empty()
-    }
-
-    pub(crate) fn set(&self) -> vk::DescriptorSet {
-        self.0.set
+    /// The table.
+    pub fn finish(self) -> TextureTable {
+        TextureTable(Arc::new(self.0))
     }
 }
 
 fn upload(device: &Device, desc: &TextureDesc<'_>) -> Result<Texture> {
-    let (format, texel) = match desc.format {
-        TextureFormat::Rgba8Srgb => (vk::Format::R8G8B8A8_SRGB, 4),
-        TextureFormat::Rgba8Unorm => (vk::Format::R8G8B8A8_UNORM, 4),
-        TextureFormat::Rgba32F => (vk::Format::R32G32B32A32_SFLOAT, 16),
-    };
+    let block = matches!(desc.format, TextureFormat::Block { .. });
+    if block && !device.info().capabilities.texture_compression_bc {
+        return Err(Error::Unsupported(format!("{}: this device has no BC texture compression", desc.name)));
+    }
     let level_extent = |level: usize| desc.extent.map(|side| (side >> level).max(1));
     for (level, data) in desc.mips.iter().enumerate() {
         let [w, h] = level_extent(level);
-        if data.len() != w as usize * h as usize * texel {
+        if data.len() != desc.format.level_bytes([w, h]) {
             return Err(Error::Unsupported(format!(
                 "{}: mip {level} of {w}x{h} has {} bytes",
                 desc.name,
@@ -203,7 +271,7 @@ fn upload(device: &Device, desc: &TextureDesc<'_>) -> Result<Texture> {
     }
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
     let (image, view, allocation) =
-        create_raw(device, desc.name, format, desc.extent, desc.mips.len() as u32, usage)?;
+        create_raw(device, desc.name, desc.format.vk(), desc.extent, desc.mips.len() as u32, usage)?;
     let mut texture = Texture { image, view, sampler: vk::Sampler::null(), allocation: Some(allocation) };
     let result =
         fill(device, desc, image, level_extent).and_then(|()| create_sampler(device.raw(), &desc.sampler));
@@ -251,20 +319,21 @@ pub(crate) fn create_sampler(raw: &ash::Device, desc: &SamplerDesc) -> Result<vk
         Wrap::MirroredRepeat => vk::SamplerAddressMode::MIRRORED_REPEAT,
         Wrap::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
     };
-    let anisotropic = desc.max_anisotropy > 1.0 && desc.min_linear && desc.mag_linear;
+    let anisotropic =
+        desc.mip != MipMode::Off && desc.max_anisotropy > 1.0 && desc.min_linear && desc.mag_linear;
     let info = vk::SamplerCreateInfo::default()
         .mag_filter(filter(desc.mag_linear))
         .min_filter(filter(desc.min_linear))
-        .mipmap_mode(if desc.mip_linear {
-            vk::SamplerMipmapMode::LINEAR
-        } else {
-            vk::SamplerMipmapMode::NEAREST
+        .mipmap_mode(match desc.mip {
+            MipMode::Linear => vk::SamplerMipmapMode::LINEAR,
+            MipMode::Off | MipMode::Nearest => vk::SamplerMipmapMode::NEAREST,
         })
         .address_mode_u(wrap(desc.wrap[0]))
         .address_mode_v(wrap(desc.wrap[1]))
         .anisotropy_enable(anisotropic)
         .max_anisotropy(if anisotropic { desc.max_anisotropy.min(16.0) } else { 1.0 })
-        .max_lod(vk::LOD_CLAMP_NONE);
+        // Up to 0.25 the first level is the nearest, and the filter can still tell magnification from minification.
+        .max_lod(if desc.mip == MipMode::Off { 0.25 } else { vk::LOD_CLAMP_NONE });
     // SAFETY: valid device and create info.
     unsafe { raw.create_sampler(&info, None) }.context("vkCreateSampler")
 }

@@ -1,5 +1,6 @@
 // A surface as the G-buffer describes it, whichever ray found it.
 #include "channels.glsl"
+#include "clusters.glsl"
 #include "environment.glsl"
 #include "surface.glsl"
 
@@ -49,7 +50,7 @@ float cone_radius(CameraRecord camera, float half_cone_angle, float path_length,
 void store_surface(ivec2 p, SeenSurface s) {
     imageStore(ch_visibility, p, uvec4(s.hit.instance, s.hit.triangle, 0, 0));
     imageStore(ch_barycentrics, p, vec4(s.hit.barycentrics, 0.0, 0.0));
-    imageStore(ch_cluster, p, uvec4(NO_CLUSTER));
+    imageStore(ch_cluster, p, uvec4(cluster_of(s.geometry.position)));
     // What is transmitted does not leave diffusely: the dielectric's diffuse base is what remains (KHR_materials_transmission).
     vec3 base = s.material.base_color * mix(1.0 - s.material.transmission, 1.0, s.material.metallic);
     imageStore(ch_base_color, p, vec4(base, s.material.specular));

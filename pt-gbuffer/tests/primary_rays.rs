@@ -10,7 +10,7 @@ use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
-use pt_scene::{Camera, Instance, Projection, Scene};
+use pt_scene::{Camera, Clusters, Instance, Projection, Scene};
 use pt_shaders::channels;
 use pt_shaders::records::FrameRecord;
 
@@ -78,6 +78,8 @@ fn check(backend: TraceBackend, orthographic: bool) {
     let visibility = images.current(channels::VISIBILITY).read_u32().unwrap();
     let positions = images.current(channels::SHADING_POSITION).read_f32().unwrap();
     let normals = images.current(channels::GEO_NORMAL).read_u32().unwrap();
+    let clusters = images.current(channels::CLUSTER).read_u32().unwrap();
+    let division = Clusters::new(&scene, Clusters::DEFAULT);
     let depths = images.current(channels::VIEW_DEPTH).read_f32().unwrap();
     let motions = images.current(channels::MOTION).read_f32().unwrap();
     let native = NativeScene::new(&mesh_geometry(&scene), &placements(&scene), Default::default()).unwrap();
@@ -92,6 +94,9 @@ fn check(backend: TraceBackend, orthographic: bool) {
             );
             let expected =
                 oracle::primary(&scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
+            let at = Vec3::from_slice(&positions[4 * i..4 * i + 3]);
+            let cluster = if visibility[2 * i] == u32::MAX { 0xffff } else { division.find(at) };
+            assert_eq!(clusters[i], cluster, "({x},{y}) at {at}");
             let Some(e) = expected else {
                 elsewhere += u32::from(visibility[2 * i] != u32::MAX);
                 continue;

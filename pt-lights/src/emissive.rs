@@ -33,8 +33,8 @@ pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
     let mut list = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
-        for (t, &material) in mesh.triangle_materials.iter().enumerate() {
-            let material = &scene.materials[material as usize];
+        for t in 0..mesh.triangle_count() {
+            let material = &scene.materials[instance.material_at(mesh, t) as usize];
             if !emits(material) {
                 continue;
             }
@@ -93,21 +93,14 @@ fn texture_mean(mesh: &Mesh, triangle: usize, slot: &TextureRef, means: &Texture
 mod tests {
     use super::*;
     use glam::{Affine2, Affine3A, Vec4};
-    use pt_scene::{Sampler, Texture};
+    use pt_scene::{Texels, Texture, TextureUsage};
 
     /// Two triangles of a unit square, textured white in the upper left half only, and their instance twice as large.
     fn scene(transform: Affine2) -> Scene {
         let corner = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
         let texels =
             (0..64).flat_map(|y| (0..64).map(move |x| x + y < 60)).flat_map(|on| [255 * u8::from(on); 4]);
-        let texture = Texture {
-            name: "half".into(),
-            width: 64,
-            height: 64,
-            texels: texels.collect(),
-            srgb: false,
-            sampler: Sampler::default(),
-        };
+        let texture = Texture::rgba8("half", [64, 64], TextureUsage::Data, texels.collect());
         let slot = TextureRef { transform, ..TextureRef::new(0) };
         let lamp = Material { emissive_texture: Some(slot), ..Material::lamp("lamp", Vec3::splat(2.0)) };
         let mesh = Mesh {
@@ -154,7 +147,7 @@ mod tests {
         scene.materials[0].unlit = true;
         assert_eq!(triangles(&scene), []);
         scene.materials[0].unlit = false;
-        scene.textures[0].texels.fill(0);
+        scene.textures[0].texels = Texels::Rgba8(vec![0; 64 * 64 * 4]);
         assert_eq!(triangles(&scene), []);
     }
 }

@@ -28,7 +28,7 @@ mod kernels {
 }
 
 /// Rec. 709 luminance of linear RGB (`luminance` of math.glsl).
-fn luminance(c: glam::Vec3) -> f64 {
+pub fn luminance(c: glam::Vec3) -> f64 {
     let [r, g, b] = c.to_array().map(f64::from);
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }

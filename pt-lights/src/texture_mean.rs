@@ -13,6 +13,7 @@ pub(crate) struct TextureMeans {
 
 impl TextureMeans {
     pub(crate) fn new(texture: &Texture) -> Self {
+        let texture = &*texture.decoded();
         let size = [texture.width, texture.height];
         let block = size.map(|side| side.div_ceil(MAX_CELLS));
         let cells = std::array::from_fn(|i| size[i].div_ceil(block[i]) as usize);
@@ -88,20 +89,13 @@ fn spans(min: f32, max: f32, cells: usize, wrap: Wrap) -> Vec<(usize, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pt_scene::Sampler;
+    use pt_scene::TextureUsage;
 
     fn checkered(width: u32, height: u32, white: impl Fn(u32, u32) -> bool) -> Texture {
         let texels = (0..height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))
             .flat_map(|(x, y)| [255 * u8::from(white(x, y)); 4]);
-        Texture {
-            name: "test".into(),
-            width,
-            height,
-            texels: texels.collect(),
-            srgb: true,
-            sampler: Sampler::default(),
-        }
+        Texture::rgba8("test", [width, height], TextureUsage::Color, texels.collect())
     }
 
     #[test]

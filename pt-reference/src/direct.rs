@@ -101,7 +101,7 @@ impl<'a> DirectLight<'a> {
             let normal_matrix = world_from_object.matrix3.inverse().transpose();
             let side = world_from_object.matrix3.determinant().signum();
             for (t, indices) in mesh.indices.iter().enumerate() {
-                let material = &scene.materials[mesh.triangle_materials[t] as usize];
+                let material = &scene.materials[instance.material_at(mesh, t) as usize];
                 check(material)?;
                 let corners = indices
                     .map(|v| world_from_object.transform_point3(mesh.positions[v as usize].as_dvec3()));

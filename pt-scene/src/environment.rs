@@ -63,10 +63,15 @@ impl Environment {
     /// Errors name the file and, for texels that are negative or not finite, the pixel (column, row).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        let bytes = read_file(path)?;
-        let image = match &bytes[..] {
-            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(&bytes),
-            [b'#', b'?', ..] => read_hdr(&bytes),
+        Self::from_bytes(&read_file(path)?, path)
+    }
+
+    /// As [`Environment::load`], from the bytes of a file; `name` stands for the file in messages.
+    pub fn from_bytes(bytes: &[u8], name: impl AsRef<Path>) -> Result<Self, SceneError> {
+        let path = name.as_ref();
+        let image = match bytes {
+            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes),
+            [b'#', b'?', ..] => read_hdr(bytes),
             _ => Err("is neither a Radiance .hdr nor an OpenEXR image".into()),
         };
         let environment = Self::new(image.map_err(|what| SceneError::file(path, what))?);

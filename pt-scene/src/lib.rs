@@ -8,8 +8,11 @@
 //! one to one. Colours are linear with Rec. 709 primaries.
 #![deny(missing_docs)]
 
+pub mod bake;
 mod builtin;
 mod camera;
+mod clusters;
+mod dds;
 mod environment;
 mod error;
 mod framing;
@@ -26,15 +29,23 @@ mod texture;
 
 pub use builtin::{BUILTIN, builtin};
 pub use camera::{Camera, CameraKey, CameraPath, Projection};
+pub use clusters::{ClusterContents, ClusterStatistics, Clusters};
+pub use dds::DdsTexture;
 pub use environment::{Environment, EnvironmentImage, MAX_ENVIRONMENT_SIDE};
 pub use error::SceneError;
 pub use framing::automatic_camera;
 pub use glam;
-pub use import::{LoadOptions, MAX_TEXTURE_SIDE, SUPPORTED_EXTENSIONS, load, open};
+pub use import::{
+    DEFAULT_MAX_TEXTURE_PIXELS, EXTENSIONS, ExtensionUse, LoadOptions, MAX_TEXTURE_SIDE, Support, load, load_bytes,
+    open, support,
+};
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, Material, TextureRef};
+pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};
 pub use mesh::Mesh;
-pub use motion::Motion;
+pub use motion::{Blink, LightMotion, Motion};
 pub use scene::{Bounds, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};
-pub use texture::{Filter, MipLevel, Sampler, Texture, Wrap, linear_from_srgb, srgb_from_linear};
+pub use texture::{
+    BlockFormat, Filter, MipFilter, MipLevel, Sampler, Texels, Texture, TextureUsage, Wrap, linear_from_srgb,
+    srgb_from_linear,
+};

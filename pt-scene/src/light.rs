@@ -1,5 +1,7 @@
 use glam::Vec3;
 
+use crate::LightMotion;
+
 /// Shape of a punctual light (KHR_lights_punctual).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
@@ -34,6 +36,8 @@ pub struct Light {
     pub radius: f32,
     /// Half the angle under which a directional light is seen, radians; 0: exactly parallel light.
     pub angular_radius: f32,
+    /// How it moves and blinks; [`Light::at`] evaluates it.
+    pub motion: Option<LightMotion>,
 }
 
 impl Light {
@@ -47,7 +51,25 @@ impl Light {
             direction: Vec3::NEG_Y,
             radius: 0.0,
             angular_radius: 0.0,
+            motion: None,
         }
+    }
+
+    /// The light at `time` seconds; itself when it neither moves nor blinks.
+    pub fn at(&self, time: f64) -> Self {
+        let mut light = self.clone();
+        if let Some(motion) = &self.motion {
+            let world_from_light = motion.path.at(time);
+            light.position = world_from_light.translation.into();
+            light.direction = world_from_light.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z);
+            light.intensity = motion.peak * motion.blink.at(time);
+        }
+        light
+    }
+
+    /// The same light with a motion, as it is at time 0.
+    pub fn moving(self, motion: LightMotion) -> Self {
+        Self { motion: Some(motion), ..self }.at(0.0)
     }
 
     /// Parallel light of `intensity` lux that shines along `direction`.

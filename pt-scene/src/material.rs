@@ -33,6 +33,108 @@ impl TextureRef {
     }
 }
 
+/// Lobes of KHR extensions over and in the base layer. Every texture multiplies the factor beside it; a factor of 0
+/// means that the lobe is absent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lobes {
+    /// KHR_materials_clearcoat: strength of the coat, 0..1; texture channel R.
+    pub clearcoat: f32,
+    /// Linear.
+    pub clearcoat_texture: Option<TextureRef>,
+    /// Perceptual roughness of the coat, 0..1; texture channel G.
+    pub clearcoat_roughness: f32,
+    /// Linear.
+    pub clearcoat_roughness_texture: Option<TextureRef>,
+    /// Tangent-space normal map of the coat, linear; without it the coat follows the geometry.
+    pub clearcoat_normal_texture: Option<TextureRef>,
+    /// Scale of the coat's normal map in x and y.
+    pub clearcoat_normal_scale: f32,
+    /// KHR_materials_sheen: colour, linear, 0..1.
+    pub sheen_color: Vec3,
+    /// sRGB.
+    pub sheen_color_texture: Option<TextureRef>,
+    /// Perceptual roughness of the sheen, 0..1; texture channel A.
+    pub sheen_roughness: f32,
+    /// Linear alpha.
+    pub sheen_roughness_texture: Option<TextureRef>,
+    /// KHR_materials_anisotropy: strength, 0..1; texture channel B.
+    pub anisotropy_strength: f32,
+    /// Radians from the tangent towards the bitangent; adds to the texture's direction in R and G.
+    pub anisotropy_rotation: f32,
+    /// Linear.
+    pub anisotropy_texture: Option<TextureRef>,
+    /// KHR_materials_iridescence: strength, 0..1; texture channel R.
+    pub iridescence: f32,
+    /// Linear.
+    pub iridescence_texture: Option<TextureRef>,
+    /// Index of refraction of the thin film, >= 1.
+    pub iridescence_ior: f32,
+    /// Thickness of the film where the texture is 0, nanometres.
+    pub iridescence_thickness_min: f32,
+    /// Thickness of the film where the texture is 1 or absent, nanometres.
+    pub iridescence_thickness_max: f32,
+    /// Linear, channel G.
+    pub iridescence_thickness_texture: Option<TextureRef>,
+    /// KHR_materials_dispersion: 20 / Abbe number, >= 0.
+    pub dispersion: f32,
+}
+
+impl Default for Lobes {
+    /// All lobes absent, other values as the extensions set them by default.
+    fn default() -> Self {
+        Self {
+            clearcoat: 0.0,
+            clearcoat_texture: None,
+            clearcoat_roughness: 0.0,
+            clearcoat_roughness_texture: None,
+            clearcoat_normal_texture: None,
+            clearcoat_normal_scale: 1.0,
+            sheen_color: Vec3::ZERO,
+            sheen_color_texture: None,
+            sheen_roughness: 0.0,
+            sheen_roughness_texture: None,
+            anisotropy_strength: 0.0,
+            anisotropy_rotation: 0.0,
+            anisotropy_texture: None,
+            iridescence: 0.0,
+            iridescence_texture: None,
+            iridescence_ior: 1.3,
+            iridescence_thickness_min: 100.0,
+            iridescence_thickness_max: 400.0,
+            iridescence_thickness_texture: None,
+            dispersion: 0.0,
+        }
+    }
+}
+
+impl Lobes {
+    /// The lobes that are there, by the names of their extensions without `KHR_materials_`.
+    pub fn present(&self) -> impl Iterator<Item = &'static str> {
+        [
+            ("clearcoat", self.clearcoat > 0.0),
+            ("sheen", self.sheen_color != Vec3::ZERO),
+            ("anisotropy", self.anisotropy_strength > 0.0),
+            ("iridescence", self.iridescence > 0.0),
+            ("dispersion", self.dispersion > 0.0),
+        ]
+        .into_iter()
+        .filter_map(|(name, there)| there.then_some(name))
+    }
+
+    fn textures(&self) -> [(&'static str, Option<TextureRef>); 8] {
+        [
+            ("clearcoat_texture", self.clearcoat_texture),
+            ("clearcoat_roughness_texture", self.clearcoat_roughness_texture),
+            ("clearcoat_normal_texture", self.clearcoat_normal_texture),
+            ("sheen_color_texture", self.sheen_color_texture),
+            ("sheen_roughness_texture", self.sheen_roughness_texture),
+            ("anisotropy_texture", self.anisotropy_texture),
+            ("iridescence_texture", self.iridescence_texture),
+            ("iridescence_thickness_texture", self.iridescence_thickness_texture),
+        ]
+    }
+}
+
 /// A surface, in the terms of glTF 2.0 metallic-roughness and its KHR extensions. Every texture multiplies the
 /// factor beside it.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,19 +167,41 @@ pub struct Material {
     pub unlit: bool,
     /// Share of the light that passes into the dielectric base instead of being diffused, 0..1.
     pub transmission: f32,
+    /// Linear, channel R.
+    pub transmission_texture: Option<TextureRef>,
     /// Index of refraction, >= 1.
     pub ior: f32,
     /// 0: a thin sheet that does not bend light. Above: the mesh bounds a solid (metres; only > 0 matters here).
     pub thickness: f32,
+    /// Linear, channel G. What traces rays takes the thickness from the geometry.
+    pub thickness_texture: Option<TextureRef>,
     /// Transmittance after `attenuation_distance` inside the solid, linear.
     pub attenuation_color: Vec3,
     /// Metres; infinite means a clear medium.
     pub attenuation_distance: f32,
     /// Strength of the dielectric specular lobe (KHR_materials_specular), 0..1.
     pub specular: f32,
+    /// Linear, channel A.
+    pub specular_texture: Option<TextureRef>,
     /// F0 tint of the dielectric specular lobe, linear.
     pub specular_color: Vec3,
+    /// sRGB.
+    pub specular_color_texture: Option<TextureRef>,
+    /// Lobes of further extensions; `None` when there are none.
+    pub lobes: Option<Box<Lobes>>,
+    /// Which solid is there where several overlap: the one of the highest priority, 0..=[`MAX_PRIORITY`] (Schmidt and Budge
+    /// 2002, "Simple Nested Dielectrics in Ray Traced Images", with the order of numbers turned round). Among equal
+    /// priorities the higher `ior` wins, then the lower material index. glTF has no such property: files have 0 everywhere,
+    /// so that a glass wall wins over the liquid that reaches into it.
+    pub priority: u32,
+    /// For a surface that is the interface of two solids at once: the material whose `ior` and attenuation hold on its front
+    /// side; its own hold behind it, as ever. Crossing it leaves the one solid and enters the other. `None`: in front is
+    /// air, or whatever solid the point is in anyhow. Not in glTF.
+    pub exterior: Option<u32>,
 }
+
+/// Largest [`Material::priority`]; the GPU record has 8 bits for it.
+pub const MAX_PRIORITY: u32 = 255;
 
 impl Default for Material {
     /// The glTF default material: white, metallic 1, roughness 1.
@@ -97,12 +221,19 @@ impl Default for Material {
             double_sided: false,
             unlit: false,
             transmission: 0.0,
+            transmission_texture: None,
             ior: 1.5,
             thickness: 0.0,
+            thickness_texture: None,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
             specular: 1.0,
+            specular_texture: None,
             specular_color: Vec3::ONE,
+            specular_color_texture: None,
+            lobes: None,
+            priority: 0,
+            exterior: None,
         }
     }
 }
@@ -128,9 +259,19 @@ impl Material {
         Self { emissive: radiance, ..Self::lambertian(name, Vec3::ZERO) }
     }
 
+    /// A smooth, clear solid that bends and lets through all light.
+    pub fn solid(name: &str, ior: f32) -> Self {
+        Self { roughness: 0.0, transmission: 1.0, thickness: 1.0, ior, ..Self::diffuse(name, Vec3::ONE) }
+    }
+
     /// Whether triangles of this material emit light.
     pub fn is_emissive(&self) -> bool {
         self.emissive.max_element() > 0.0
+    }
+
+    /// Whether light passes through (KHR_materials_transmission).
+    pub fn transmits(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0
     }
 
     /// Whether visibility has to look at alpha: MASK and BLEND.
@@ -145,8 +286,13 @@ impl Material {
             ("metallic_roughness_texture", self.metallic_roughness_texture),
             ("normal_texture", self.normal_texture),
             ("emissive_texture", self.emissive_texture),
+            ("transmission_texture", self.transmission_texture),
+            ("thickness_texture", self.thickness_texture),
+            ("specular_texture", self.specular_texture),
+            ("specular_color_texture", self.specular_color_texture),
         ]
         .into_iter()
+        .chain(self.lobes.iter().flat_map(|lobes| lobes.textures()))
         .filter_map(|(slot, texture)| texture.map(|t| (slot, t)))
     }
 }

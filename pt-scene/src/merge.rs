@@ -8,18 +8,13 @@ impl Scene {
     /// Meshes that no instance uses any more are dropped. Triangles are stored once per instance afterwards.
     pub fn merge_static(&mut self, name: &str) {
         let stays =
-            |i: &Instance| i.motion.is_some() || self.meshes[i.mesh as usize].transmits(&self.materials);
+            |i: &Instance| i.motion.is_some() || i.transmits(&self.meshes[i.mesh as usize], &self.materials);
         let (kept, merged): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.instances).into_iter().partition(stays);
         let mut world = Mesh { name: name.into(), ..Mesh::default() };
         let mut masked = Vec::new();
         for instance in &merged {
-            append(
-                &mut world,
-                &mut masked,
-                &self.meshes[instance.mesh as usize],
-                &instance.world_from_object,
-            );
+            append(&mut world, &mut masked, &self.meshes[instance.mesh as usize], instance);
         }
         world.first_masked = world.indices.len();
         for (index, material) in masked {
@@ -47,14 +42,14 @@ impl Scene {
 impl Mesh {
     /// Whether light passes through all of it (KHR_materials_transmission).
     pub fn transmits(&self, materials: &[Material]) -> bool {
-        let transmits =
-            |&m: &u32| materials[m as usize].transmission > 0.0 && materials[m as usize].metallic < 1.0;
-        !self.triangle_materials.is_empty() && self.triangle_materials.iter().all(transmits)
+        let mut used = self.triangle_materials.iter();
+        !self.triangle_materials.is_empty() && used.all(|&m| materials[m as usize].transmits())
     }
 }
 
-/// Adds a mesh where `world_from_object` puts it; its masked triangles go to `masked`, to stand behind all others.
-fn append(world: &mut Mesh, masked: &mut Vec<([u32; 3], u32)>, mesh: &Mesh, world_from_object: &Affine3A) {
+/// Adds a mesh where its instance puts it; its masked triangles go to `masked`, to stand behind all others.
+fn append(world: &mut Mesh, masked: &mut Vec<([u32; 3], u32)>, mesh: &Mesh, instance: &Instance) {
+    let world_from_object = &instance.world_from_object;
     let first = world.positions.len() as u32;
     let linear = world_from_object.matrix3;
     let normals = linear.inverse().transpose();
@@ -69,7 +64,8 @@ fn append(world: &mut Mesh, masked: &mut Vec<([u32; 3], u32)>, mesh: &Mesh, worl
     world.uv0.extend(&mesh.uv0);
     world.uv1.extend(&mesh.uv1);
     world.colors.extend(&mesh.colors);
-    for (i, (index, &material)) in mesh.indices.iter().zip(&mesh.triangle_materials).enumerate() {
+    for (i, index) in mesh.indices.iter().enumerate() {
+        let material = instance.material_at(mesh, i);
         let [a, b, c] = index.map(|v| v + first);
         // The front face stays the front face.
         let index = if mirrored { [a, c, b] } else { [a, b, c] };

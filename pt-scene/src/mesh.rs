@@ -46,6 +46,10 @@ impl Mesh {
     /// Sorts triangles into opaque and masked ones, each in their former order, and sets `first_masked`.
     pub(crate) fn sort_by_opacity(&mut self, materials: &[Material]) {
         let masked = |t: usize| materials[self.triangle_materials[t] as usize].is_masked();
+        if (0..self.indices.len()).all(|t| !masked(t)) {
+            self.first_masked = self.indices.len();
+            return;
+        }
         let (mut order, rest): (Vec<usize>, Vec<usize>) = (0..self.indices.len()).partition(|&t| !masked(t));
         self.first_masked = order.len();
         order.extend(rest);
@@ -66,17 +70,25 @@ impl Mesh {
         self.triangle_materials.extend_from_slice(&other.triangle_materials);
     }
 
+    /// Replaces the vertices by those that `sources` names; what is not filled yet stays empty. Indices are left alone.
+    pub(crate) fn gather(&mut self, sources: &[u32]) {
+        fn pick<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
+            if !values.is_empty() {
+                *values = sources.iter().map(|&v| values[v as usize]).collect();
+            }
+        }
+        pick(&mut self.positions, sources);
+        pick(&mut self.normals, sources);
+        pick(&mut self.tangents, sources);
+        pick(&mut self.uv0, sources);
+        pick(&mut self.uv1, sources);
+        pick(&mut self.colors, sources);
+    }
+
     /// Gives every triangle its own three vertices and the geometric normal, as glTF wants where normals are missing.
     pub(crate) fn flat_shade(&mut self) {
-        fn unshare<T: Copy>(values: &mut Vec<T>, corners: &[u32]) {
-            *values = corners.iter().map(|&v| values[v as usize]).collect();
-        }
         let corners: Vec<u32> = self.indices.iter().flatten().copied().collect();
-        unshare(&mut self.positions, &corners);
-        unshare(&mut self.tangents, &corners);
-        unshare(&mut self.uv0, &corners);
-        unshare(&mut self.uv1, &corners);
-        unshare(&mut self.colors, &corners);
+        self.gather(&corners);
         self.indices = (0..self.indices.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         self.normals = self
             .positions
@@ -85,10 +97,11 @@ impl Mesh {
             .collect();
     }
 
-    /// Tangents from the derivatives of a set of texture coordinates: per-triangle dP/du and dP/dv summed at the
+    /// Tangents from the derivatives of the first texture coordinates, for shapes made by code, whose vertices are split
+    /// at seams already: per-triangle dP/du and dP/dv summed at the
     /// vertices, made orthogonal to the normal. Where the coordinates are degenerate, any tangent that is orthogonal.
-    pub(crate) fn compute_tangents(&mut self, second_uv_set: bool) {
-        let uv = if second_uv_set { &self.uv1 } else { &self.uv0 };
+    pub(crate) fn compute_tangents(&mut self) {
+        let uv = &self.uv0;
         let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); self.positions.len()];
         for corners in &self.indices {
             let [a, b, c] = corners.map(|v| v as usize);

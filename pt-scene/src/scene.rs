@@ -1,7 +1,9 @@
 use glam::{Affine3A, Vec3};
 
 use crate::{
-    AlphaMode, Camera, Environment, Light, LightKind, Material, Mesh, Motion, Projection, SceneError, Texture,
+    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
+    Motion,
+    Projection, SceneError, Texture,
 };
 
 /// Everything that is to be rendered.
@@ -25,6 +27,12 @@ pub struct Scene {
     pub environment: Environment,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
+    /// Names of the scenes in the file that this one was chosen from.
+    pub scenes: Vec<String>,
+    /// Names of the material variants in the file.
+    pub variants: Vec<String>,
+    /// Extensions that the file uses.
+    pub extensions: Vec<ExtensionUse>,
 }
 
 /// A mesh in the world, now and in the previous frame.
@@ -40,6 +48,9 @@ pub struct Instance {
     pub world_from_object_prev: Affine3A,
     /// How it moves; [`Scene::set_time`] applies it.
     pub motion: Option<Motion>,
+    /// Stands in for the materials of all triangles, so that shapes of several colours are stored once. Only where
+    /// neither it nor the mesh's own materials look at alpha.
+    pub material: Option<u32>,
 }
 
 impl Instance {
@@ -51,12 +62,31 @@ impl Instance {
             world_from_object,
             world_from_object_prev: world_from_object,
             motion: None,
+            material: None,
+        }
+    }
+
+    /// Material of a triangle of `mesh`, which must be the instance's own.
+    pub fn material_at(&self, mesh: &Mesh, triangle: usize) -> u32 {
+        self.material.unwrap_or(mesh.triangle_materials[triangle])
+    }
+
+    /// Whether light passes through all of it (KHR_materials_transmission).
+    pub fn transmits(&self, mesh: &Mesh, materials: &[Material]) -> bool {
+        match self.material {
+            Some(material) => materials[material as usize].transmits(),
+            None => mesh.transmits(materials),
         }
     }
 
     /// An instance that moves, at time 0.
     pub fn moving(name: &str, mesh: u32, motion: Motion) -> Self {
         Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
+    }
+
+    /// Whether it never moves.
+    pub fn is_static(&self) -> bool {
+        self.motion.is_none()
     }
 }
 
@@ -92,7 +122,7 @@ pub struct Statistics {
     pub emissive_triangles: usize,
     /// Of these, masked or blended ones.
     pub masked_triangles: usize,
-    /// Bytes of texels, without mip levels.
+    /// Bytes of texels as the host holds them: compressed ones with their mip levels, others without.
     pub texture_bytes: usize,
 }
 
@@ -114,8 +144,12 @@ impl Scene {
     }
 
     /// Moves instances with a [`Motion`] to where they are at `now`, and their previous transforms to where they
-    /// were at `previous` (seconds). Cameras are evaluated by [`Camera::at`].
+    /// were at `previous` (seconds); lights are as they are at `now`, see [`Light::at`]. Cameras are evaluated by
+    /// [`Camera::at`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
+        for light in &mut self.lights {
+            *light = light.at(now);
+        }
         for instance in &mut self.instances {
             match &instance.motion {
                 Some(motion) => {
@@ -141,14 +175,14 @@ impl Scene {
     pub fn statistics(&self) -> Statistics {
         let mut s = Statistics {
             triangles: self.meshes.iter().map(Mesh::triangle_count).sum(),
-            texture_bytes: self.textures.iter().map(|t| t.texels.len()).sum(),
+            texture_bytes: self.textures.iter().map(Texture::bytes).sum(),
             ..Statistics::default()
         };
         for instance in &self.instances {
             let mesh = &self.meshes[instance.mesh as usize];
-            let emits = |&&m: &&u32| self.materials[m as usize].is_emissive();
+            let emits = |&t: &usize| self.materials[instance.material_at(mesh, t) as usize].is_emissive();
             s.instanced_triangles += mesh.triangle_count();
-            s.emissive_triangles += mesh.triangle_materials.iter().filter(emits).count();
+            s.emissive_triangles += (0..mesh.triangle_count()).filter(emits).count();
             s.masked_triangles += mesh.triangle_count() - mesh.first_masked;
         }
         s
@@ -166,6 +200,16 @@ impl Scene {
                     instance.name, instance.mesh
                 )));
             }
+            if let Some(material) = instance.material {
+                let masked = self.materials.get(material as usize).is_none_or(Material::is_masked);
+                let mesh = &self.meshes[instance.mesh as usize];
+                if masked || mesh.first_masked < mesh.triangle_count() {
+                    return Err(fail(format!(
+                        "instance {}: material {material} cannot stand in for others",
+                        instance.name
+                    )));
+                }
+            }
             for transform in [instance.world_from_object, instance.world_from_object_prev] {
                 if !is_invertible(&transform) {
                     return Err(fail(format!(
@@ -175,18 +219,17 @@ impl Scene {
                 }
             }
         }
-        self.materials.iter().try_for_each(|m| check_material(m, self.textures.len()).map_err(fail))?;
-        for t in &self.textures {
-            if t.width == 0 || t.height == 0 || t.texels.len() != t.width as usize * t.height as usize * 4 {
-                return Err(fail(format!(
-                    "texture {}: {} bytes for {}x{}",
-                    t.name,
-                    t.texels.len(),
-                    t.width,
-                    t.height
-                )));
+        for m in &self.materials {
+            check_material(m, self.textures.len()).map_err(fail)?;
+            if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
+                let what = format!(
+                    "material {}: priority {} or exterior {:?} is out of range",
+                    m.name, m.priority, m.exterior
+                );
+                return Err(fail(what));
             }
         }
+        self.textures.iter().try_for_each(|t| t.check().map_err(fail))?;
         self.lights.iter().try_for_each(|light| check_light(light).map_err(fail))?;
         self.cameras.iter().try_for_each(|camera| check_camera(camera).map_err(fail))?;
         self.environment.check().map_err(|what| fail(format!("environment: {what}")))
@@ -230,6 +273,9 @@ fn check_material(m: &Material, textures: usize) -> Result<(), String> {
         && m.normal_scale.is_finite()
         && m.ior >= 1.0
         && m.ior.is_finite();
+    if let Some(lobes) = &m.lobes {
+        check_lobes(lobes, &unit)?;
+    }
     if !physical {
         return Err(format!("material {}: a factor is negative, not finite, or below its range", m.name));
     }
@@ -242,6 +288,26 @@ fn check_material(m: &Material, textures: usize) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+fn check_lobes(l: &Lobes, unit: &impl Fn(&str, f32) -> Result<(), String>) -> Result<(), String> {
+    unit("clearcoat", l.clearcoat)?;
+    unit("clearcoat roughness", l.clearcoat_roughness)?;
+    unit("sheen colour", l.sheen_color.min_element())?;
+    unit("sheen colour", l.sheen_color.max_element())?;
+    unit("sheen roughness", l.sheen_roughness)?;
+    unit("anisotropy strength", l.anisotropy_strength)?;
+    unit("iridescence", l.iridescence)?;
+    let not_negative = |x: f32| (0.0..f32::INFINITY).contains(&x);
+    let physical = l.clearcoat_normal_scale.is_finite()
+        && l.sheen_color.is_finite()
+        && l.anisotropy_rotation.is_finite()
+        && l.iridescence_ior >= 1.0
+        && l.iridescence_ior.is_finite()
+        && not_negative(l.iridescence_thickness_min)
+        && not_negative(l.iridescence_thickness_max)
+        && not_negative(l.dispersion);
+    if physical { Ok(()) } else { Err(format!("a value of an extension lobe is out of range: {l:?}")) }
 }
 
 fn check_light(light: &Light) -> Result<(), String> {

@@ -2,9 +2,9 @@
 
 mod common;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use common::shared;
+use common::{scene_files, shared};
 use pt_scene::glam::{Vec2, Vec3};
 use pt_scene::{LightKind, LoadOptions, Scene, SceneError, load, open};
 
@@ -40,32 +40,8 @@ fn every_shared_scene_loads_or_is_refused_by_name() {
         }
     }
     refused.sort();
-    let expected = [
-        "EXT_meshopt_compression",
-        "EXT_texture_webp",
-        "KHR_draco_mesh_compression",
-        "KHR_materials_pbrSpecularGlossiness",
-        "KHR_texture_basisu",
-    ];
-    // Meshopt files require quantisation too, which is supported.
+    let expected = ["EXT_texture_webp", "KHR_materials_pbrSpecularGlossiness", "KHR_texture_basisu"];
     assert_eq!(refused, expected);
-}
-
-#[test]
-fn invalid_scenes_are_refused_in_one_line_or_load() {
-    let Some(folder) = shared("scenes_invalid") else { return };
-    let files = scene_files(&folder);
-    assert!(!files.is_empty());
-    let mut refused = 0;
-    for file in &files {
-        if let Err(error) = load_plain(file) {
-            let text = error.to_string();
-            assert!(!text.contains('\n') && text.contains(&file.display().to_string()), "{text}");
-            refused += 1;
-        }
-    }
-    println!("{refused} of {} refused", files.len());
-    assert!(refused > files.len() / 4);
 }
 
 #[test]
@@ -116,7 +92,7 @@ fn hopeless_inputs_get_one_clear_line() {
         (write("web.gltf", br#"{"asset":{"version":"2.0"},"buffers":[{"uri":"http://a/b","byteLength":1}]}"#), "buffers[0]"),
         (
             write("cycle.gltf", br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"children":[1]},{"children":[0]}]}"#),
-            "nodes[1].children",
+            "nodes[0].children: node 0 is its own ancestor",
         ),
         (write("wants.gltf", br#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_nobody_knows"]}"#), "EXT_nobody_knows"),
         (
@@ -225,22 +201,4 @@ fn a_texture_transform_scales_turns_and_moves_in_this_order() {
     let (s, c) = 0.3f32.sin_cos();
     let expected = Vec2::new(1.5 * (c * 0.5 + s * 1.0) - 0.2, 1.5 * (-s * 0.5 + c * 1.0) - 0.1);
     assert!(all.transform.transform_point2(Vec2::new(0.5, 1.0)).abs_diff_eq(expected, 1e-5));
-}
-
-/// Every .gltf and .glb below a folder, sorted.
-fn scene_files(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "gltf" || e == "glb") {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    files
 }

@@ -1,10 +1,11 @@
 //! Mip chains.
 
-use pt_scene::{MipLevel, Sampler, Texture, linear_from_srgb, srgb_from_linear};
+use pt_scene::{MipLevel, Texture, TextureUsage, linear_from_srgb, srgb_from_linear};
 
 fn noise(width: u32, height: u32, srgb: bool) -> Texture {
     let texels = (0..width * height * 4).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
-    Texture { name: "noise".into(), width, height, texels, srgb, sampler: Sampler::default() }
+    let usage = if srgb { TextureUsage::Color } else { TextureUsage::Data };
+    Texture::rgba8("noise", [width, height], usage, texels)
 }
 
 fn linear_means(level: &MipLevel, srgb: bool) -> [f64; 4] {
@@ -42,14 +43,7 @@ fn every_level_has_the_mean_of_the_texture() {
 #[test]
 fn colour_is_averaged_in_linear_light() {
     let texels = [[0u8, 0, 0, 255], [255, 255, 255, 255]].repeat(2).concat();
-    let texture = Texture {
-        name: "checks".into(),
-        width: 2,
-        height: 2,
-        texels,
-        srgb: true,
-        sampler: Sampler::default(),
-    };
+    let texture = Texture::rgba8("checks", [2, 2], TextureUsage::Color, texels);
     // Half the light is 188 in sRGB, not 128.
     assert_eq!(texture.mips()[1].texels, [188, 188, 188, 255]);
 }

@@ -134,7 +134,7 @@ LightSample sample_emissive(vec3 position, uvec4 bits) {
     s.finite = true;
     s.direction = d * inversesqrt(distance2);
     MaterialTable materials = MaterialTable(scene.materials);
-    uint material = UintTable(mesh.triangle_materials).at[e.triangle];
+    uint material = material_of(instance, mesh, e.triangle);
     float cos_light = -dot(normal, s.direction);
     float covered = coverage(mesh, e.triangle, bary);
     if ((materials.at[material].flags & MATERIAL_DOUBLE_SIDED) != 0u && cos_light < 0.0) {

@@ -8,12 +8,14 @@ layout(set = 3, binding = 0) uniform sampler2D textures[];
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer InstanceTable { InstanceRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialTable { MaterialRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LobeTable { LobeRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightTable { LightRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EmissiveTable { EmissiveRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AliasTable { AliasRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexTable { VertexRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionTable { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer IndexTable { uvec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ClusterTable { ClusterNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintTable { uint at[]; };
 
 InstanceRecord scene_instance(uint i) { return InstanceTable(scene.instances).at[i]; }
@@ -40,7 +42,12 @@ vec2 transform_uv(TextureSlot slot, vec2 uv) {
     return r;
 }
 
+uint material_of(InstanceRecord instance, MeshRecord mesh, uint triangle) {
+    return instance.material != NONE ? instance.material : UintTable(mesh.triangle_materials).at[triangle];
+}
+
 // Share of the light that a point of a triangle stops, 0..1: alpha of BLEND materials, 0 or 1 for MASK. At the finest mip.
+// An instance with a material of its own has no alpha.
 float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     uint material_index = UintTable(mesh.triangle_materials).at[triangle];
     MaterialTable material = MaterialTable(scene.materials);
@@ -50,7 +57,7 @@ float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     VertexTable v = VertexTable(mesh.vertices);
     float vertex_alpha = interpolate(vec2(unpackUnorm4x8(v.at[index.x].color).a), vec2(unpackUnorm4x8(v.at[index.y].color).a),
                                      vec2(unpackUnorm4x8(v.at[index.z].color).a), bary).x;
-    precise float alpha = material.at[material_index].base_color.w * vertex_alpha;
+    float alpha = material.at[material_index].base_color.w * vertex_alpha;
     TextureSlot slot = material.at[material_index].base_color_texture;
     if (slot.texture != NONE) {
         vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot.uv_set));

@@ -19,10 +19,27 @@ struct MaterialSample {
     vec3 base_color;
     float metallic;
     float roughness;
-    float specular;
+    float ior;
+    float specular;       // KHR_materials_specular
+    vec3 specular_color;
     float transmission;
     vec3 normal;   // world space, normal map applied, on the side of geo_normal
     vec3 emission; // radiance
+};
+
+// Lobes of KHR extensions over and in the base layer; a factor of 0: the lobe is absent.
+struct LobesSample {
+    float clearcoat;
+    float clearcoat_roughness;
+    vec3 clearcoat_normal;       // world space, as MaterialSample::normal
+    vec3 sheen_color;
+    float sheen_roughness;
+    float anisotropy;            // strength
+    vec2 anisotropy_direction;   // unit vector in the tangent plane: x along the first, y along the second column of tangent_frame
+    float iridescence;
+    float iridescence_ior;
+    float iridescence_thickness; // nm
+    float dispersion;            // 20 / Abbe number
 };
 
 // UV change along two axes of the pixel's footprint, in units of surface barycentrics.
@@ -43,7 +60,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
     vec3 object_position = w.x * p0 + w.y * p1 + w.z * p2;
 
     Surface s;
-    s.material = UintTable(mesh.triangle_materials).at[triangle];
+    s.material = material_of(instance, mesh, triangle);
     s.position = transform_point(instance.world_from_object, object_position);
     s.position_prev = transform_point(instance.world_from_object_prev, object_position);
     s.e1 = transform_vector(instance.world_from_object, p1 - p0);
@@ -105,6 +122,22 @@ vec4 sample_texture(TextureSlot slot, Surface s, Footprint f, float lod_scale) {
     return textureGrad(textures[nonuniformEXT(slot.texture)], uv, dx, dy);
 }
 
+// World-space frame of normal maps and anisotropy: tangent, bitangent, geo_normal. A surface without usable tangent gets one.
+mat3 tangent_frame(Surface s) {
+    vec3 tangent = s.tangent.xyz - dot(s.tangent.xyz, s.geo_normal) * s.geo_normal;
+    if (dot(tangent, tangent) <= 0.0) return basis_around(s.geo_normal);
+    tangent = normalize(tangent);
+    return mat3(tangent, cross(s.geo_normal, tangent) * s.tangent.w, s.geo_normal);
+}
+
+vec3 mapped_normal(TextureSlot slot, float scale, Surface s, Footprint f, float lod_scale) {
+    if (slot.texture == NONE) return s.geo_normal;
+    // Maps hold the x and y of unit vectors; two channels are all that some have.
+    vec2 n = sample_texture(slot, s, f, lod_scale).xy * 2.0 - 1.0;
+    vec3 mapped = tangent_frame(s) * vec3(n * scale, sqrt(max(1.0 - dot(n, n), 0.0)));
+    return dot(mapped, mapped) > 0.0 ? normalize(mapped) : s.geo_normal;
+}
+
 // `lod_scale` = 2^bias on the texture gradients.
 MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
     MaterialRecord m = MaterialTable(scene.materials).at[s.material];
@@ -118,22 +151,65 @@ MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
     r.base_color = clamp(base.rgb, 0.0, 1.0);
     r.roughness = clamp(roughness_metallic.x, 0.0, 1.0);
     r.metallic = clamp(roughness_metallic.y, 0.0, 1.0);
+    r.ior = m.ior;
     r.specular = m.specular;
+    r.specular_color = m.specular_color;
     r.transmission = m.transmission;
+    if (m.lobes != NONE) {
+        LobeTable lobes = LobeTable(scene.lobes);
+        TextureSlot slot = lobes.at[m.lobes].specular_texture;
+        if (slot.texture != NONE) r.specular *= sample_texture(slot, s, f, lod_scale).a;
+        slot = lobes.at[m.lobes].specular_color_texture;
+        if (slot.texture != NONE) r.specular_color *= sample_texture(slot, s, f, lod_scale).rgb;
+        slot = lobes.at[m.lobes].transmission_texture;
+        if (slot.texture != NONE) r.transmission *= sample_texture(slot, s, f, lod_scale).r;
+    }
     r.emission = m.emissive;
     if (m.emissive_texture.texture != NONE) r.emission *= sample_texture(m.emissive_texture, s, f, lod_scale).rgb;
+    r.normal = mapped_normal(m.normal_texture, m.normal_scale, s, f, lod_scale);
+    return r;
+}
 
-    r.normal = s.geo_normal;
-    if (m.normal_texture.texture != NONE) {
-        vec3 n = sample_texture(m.normal_texture, s, f, lod_scale).xyz * 2.0 - 1.0;
-        n.xy *= m.normal_scale;
-        vec3 tangent = s.tangent.xyz - dot(s.tangent.xyz, s.geo_normal) * s.geo_normal;
-        if (dot(tangent, tangent) > 0.0) {
-            tangent = normalize(tangent);
-            vec3 bitangent = cross(s.geo_normal, tangent) * s.tangent.w;
-            vec3 mapped = tangent * n.x + bitangent * n.y + s.geo_normal * n.z;
-            if (dot(mapped, mapped) > 0.0) r.normal = normalize(mapped);
-        }
+LobesSample load_lobes(Surface s, Footprint f, float lod_scale) {
+    LobesSample r = LobesSample(0.0, 0.0, s.geo_normal, vec3(0.0), 0.0, 0.0, vec2(1.0, 0.0), 0.0, 1.3, 0.0, 0.0);
+    uint index = MaterialTable(scene.materials).at[s.material].lobes;
+    if (index == NONE) return r;
+    LobeRecord m = LobeTable(scene.lobes).at[index];
+
+    r.clearcoat = m.clearcoat;
+    r.clearcoat_roughness = m.clearcoat_roughness;
+    if (m.clearcoat_texture.texture != NONE) r.clearcoat *= sample_texture(m.clearcoat_texture, s, f, lod_scale).r;
+    if (m.clearcoat_roughness_texture.texture != NONE) {
+        r.clearcoat_roughness *= sample_texture(m.clearcoat_roughness_texture, s, f, lod_scale).g;
     }
+    r.clearcoat_normal = mapped_normal(m.clearcoat_normal_texture, m.clearcoat_normal_scale, s, f, lod_scale);
+
+    r.sheen_color = m.sheen_color;
+    r.sheen_roughness = m.sheen_roughness;
+    if (m.sheen_color_texture.texture != NONE) r.sheen_color *= sample_texture(m.sheen_color_texture, s, f, lod_scale).rgb;
+    if (m.sheen_roughness_texture.texture != NONE) {
+        r.sheen_roughness *= sample_texture(m.sheen_roughness_texture, s, f, lod_scale).a;
+    }
+
+    r.anisotropy = m.anisotropy_strength;
+    vec2 direction = vec2(1.0, 0.0);
+    if (m.anisotropy_texture.texture != NONE) {
+        vec3 t = sample_texture(m.anisotropy_texture, s, f, lod_scale).rgb;
+        vec2 textured = t.rg * 2.0 - 1.0;
+        if (dot(textured, textured) > 0.0) direction = normalize(textured);
+        r.anisotropy *= t.b;
+    }
+    float c = cos(m.anisotropy_rotation), sn = sin(m.anisotropy_rotation);
+    r.anisotropy_direction = vec2(c * direction.x - sn * direction.y, sn * direction.x + c * direction.y);
+
+    r.iridescence = m.iridescence;
+    r.iridescence_ior = m.iridescence_ior;
+    if (m.iridescence_texture.texture != NONE) r.iridescence *= sample_texture(m.iridescence_texture, s, f, lod_scale).r;
+    r.iridescence_thickness = m.iridescence_thickness_max;
+    if (m.iridescence_thickness_texture.texture != NONE) {
+        float t = sample_texture(m.iridescence_thickness_texture, s, f, lod_scale).g;
+        r.iridescence_thickness = mix(m.iridescence_thickness_min, m.iridescence_thickness_max, t);
+    }
+    r.dispersion = m.dispersion;
     return r;
 }

@@ -61,6 +61,8 @@ gpu_struct! {
         pub meshes: u64,
         /// `MaterialRecord[]`.
         pub materials: u64,
+        /// `LobeRecord[]`.
+        pub lobes: u64,
         /// `LightRecord[light_count]`: the directional lights, then the positional ones.
         pub lights: u64,
         /// `EmissiveRecord[emissive_count]`.
@@ -75,6 +77,8 @@ gpu_struct! {
         pub tlas_instances: u64,
         /// Address of the driver's top-level acceleration structure (ray-query and rt-pipeline backends).
         pub tlas: u64,
+        /// `ClusterNode[]`, the root first.
+        pub clusters: u64,
         /// Number of instances.
         pub instance_count: u32,
         /// Number of punctual lights.
@@ -95,6 +99,16 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// A node of the tree that divides space into clusters (`clusters.glsl`).
+    pub struct ClusterNode {
+        /// Plane: coordinates below it are in the first child, all others in the second.
+        pub split: f32,
+        /// Bits 0-1: axis, or 3 for a leaf. Bits 2-31: first of two children that follow each other, or the cluster.
+        pub link: u32,
+    }
+}
+
+gpu_struct! {
     /// A mesh placed in the world. Matrices are the rows of affine 3x4 matrices.
     pub struct InstanceRecord {
         /// This frame.
@@ -109,8 +123,8 @@ gpu_struct! {
         pub mask: u32,
         /// 1 when the transform mirrors (negative determinant), so that front faces keep their side.
         pub mirrored: u32,
-        /// Alignment.
-        pub pad: u32,
+        /// Index of the material of all its triangles; `NONE`: those of the mesh.
+        pub material: u32,
     }
 }
 
@@ -256,8 +270,13 @@ gpu_struct! {
         pub flags: u32,
         /// KHR_materials_volume attenuation colour.
         pub attenuation_color: Vec3,
+        /// Index of the `LobeRecord`, or [`NONE`]: no extension lobe and no texture of those that stand there.
+        pub lobes: u32,
+        /// Of nested solids. Bits 0-7: priority. Bits 8-31: 1 + material on the front side of an interface of two
+        /// solids; 0: none.
+        pub nesting: u32,
         /// Alignment.
-        pub pad: u32,
+        pub pad: [u32; 3],
         /// Base colour and alpha.
         pub base_color_texture: TextureSlot,
         /// Roughness in g, metalness in b.
@@ -266,6 +285,61 @@ gpu_struct! {
         pub normal_texture: TextureSlot,
         /// Emission.
         pub emissive_texture: TextureSlot,
+    }
+}
+
+gpu_struct! {
+    /// What few materials have: lobes of KHR extensions, and textures of factors that stand in `MaterialRecord`. Textures
+    /// multiply the factor of the same name.
+    pub struct LobeRecord {
+        /// KHR_materials_clearcoat factor.
+        pub clearcoat: f32,
+        /// Perceptual roughness of the coat.
+        pub clearcoat_roughness: f32,
+        /// Scale of the coat's normal map.
+        pub clearcoat_normal_scale: f32,
+        /// KHR_materials_sheen colour, linear.
+        pub sheen_color: Vec3,
+        /// Perceptual roughness of the sheen.
+        pub sheen_roughness: f32,
+        /// KHR_materials_anisotropy strength, 0 to 1.
+        pub anisotropy_strength: f32,
+        /// Direction of the anisotropy, radians from the tangent towards the bitangent.
+        pub anisotropy_rotation: f32,
+        /// KHR_materials_iridescence factor.
+        pub iridescence: f32,
+        /// Index of refraction of the thin film.
+        pub iridescence_ior: f32,
+        /// Thickness of the film in nanometres where the texture is 0.
+        pub iridescence_thickness_min: f32,
+        /// Thickness of the film in nanometres where the texture is 1 or absent.
+        pub iridescence_thickness_max: f32,
+        /// KHR_materials_dispersion: 20 / Abbe number.
+        pub dispersion: f32,
+        /// `MaterialRecord::transmission`, in r.
+        pub transmission_texture: TextureSlot,
+        /// `MaterialRecord::thickness`, in g; what traces rays takes the thickness from the geometry.
+        pub thickness_texture: TextureSlot,
+        /// `MaterialRecord::specular`, in a.
+        pub specular_texture: TextureSlot,
+        /// `MaterialRecord::specular_color`.
+        pub specular_color_texture: TextureSlot,
+        /// In r.
+        pub clearcoat_texture: TextureSlot,
+        /// In g.
+        pub clearcoat_roughness_texture: TextureSlot,
+        /// Tangent-space normal of the coat.
+        pub clearcoat_normal_texture: TextureSlot,
+        /// Colour.
+        pub sheen_color_texture: TextureSlot,
+        /// In a.
+        pub sheen_roughness_texture: TextureSlot,
+        /// Direction in rg (0 to 1 for -1 to 1), strength in b.
+        pub anisotropy_texture: TextureSlot,
+        /// In r.
+        pub iridescence_texture: TextureSlot,
+        /// Between minimum and maximum, in g.
+        pub iridescence_thickness_texture: TextureSlot,
     }
 }
 
@@ -344,6 +418,7 @@ table! {
     CameraRecord,
     FrameRecord,
     SceneRecord,
+    ClusterNode,
     InstanceRecord,
     MeshRecord,
     VertexRecord,
@@ -353,6 +428,7 @@ table! {
     BvhNode,
     TextureSlot,
     MaterialRecord,
+    LobeRecord,
     LightRecord,
     EmissiveRecord,
     AliasRecord,

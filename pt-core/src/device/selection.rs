@@ -18,6 +18,8 @@ pub struct Capabilities {
     pub max_storage_buffer_range: u32,
     /// Largest width or height of an image.
     pub max_image_side: u32,
+    /// Sampled images may hold compressed blocks (BC1 to BC7).
+    pub texture_compression_bc: bool,
     /// Size of the bindless texture table.
     pub max_textures: u32,
     /// Size of a shader group handle in bytes (ray tracing pipelines).
@@ -209,6 +211,7 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
             timestamp_period: core.limits.timestamp_period,
             max_storage_buffer_range: core.limits.max_storage_buffer_range,
             max_image_side: core.limits.max_image_dimension2_d,
+            texture_compression_bc: supported.core.features.texture_compression_bc != 0,
             max_textures: MAX_TEXTURES
                 .min(core.limits.max_per_stage_descriptor_samplers)
                 .min(core.limits.max_per_stage_descriptor_sampled_images)
@@ -274,6 +277,7 @@ pub(super) fn create_device(instance: &ash::Instance, candidate: &Candidate) -> 
     for (_, bit) in required(&mut f) {
         *bit = vk::TRUE;
     }
+    f.core.features.texture_compression_bc = vk::Bool32::from(capabilities.texture_compression_bc);
     f.acceleration.acceleration_structure = vk::TRUE;
     f.ray_query.ray_query = vk::TRUE;
     f.rt_pipeline.ray_tracing_pipeline = vk::TRUE;

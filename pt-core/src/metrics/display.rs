@@ -3,9 +3,9 @@
 use crate::image_file::{ImageState, LinearImage, srgb_encode};
 
 /// What [`display_values`] does, in one line for reports.
-pub const DISPLAY_TRANSFORM: &str = "display values: sRGB codes, 0 to 1; scene-referred input is first scaled by \
-    s = 0.18 / exp(mean(log Y_b)) over pixels of b with Y_b > 0 (of a, when b is display-referred), then x / (1 + x) per channel \
-    (display-referred input is not)";
+pub const DISPLAY_TRANSFORM: &str = "display values: sRGB codes, 0 to 1, negative values as 0; scene-referred \
+    input is first scaled by s = 0.18 / exp(mean(log Y_b)) over pixels of b with Y_b > 0 (of a, when b is \
+    display-referred), then x / (1 + x) per channel (display-referred input is not)";
 
 /// Grey to which the average of a scene is brought (the key of Reinhard et al. 2002).
 const KEY: f64 = 0.18;
@@ -26,6 +26,11 @@ fn exposure(image: &LinearImage) -> f64 {
     let logs = image.pixels.iter().map(luminance).filter(|&y| y > 0.0).map(f64::ln);
     let (sum, count) = logs.fold((0.0, 0u32), |(sum, count), log| (sum + log, count + 1));
     if count == 0 { 1.0 } else { KEY / (sum / f64::from(count)).exp() }
+}
+
+/// Luma: the weights of [`luminance`] on display values.
+pub(super) fn luma(code: &[f32; 3]) -> f64 {
+    luminance(code)
 }
 
 /// Relative luminance of Rec. 709 primaries.

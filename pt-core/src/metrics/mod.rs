@@ -4,14 +4,20 @@
 //! a silent zero. Every metric states its formula ([`Metric::formula`]).
 
 mod colour_map;
+mod convolve;
 mod display;
-
-use std::str::FromStr;
+pub mod flip;
+mod metric;
+mod ssim;
+mod z_test;
 
 use crate::image_file::LinearImage;
 
 pub use colour_map::{colour_map, heatmap};
 pub use display::{DISPLAY_TRANSFORM, display_values};
+pub use metric::Metric;
+pub use ssim::{SSIM_K1, SSIM_K2};
+pub use z_test::{VARIANCE_LAYER, Variances, Z_TEST_EPSILON, Z_TEST_SIGNIFICANCE, read_variance};
 
 /// Epsilon of relMSE, squared radiance: the value of Rousselle et al. 2011, "Adaptive sampling and reconstruction using
 /// greedy error minimization". Pixels of the reference well below 0.1 weigh like absolute errors.
@@ -19,72 +25,6 @@ pub const RELMSE_EPSILON: f64 = 0.01;
 
 /// Peak of PSNR: display values end at 1.
 pub const PSNR_PEAK: f64 = 1.0;
-
-/// A distance between an image `a` and its reference `b`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Metric {
-    /// Mean squared error relative to the squared reference, linear values. Not symmetric.
-    RelMse,
-    /// Mean squared error, linear values.
-    Mse,
-    /// Peak signal-to-noise ratio in decibels, display values; infinite for equal images.
-    Psnr,
-    /// LDR FLIP (Andersson et al. 2020), display values; 0 (equal) to 1.
-    Flip,
-    /// Mean of `a` over mean of `b`, linear values; 1 when no energy is lost or gained.
-    Energy,
-}
-
-impl Metric {
-    /// All metrics, in the order in which they are printed.
-    pub const ALL: [Self; 5] = [Self::RelMse, Self::Mse, Self::Psnr, Self::Flip, Self::Energy];
-
-    /// Name on the command line and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::RelMse => "relmse",
-            Self::Mse => "mse",
-            Self::Psnr => "psnr",
-            Self::Flip => "flip",
-            Self::Energy => "energy",
-        }
-    }
-
-    /// The definition in one line: a is the image, b the reference, linear values; A and B are display values.
-    pub fn formula(self) -> String {
-        match self {
-            Self::RelMse => format!("mean((a - b)^2 / (b^2 + epsilon)), epsilon = {RELMSE_EPSILON}"),
-            Self::Mse => "mean((a - b)^2)".into(),
-            Self::Psnr => format!("10 log10(peak^2 / mean((A - B)^2)) dB, peak = {PSNR_PEAK}"),
-            Self::Flip => format!(
-                "mean of LDR FLIP(reference B, test A), 8 bits, {} pixels per degree",
-                nv_flip::DEFAULT_PIXELS_PER_DEGREE
-            ),
-            Self::Energy => "mean(a) / mean(b)".into(),
-        }
-    }
-
-    /// The constant that keeps the denominator away from zero, where the formula has one.
-    pub fn epsilon(self) -> Option<f64> {
-        (self == Self::RelMse).then_some(RELMSE_EPSILON)
-    }
-
-    /// True when the metric looks at display values rather than linear ones.
-    pub fn uses_display_values(self) -> bool {
-        matches!(self, Self::Psnr | Self::Flip)
-    }
-}
-
-impl FromStr for Metric {
-    type Err = MetricError;
-
-    fn from_str(name: &str) -> Result<Self, MetricError> {
-        Self::ALL.into_iter().find(|metric| metric.name() == name).ok_or_else(|| MetricError::Unknown {
-            name: name.into(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
-    }
-}
 
 /// Why two images could not be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -117,6 +57,22 @@ pub enum MetricError {
         /// Pixels per image.
         pixels: usize,
     },
+    /// A metric needs the variances of both images, and they were not given.
+    #[error("{} needs the variances of both images (EXR layer {VARIANCE_LAYER:?})", .0.name())]
+    NoVariance(Metric),
+    /// Some variances are NaN, infinite or negative.
+    #[error(
+        "not comparable: the variances of {a} pixels of the image and {b} of the reference are NaN, infinite or \
+         negative (of {pixels})"
+    )]
+    BadVariance {
+        /// Number of such pixels in the image.
+        a: usize,
+        /// Number of such pixels in the reference.
+        b: usize,
+        /// Pixels per image.
+        pixels: usize,
+    },
 }
 
 /// The value of one metric for a pair of images.
@@ -130,39 +86,96 @@ pub struct Measurement {
     /// functions of means, of the terms of the first-order expansion. The standard error of independent pixels is
     /// this over the root of their number.
     pub spread: f64,
-    /// Per-pixel error, rows from the top, for a [`heatmap`]: the FLIP value, the (relative) squared error averaged over
-    /// channels (of display values for PSNR), or for energy |a - b| / mean(b) of the channel averages.
+    /// Per-pixel error, rows from the top, for a [`heatmap`]: the FLIP value, 1 - SSIM, the (relative) squared error
+    /// averaged over channels (of display values for PSNR), for energy |a - b| / mean(b) of the channel averages, for the
+    /// Z-test the largest |z| of the channels.
     pub map: Vec<f32>,
+    /// Numbers found on the way that belong to the value, by name: the exposures of HDR FLIP, the critical z.
+    pub details: Vec<(&'static str, f64)>,
+}
+
+impl Measurement {
+    /// The mean of the terms, with their spread.
+    fn mean_of(metric: Metric, terms: &[f64], map: Vec<f32>) -> Self {
+        let value = mean(terms);
+        Self { metric, value, spread: standard_deviation(terms, value), map, details: Vec::new() }
+    }
+
+    /// The mean of terms that are the map as well.
+    fn mean_error(metric: Metric, terms: &[f64]) -> Self {
+        Self::mean_of(metric, terms, to_map(terms))
+    }
 }
 
 /// Measures `a` against the reference `b`.
 ///
 /// # Errors
-/// [`MetricError::Size`] and [`MetricError::NonFinite`].
+/// [`MetricError::Size`] and [`MetricError::NonFinite`]; [`MetricError::NoVariance`] for a metric that is not of
+/// [`Metric::OF_IMAGES`].
 pub fn compare(
     a: &LinearImage,
     b: &LinearImage,
     metrics: &[Metric],
 ) -> Result<Vec<Measurement>, MetricError> {
+    compare_estimates(a, b, None, metrics)
+}
+
+/// As [`compare`], of Monte Carlo estimates with the variances of their pixels.
+///
+/// # Errors
+/// As [`compare`], and [`MetricError::BadVariance`].
+pub fn compare_estimates(
+    a: &LinearImage,
+    b: &LinearImage,
+    variances: Option<Variances<'_>>,
+    metrics: &[Metric],
+) -> Result<Vec<Measurement>, MetricError> {
+    check_pair(a, b)?;
+    if let Some(variances) = variances {
+        check_variances(a, variances)?;
+    }
+    let width = a.width as usize;
+    let display = metrics.iter().any(|metric| metric.uses_display_values()).then(|| display_values(a, b));
+    let display = display.as_ref().map(|(a, b)| (a.as_slice(), b.as_slice())).unwrap_or_default();
+    let measure = |&metric: &Metric| {
+        Ok(match metric {
+            Metric::RelMse => {
+                Measurement::mean_error(metric, &per_pixel(&a.pixels, &b.pixels, relative_squared_error))
+            }
+            Metric::Mse => Measurement::mean_error(metric, &per_pixel(&a.pixels, &b.pixels, squared_error)),
+            Metric::Psnr => psnr(display.0, display.1),
+            Metric::Ssim => ssim(width, display.0, display.1),
+            Metric::Flip => {
+                Measurement::mean_error(metric, &flip_8bit(a.width, a.height, display.0, display.1))
+            }
+            Metric::HdrFlip => hdr_flip(width, &a.pixels, &b.pixels),
+            Metric::Energy => energy(&a.pixels, &b.pixels),
+            Metric::ZTest => z_test(&a.pixels, &b.pixels, variances.ok_or(MetricError::NoVariance(metric))?),
+        })
+    };
+    metrics.iter().map(measure).collect()
+}
+
+fn check_pair(a: &LinearImage, b: &LinearImage) -> Result<(), MetricError> {
     if (a.width, a.height) != (b.width, b.height) {
         return Err(MetricError::Size { a: (a.width, a.height), b: (b.width, b.height) });
     }
-    let (bad_a, bad_b) = (non_finite_pixels(a), non_finite_pixels(b));
-    if bad_a + bad_b > 0 {
-        return Err(MetricError::NonFinite { a: bad_a, b: bad_b, pixels: a.pixels.len() });
+    match (non_finite_pixels(a), non_finite_pixels(b)) {
+        (0, 0) => Ok(()),
+        (bad_a, bad_b) => Err(MetricError::NonFinite { a: bad_a, b: bad_b, pixels: a.pixels.len() }),
     }
-    let display = metrics.iter().any(|metric| metric.uses_display_values()).then(|| display_values(a, b));
-    let display = display.as_ref().map(|(a, b)| (a.as_slice(), b.as_slice())).unwrap_or_default();
-    Ok(metrics
-        .iter()
-        .map(|&metric| match metric {
-            Metric::RelMse => mean_of(metric, per_pixel(&a.pixels, &b.pixels, relative_squared_error)),
-            Metric::Mse => mean_of(metric, per_pixel(&a.pixels, &b.pixels, squared_error)),
-            Metric::Psnr => psnr(display.0, display.1),
-            Metric::Flip => mean_of(metric, flip(a.width, a.height, display.0, display.1)),
-            Metric::Energy => energy(&a.pixels, &b.pixels),
-        })
-        .collect())
+}
+
+fn check_variances(image: &LinearImage, variances: Variances<'_>) -> Result<(), MetricError> {
+    let (a, b) = (variances.a, variances.b);
+    if let Some(other) = [a, b].into_iter().find(|v| (v.width, v.height) != (image.width, image.height)) {
+        return Err(MetricError::Size { a: (image.width, image.height), b: (other.width, other.height) });
+    }
+    let unusable = |pixel: &&[f32; 3]| pixel.iter().any(|value| !value.is_finite() || *value < 0.0);
+    match [a, b].map(|image| image.pixels.iter().filter(unusable).count()) {
+        [0, 0] => Ok(()),
+        [bad_a, bad_b] => Err(MetricError::BadVariance { a: bad_a, b: bad_b, pixels: image.pixels.len() }),
+    }
 }
 
 /// Number of pixels with a channel that is NaN or infinite.
@@ -198,11 +211,6 @@ fn to_map(terms: &[f64]) -> Vec<f32> {
     terms.iter().map(|&term| term as f32).collect()
 }
 
-fn mean_of(metric: Metric, terms: Vec<f64>) -> Measurement {
-    let value = mean(&terms);
-    Measurement { metric, value, spread: standard_deviation(&terms, value), map: to_map(&terms) }
-}
-
 fn psnr(a: &[[f32; 3]], b: &[[f32; 3]]) -> Measurement {
     let terms = per_pixel(a, b, squared_error);
     let mse = mean(&terms);
@@ -213,16 +221,47 @@ fn psnr(a: &[[f32; 3]], b: &[[f32; 3]]) -> Measurement {
         value,
         spread: slope * standard_deviation(&terms, mse),
         map: to_map(&terms),
+        details: Vec::new(),
     }
 }
 
-fn flip(width: u32, height: u32, a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<f64> {
+fn ssim(width: usize, a: &[[f32; 3]], b: &[[f32; 3]]) -> Measurement {
+    let terms = ssim::ssim(width, a, b);
+    let map = terms.iter().map(|term| (1.0 - term) as f32).collect();
+    Measurement::mean_of(Metric::Ssim, &terms, map)
+}
+
+fn flip_8bit(width: u32, height: u32, a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<f64> {
     let eight_bits = |pixels: &[[f32; 3]]| -> Vec<u8> {
         pixels.iter().flatten().map(|value| (value * 255.0).round() as u8).collect()
     };
     let image = |pixels| nv_flip::FlipImageRgb8::with_data(width, height, &eight_bits(pixels));
-    let map = nv_flip::flip(image(b), image(a), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    let map = nv_flip::flip(image(b), image(a), flip::PIXELS_PER_DEGREE);
     map.to_vec().into_iter().map(f64::from).collect()
+}
+
+fn hdr_flip(width: usize, a: &[[f32; 3]], b: &[[f32; 3]]) -> Measurement {
+    let flip::HdrFlip { exposures, map } = flip::hdr_flip(width, b, a);
+    let terms: Vec<_> = map.iter().copied().map(f64::from).collect();
+    Measurement {
+        details: vec![
+            ("start_exposure", exposures.start),
+            ("stop_exposure", exposures.stop),
+            ("exposures", exposures.count.into()),
+        ],
+        ..Measurement::mean_of(Metric::HdrFlip, &terms, map)
+    }
+}
+
+fn z_test(a: &[[f32; 3]], b: &[[f32; 3]], variances: Variances<'_>) -> Measurement {
+    let scores = z_test::z_scores(a, b, variances);
+    let level = z_test::level_per_test(scores.len());
+    let critical = z_test::two_sided_quantile(level);
+    let passed: Vec<_> = scores.iter().map(|&z| f64::from(u8::from(z <= critical))).collect();
+    Measurement {
+        details: vec![("critical_z", critical), ("significance_per_test", level)],
+        ..Measurement::mean_of(Metric::ZTest, &passed, to_map(&scores))
+    }
 }
 
 /// Ratio of means. Two black images have ratio 1; light against a black reference is infinite.
@@ -233,7 +272,13 @@ fn energy(a: &[[f32; 3]], b: &[[f32; 3]]) -> Measurement {
     let (mean_a, mean_b) = (mean(&levels_a), mean(&levels_b));
     if mean_b == 0.0 {
         let value = if mean_a == 0.0 { 1.0 } else { f64::INFINITY.copysign(mean_a) };
-        return Measurement { metric: Metric::Energy, value, spread: 0.0, map: vec![0.0; a.len()] };
+        return Measurement {
+            metric: Metric::Energy,
+            value,
+            spread: 0.0,
+            map: vec![0.0; a.len()],
+            details: Vec::new(),
+        };
     }
     let value = mean_a / mean_b;
     let pairs = || levels_a.iter().zip(&levels_b);
@@ -243,5 +288,6 @@ fn energy(a: &[[f32; 3]], b: &[[f32; 3]]) -> Measurement {
         value,
         spread: standard_deviation(&residuals, 0.0),
         map: pairs().map(|(a, b)| ((a - b) / mean_b).abs() as f32).collect(),
+        details: Vec::new(),
     }
 }

@@ -176,7 +176,7 @@ fn instance_record(placement: &InstancePlacement) -> InstanceRecord {
         mesh: placement.mesh,
         mask: placement.mask,
         mirrored: u32::from(placement.world_from_object.matrix3.determinant() < 0.0),
-        pad: 0,
+        material: NONE,
     }
 }
 

@@ -111,7 +111,8 @@ impl<'a> LightSampler<'a> {
         let side = instance.world_from_object.matrix3.determinant().signum();
         let area2 = (b - a).cross(c - a) * f64::from(side);
         let d = point - position.as_dvec3();
-        let material = &self.scene.materials[mesh.triangle_materials[triangle.triangle as usize] as usize];
+        let material = instance.material_at(mesh, triangle.triangle as usize);
+        let material = &self.scene.materials[material as usize];
         let mut cos = -area2.normalize().dot(d.normalize());
         if material.double_sided {
             cos = cos.abs();

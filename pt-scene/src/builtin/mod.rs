@@ -1,11 +1,20 @@
 //! Scenes made by code: no files, the same bits every time.
 
 mod cornell;
+mod flicker;
+mod furnace;
 mod gallery;
+mod glass;
+mod kinds;
 mod lamps;
 mod noise;
 mod plane;
 mod shapes;
+mod solids;
+mod textures;
+mod veach;
+
+pub(crate) use noise::hash;
 
 use crate::{Material, Mesh, Scene};
 
@@ -13,23 +22,49 @@ use crate::{Material, Mesh, Scene};
 pub const BUILTIN: &[(&str, &str)] = &[
     ("cornell", "the diffuse Cornell box with its classic measures and colours"),
     (
+        "flicker",
+        "a room in which objects, lights and the camera move and lights blink, to try what reuses earlier frames",
+    ),
+    ("furnace", "convex bodies of albedo 1 in a white environment: 11 roughnesses x 3 metalnesses"),
+    (
         "gallery",
         "a vaulted hall with columns, sun, coloured lamps, metal, glass and a mirror; moving sculptures",
     ),
+    (
+        "glass",
+        "tinted water with ice in a tumbler: nested dielectrics whose solids overlap, told apart by priority",
+    ),
+    ("glass-gapless", "the same without overlap: every interface of two solids is one surface"),
+    ("kinds", "one body of every kind of material, in a grid"),
     (
         "lamps",
         "a flat of many rooms with hundreds of small emissive triangles, most of them hidden from any one point",
     ),
     ("plane", "one point light of 100 cd over a large Lambertian plane, for closed-form tests"),
+    (
+        "textures",
+        "patterns near and far: a chequered plane to the horizon, zone plates, print, a wire fence, grazing walls",
+    ),
+    (
+        "veach",
+        "four glossy plates under four lamps of equal power and different size (Veach and Guibas 1995)",
+    ),
 ];
 
 /// A built-in scene by name, at time 0.
 pub fn builtin(name: &str) -> Option<Scene> {
     let scene = match name {
         "cornell" => cornell::scene(),
+        "flicker" => flicker::scene(),
+        "furnace" => furnace::scene(),
         "gallery" => gallery::scene(),
+        "glass" => glass::scene(),
+        "glass-gapless" => glass::gapless_scene(),
+        "kinds" => kinds::scene(),
         "lamps" => lamps::scene(),
         "plane" => plane::scene(),
+        "textures" => textures::scene(),
+        "veach" => veach::scene(),
         _ => return None,
     };
     Some(Scene { name: name.into(), ..scene })

@@ -3,10 +3,10 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::{Sampler, Texture, srgb_from_linear};
+use crate::{Texture, TextureUsage, srgb_from_linear};
 
 /// Hash of a lattice point to 0..1; one round of PCG (Jarzynski and Olano 2020).
-pub(super) fn hash(x: i32, y: i32, seed: u32) -> f32 {
+pub(crate) fn hash(x: i32, y: i32, seed: u32) -> f32 {
     let mut h = (x as u32).wrapping_mul(0x8da6_b343)
         ^ (y as u32).wrapping_mul(0xd816_3841)
         ^ seed.wrapping_mul(0xcb1a_b31f);
@@ -78,5 +78,6 @@ fn texture(name: &str, size: u32, srgb: bool, texel: impl Fn(Vec2) -> [f32; 4] +
         (0..size).flat_map(|x| texel(at(x)).map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8)).collect()
     };
     let texels = (0..size).into_par_iter().flat_map_iter(row).collect();
-    Texture { name: name.into(), width: size, height: size, texels, srgb, sampler: Sampler::default() }
+    let usage = if srgb { TextureUsage::Color } else { TextureUsage::Data };
+    Texture::rgba8(name, [size, size], usage, texels)
 }

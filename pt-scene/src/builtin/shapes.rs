@@ -24,13 +24,19 @@ pub(super) struct Arch {
 /// Segments of the half circle of an arch.
 const ARCH_SEGMENTS: usize = 24;
 
+impl From<Mesh> for Shape {
+    fn from(mesh: Mesh) -> Self {
+        Self { mesh }
+    }
+}
+
 impl Shape {
     pub fn into_mesh(mut self) -> Mesh {
-        self.mesh.compute_tangents(false);
+        self.mesh.compute_tangents();
         self.mesh
     }
 
-    fn vertex(&mut self, position: Vec3, normal: Vec3, uv: Vec2) -> u32 {
+    pub(super) fn vertex(&mut self, position: Vec3, normal: Vec3, uv: Vec2) -> u32 {
         self.mesh.positions.push(position);
         self.mesh.normals.push(normal);
         self.mesh.uv0.push(uv);
@@ -39,7 +45,7 @@ impl Shape {
         self.mesh.positions.len() as u32 - 1
     }
 
-    fn triangle(&mut self, corners: [u32; 3], material: u32) {
+    pub(super) fn triangle(&mut self, corners: [u32; 3], material: u32) {
         self.mesh.indices.push(corners);
         self.mesh.triangle_materials.push(material);
     }

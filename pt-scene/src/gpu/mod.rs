@@ -6,7 +6,7 @@ mod textures;
 
 pub use camera::camera_record;
 
-use crate::Scene;
+use crate::{Clusters, Scene};
 use glam::{UVec3, Vec2};
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::texture::TextureTable;
@@ -27,6 +27,7 @@ pub struct GpuScene {
     instance_records: Vec<InstanceRecord>,
     placements: Vec<InstancePlacement>,
     masks: Vec<u32>,
+    clusters: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
 }
@@ -45,7 +46,7 @@ pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
 pub fn placements(scene: &Scene) -> Vec<InstancePlacement> {
     let place = |i: &crate::Instance| InstancePlacement {
         mesh: i.mesh,
-        mask: records::visibility_mask(&scene.meshes[i.mesh as usize], &scene.materials),
+        mask: records::visibility_mask(i, &scene.meshes[i.mesh as usize], &scene.materials),
         world_from_object: i.world_from_object,
     };
     scene.instances.iter().map(place).collect()
@@ -89,7 +90,7 @@ impl GpuScene {
         let masks: Vec<_> = scene
             .instances
             .iter()
-            .map(|i| records::visibility_mask(&meshes[i.mesh as usize], &scene.materials))
+            .map(|i| records::visibility_mask(i, &meshes[i.mesh as usize], &scene.materials))
             .collect();
         let choice = match backend {
             TraceBackend::Auto => Some(choose(device, &geometry, &placements(scene))?),
@@ -117,8 +118,9 @@ impl GpuScene {
             })
             .collect();
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
-        let material_records: Vec<_> = scene.materials.iter().map(records::material).collect();
+        let (material_records, lobe_records) = records::materials(&scene.materials);
         let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
+        let lobe_buffer = Buffer::from_slice(device, "lobes", &lobe_records)?;
         let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;
         let instances = Buffer::new(device, "instances", instance_bytes, Location::Device)?;
 
@@ -127,6 +129,7 @@ impl GpuScene {
             instances: instances.address(),
             meshes: mesh_buffer.address(),
             materials: material_buffer.address(),
+            lobes: lobe_buffer.address(),
             instance_count: scene.instances.len() as u32,
             environment_texture: scene.textures.len() as u32,
             environment_size: [environment.image.width, environment.image.height].into(),
@@ -135,6 +138,9 @@ impl GpuScene {
             ..bytemuck::Zeroable::zeroed()
         };
         accel.fill_scene(&mut record);
+        let clusters = Clusters::new(scene, Clusters::DEFAULT);
+        let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        record.clusters = clusters.address();
         Ok(Self {
             choice,
             accel,
@@ -146,6 +152,7 @@ impl GpuScene {
             instance_records: Vec::new(),
             placements: Vec::new(),
             masks,
+            clusters,
             tables: vec![
                 position_buffer,
                 vertex_buffer,
@@ -153,6 +160,7 @@ impl GpuScene {
                 material_index_buffer,
                 mesh_buffer,
                 material_buffer,
+                lobe_buffer,
             ],
         })
     }
@@ -170,6 +178,13 @@ impl GpuScene {
     /// The record that kernels see, for tables that other crates add.
     pub fn record_mut(&mut self) -> &mut SceneRecord {
         &mut self.record
+    }
+
+    /// Uses another division into clusters than the default one; before the first frame.
+    pub fn set_clusters(&mut self, device: &Device, clusters: &Clusters) -> Result<()> {
+        self.clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        self.record.clusters = self.clusters.address();
+        Ok(())
     }
 
     /// Brings the device up to date with the instances' transforms; without change it records nothing.
@@ -204,7 +219,8 @@ impl GpuScene {
         let pass = pass
             .read("scene_uniforms", self.uniforms.buffer())
             .textures(&self.textures)
-            .addresses(&self.instances);
+            .addresses(&self.instances)
+            .addresses(&self.clusters);
         let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
         self.accel.bind(pass)
     }

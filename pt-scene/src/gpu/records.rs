@@ -1,11 +1,11 @@
 //! From scene types to GPU records.
 
-use crate::{AlphaMode, Instance, Material, Mesh, TextureRef};
+use crate::{AlphaMode, Instance, Lobes, Material, Mesh, TextureRef};
 use glam::{Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector, pack_unorm4x8};
 use pt_shaders::records::{
-    InstanceRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
-    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
+    InstanceRecord, LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED,
+    MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
@@ -17,7 +17,60 @@ fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
     TextureSlot { texture, uv_set, transform }
 }
 
-pub(super) fn material(m: &Material) -> MaterialRecord {
+/// The records of all materials, and of those lobes that they have.
+pub(super) fn materials(materials: &[Material]) -> (Vec<MaterialRecord>, Vec<LobeRecord>) {
+    let mut lobes = Vec::new();
+    let records = materials.iter().map(|m| {
+        let of_lobes =
+            [m.transmission_texture, m.thickness_texture, m.specular_texture, m.specular_color_texture];
+        let index = if m.lobes.is_some() || of_lobes.iter().any(Option::is_some) {
+            lobes.push(lobe(m));
+            lobes.len() as u32 - 1
+        } else {
+            NONE
+        };
+        material(m, index)
+    });
+    let records = records.collect();
+    // A table without entries still has an address.
+    if lobes.is_empty() {
+        lobes.push(lobe(&Material::default()));
+    }
+    (records, lobes)
+}
+
+fn lobe(m: &Material) -> LobeRecord {
+    let absent = Lobes::default();
+    let l = m.lobes.as_deref().unwrap_or(&absent);
+    LobeRecord {
+        clearcoat: l.clearcoat,
+        clearcoat_roughness: l.clearcoat_roughness,
+        clearcoat_normal_scale: l.clearcoat_normal_scale,
+        sheen_color: l.sheen_color,
+        sheen_roughness: l.sheen_roughness,
+        anisotropy_strength: l.anisotropy_strength,
+        anisotropy_rotation: l.anisotropy_rotation,
+        iridescence: l.iridescence,
+        iridescence_ior: l.iridescence_ior,
+        iridescence_thickness_min: l.iridescence_thickness_min,
+        iridescence_thickness_max: l.iridescence_thickness_max,
+        dispersion: l.dispersion,
+        transmission_texture: texture_slot(m.transmission_texture),
+        thickness_texture: texture_slot(m.thickness_texture),
+        specular_texture: texture_slot(m.specular_texture),
+        specular_color_texture: texture_slot(m.specular_color_texture),
+        clearcoat_texture: texture_slot(l.clearcoat_texture),
+        clearcoat_roughness_texture: texture_slot(l.clearcoat_roughness_texture),
+        clearcoat_normal_texture: texture_slot(l.clearcoat_normal_texture),
+        sheen_color_texture: texture_slot(l.sheen_color_texture),
+        sheen_roughness_texture: texture_slot(l.sheen_roughness_texture),
+        anisotropy_texture: texture_slot(l.anisotropy_texture),
+        iridescence_texture: texture_slot(l.iridescence_texture),
+        iridescence_thickness_texture: texture_slot(l.iridescence_thickness_texture),
+    }
+}
+
+fn material(m: &Material, lobes: u32) -> MaterialRecord {
     let mut flags = 0;
     let mut alpha_cutoff = 0.0;
     match m.alpha_mode {
@@ -46,7 +99,9 @@ pub(super) fn material(m: &Material) -> MaterialRecord {
         specular_color: m.specular_color,
         flags,
         attenuation_color: m.attenuation_color,
-        pad: 0,
+        lobes,
+        nesting: m.priority | m.exterior.map_or(0, |material| (material + 1) << 8),
+        pad: [0; 3],
         base_color_texture: texture_slot(m.base_color_texture),
         metallic_roughness_texture: texture_slot(m.metallic_roughness_texture),
         normal_texture: texture_slot(m.normal_texture),
@@ -78,11 +133,11 @@ pub(super) fn instance(instance: &Instance, mask: u32) -> InstanceRecord {
         mesh: instance.mesh,
         mask,
         mirrored: u32::from(instance.world_from_object.matrix3.determinant() < 0.0),
-        pad: 0,
+        material: instance.material.unwrap_or(NONE),
     }
 }
 
-/// A mesh lets shadow rays through only when all of it transmits.
-pub(super) fn visibility_mask(mesh: &Mesh, materials: &[Material]) -> u32 {
-    if mesh.transmits(materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE }
+/// An instance lets shadow rays through only when all of it transmits.
+pub(super) fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Material]) -> u32 {
+    if instance.transmits(mesh, materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE }
 }

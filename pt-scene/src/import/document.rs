@@ -1,43 +1,66 @@
-use std::borrow::Cow;
-use std::path::{Component, Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
-use gltf::binary::Glb;
 use gltf::json::{Index, Root, buffer, root::Get};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
 
-use super::SUPPORTED_EXTENSIONS;
+use super::accessor::Decoded;
+use super::extensions::Support;
+use super::notices::Notices;
+use super::{LoadOptions, check, compression, extensions, glb, uri};
 use crate::SceneError;
 use crate::error::{one_line, read_file};
 
 /// A parsed file with the bytes of its buffers.
 pub(super) struct Document {
     pub root: Root,
+    /// For messages.
     file: PathBuf,
+    /// Where external files may lie; `None` for a file from memory.
+    folder: Option<PathBuf>,
     buffers: Vec<Vec<u8>>,
+    /// Buffer views that were compressed, by index.
+    pub(super) views: BTreeMap<usize, Vec<u8>>,
+    /// Accessors that were compressed, by index.
+    pub(super) decoded: BTreeMap<usize, Decoded>,
+    pub(super) max_geometry_bytes: u64,
 }
 
 impl Document {
-    pub fn read(file: &Path) -> Result<Self, SceneError> {
-        let bytes = read_file(file)?;
-        let (json, binary) = split_container(&bytes).map_err(|what| SceneError::file(file, what))?;
-        let root: Root = serde_json::from_slice(&json).map_err(|e| {
-            SceneError::file(file, format!("is not a glTF 2.0 file: {}", one_line(&e.to_string())))
+    pub fn read(file: &Path, options: &LoadOptions, notices: &mut Notices) -> Result<Self, SceneError> {
+        let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+        Self::parse(read_file(file)?, file, Some(folder), options, notices)
+    }
+
+    /// A file from memory. It can have no external buffers and images.
+    pub fn parse(
+        bytes: Vec<u8>,
+        file: &Path,
+        folder: Option<PathBuf>,
+        options: &LoadOptions,
+        notices: &mut Notices,
+    ) -> Result<Self, SceneError> {
+        let container = glb::split(bytes, notices).map_err(|what| SceneError::file(file, what))?;
+        let root = check::json(&container.json, notices).map_err(|(at, what)| match at.as_str() {
+            "" => SceneError::file(file, format!("is not a glTF 2.0 file: {what}")),
+            _ => SceneError::Invalid { file: file.to_owned(), at, what: one_line(&what) },
         })?;
-        let mut document = Self { root, file: file.to_owned(), buffers: Vec::new() };
+        let mut document = Self {
+            root,
+            file: file.to_owned(),
+            folder,
+            buffers: Vec::new(),
+            views: BTreeMap::new(),
+            decoded: BTreeMap::new(),
+            max_geometry_bytes: options.max_geometry_bytes,
+        };
         document.check_header()?;
-        let mut binary = binary.map(Cow::into_owned);
-        for (i, description) in document.root.buffers.iter().enumerate() {
-            let at = format!("buffers[{i}]");
-            let data = match &description.uri {
-                Some(uri) => document.fetch(uri, &at)?,
-                None if i == 0 && binary.is_some() => binary.take().unwrap_or_default(),
-                None => return Err(document.invalid(at, "has neither a uri nor a GLB binary chunk")),
-            };
-            if (data.len() as u64) < description.byte_length.0 {
-                let what = format!("has {} bytes, byteLength says {}", data.len(), description.byte_length.0);
-                return Err(document.invalid(at, what));
-            }
-            document.buffers.push(data);
-        }
+        document.read_buffers(container.binary, notices)?;
+        check::structure(&document, notices)?;
+        compression::decode_views(&mut document)?;
+        compression::decode_primitives(&mut document)?;
+        check::accessors(&document, notices)?;
         Ok(document)
     }
 
@@ -47,16 +70,60 @@ impl Document {
         if !required.starts_with("2.") || (asset.min_version.is_some() && required != "2.0") {
             return Err(self.invalid("asset", format!("glTF version {required}; only 2.0 can be read")));
         }
-        match self.root.extensions_required.iter().find(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str()))
-        {
+        let refused = |name: &&String| extensions::support(name) == Support::Refused;
+        match self.root.extensions_required.iter().find(refused) {
             Some(name) => Err(SceneError::Extension { file: self.file.clone(), extension: one_line(name) }),
             None => Ok(()),
         }
     }
 
+    fn read_buffers(&mut self, mut binary: Option<Vec<u8>>, notices: &mut Notices) -> Result<(), SceneError> {
+        for (i, description) in self.root.buffers.iter().enumerate() {
+            let at = format!("buffers[{i}]");
+            let length = description.byte_length.0;
+            let data = match &description.uri {
+                // What only stands in for compressed data is not needed.
+                _ if compression::is_fallback(description) => {
+                    self.buffers.push(Vec::new());
+                    continue;
+                }
+                Some(uri) => self.fetch_buffer(uri, &at, notices)?,
+                None if i == 0 && binary.is_some() => {
+                    let mut data = binary.take().unwrap_or_default();
+                    // The chunk is padded to a multiple of 4 bytes.
+                    if data.len() as u64 > length && data.len() as u64 - length < 4 {
+                        data.truncate(length as usize);
+                    }
+                    data
+                }
+                None => return Err(self.invalid(at, "has neither a uri nor a GLB binary chunk")),
+            };
+            if (data.len() as u64) < length {
+                let what = format!("has {} bytes, byteLength says {length}", data.len());
+                return Err(self.invalid(at, what));
+            }
+            if data.len() as u64 > length {
+                notices.add(&at, "has more bytes than byteLength says");
+            }
+            self.buffers.push(data);
+        }
+        Ok(())
+    }
+
+    fn fetch_buffer(&self, uri: &str, at: &str, notices: &mut Notices) -> Result<Vec<u8>, SceneError> {
+        let (data, media) = self.fetch_any(uri, &format!("{at}.uri"))?;
+        if let Some(media) = media
+            && !matches!(media.as_str(), "application/octet-stream" | "application/gltf-buffer")
+        {
+            notices.add(at, "the media type of its data: URI is not that of a buffer");
+        }
+        Ok(data)
+    }
+
     /// An error at a JSON path of this file.
     pub fn invalid(&self, at: impl ToString, what: impl ToString) -> SceneError {
-        SceneError::Invalid { file: self.file.clone(), at: at.to_string(), what: one_line(&what.to_string()) }
+        let at = one_line(&at.to_string());
+        SceneError::Invalid { file: self.file.clone(), at, what: one_line(&what.to_string()) }
     }
 
     /// Follows an index, which may be out of range.
@@ -69,119 +136,63 @@ impl Document {
             .ok_or_else(|| self.invalid(at, format!("index {} does not exist", index.value())))
     }
 
-    /// The bytes of a buffer view.
+    /// The bytes of a buffer view, decompressed.
     pub fn view(&self, index: Index<buffer::View>, at: &str) -> Result<(&[u8], &buffer::View), SceneError> {
         let view = self.get(index, at)?;
+        if let Some(bytes) = self.views.get(&index.value()) {
+            return Ok((bytes, view));
+        }
+        let offset = view.byte_offset.map_or(0, |offset| offset.0);
         let at = format!("bufferViews[{}]", index.value());
-        let data = self.buffers.get(view.buffer.value());
-        let data =
-            data.ok_or_else(|| self.invalid(&at, format!("buffer {} does not exist", view.buffer.value())))?;
-        let start = view.byte_offset.map_or(0, |offset| offset.0);
-        let bytes =
-            start.checked_add(view.byte_length.0).and_then(|end| data.get(start as usize..end as usize));
-        let bytes = bytes.ok_or_else(|| {
-            let what = format!("{} bytes at {start} do not fit in {} bytes", view.byte_length.0, data.len());
-            self.invalid(&at, what)
-        })?;
-        Ok((bytes, view))
+        Ok((self.range(view.buffer.value(), offset, view.byte_length.0, &at)?, view))
+    }
+
+    /// Bytes of all buffers.
+    pub fn total_bytes(&self) -> usize {
+        self.buffers.iter().map(Vec::len).sum()
+    }
+
+    /// Bytes of a buffer.
+    pub fn range(&self, buffer: usize, offset: u64, length: u64, at: &str) -> Result<&[u8], SceneError> {
+        let data = self.buffers.get(buffer);
+        let data = data
+            .ok_or_else(|| self.invalid(format!("{at}.buffer"), format!("index {buffer} does not exist")))?;
+        let end = offset.checked_add(length).filter(|&end| end <= data.len() as u64);
+        end.map(|end| &data[offset as usize..end as usize]).ok_or_else(|| {
+            let what = format!("{length} bytes at {offset} do not fit in {} bytes", data.len());
+            self.invalid(at, what)
+        })
     }
 
     /// The bytes behind a URI: base64 data, or a file in the folder of the scene or below it.
     pub fn fetch(&self, uri: &str, at: &str) -> Result<Vec<u8>, SceneError> {
-        if let Some(data) = uri.strip_prefix("data:") {
-            let (_, text) = data
-                .split_once(";base64,")
-                .ok_or_else(|| self.invalid(at, "a data: URI must be base64-encoded"))?;
-            return decode_base64(text).ok_or_else(|| self.invalid(at, "the data: URI is not valid base64"));
-        }
-        let relative =
-            decode_percent(uri).ok_or_else(|| self.invalid(at, format!("{uri:?} is no valid URI")))?;
-        let path = Path::new(&relative);
-        let confined = path.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-        if relative.contains("://") || relative.is_empty() || !confined {
-            return Err(self.invalid(at, format!("{uri:?} is not a file beside or below the scene")));
-        }
-        let folder = self.file.parent().unwrap_or(Path::new(""));
-        read_file(&folder.join(path)).map_err(|error| match error {
-            SceneError::File { what, .. } => self.invalid(at, format!("{relative}: {what}")),
-            other => other,
-        })
+        Ok(self.fetch_any(uri, at)?.0)
     }
-}
 
-/// JSON and binary chunk.
-type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
-
-/// The chunks of a GLB, or the file itself as JSON.
-fn split_container(bytes: &[u8]) -> Result<Chunks<'_>, String> {
-    if !bytes.starts_with(b"glTF") {
-        return Ok((Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)), None));
-    }
-    // The crate subtracts the header's size from this length unchecked.
-    let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    if length.is_none_or(|length| length < 12) {
-        return Err("the GLB header is cut short".into());
-    }
-    let glb = Glb::from_slice(bytes).map_err(|e| format!("broken GLB container: {e}"))?;
-    Ok((glb.json, glb.bin))
-}
-
-/// Standard alphabet; padding and white space are optional.
-fn decode_base64(text: &str) -> Option<Vec<u8>> {
-    let mut out = Vec::with_capacity(text.len() / 4 * 3);
-    let (mut bits, mut count) = (0u32, 0);
-    for c in text.trim_end().trim_end_matches('=').bytes().filter(|c| !c.is_ascii_whitespace()) {
-        let value = match c {
-            b'A'..=b'Z' => c - b'A',
-            b'a'..=b'z' => c - b'a' + 26,
-            b'0'..=b'9' => c - b'0' + 52,
-            b'+' | b'-' => 62,
-            b'/' | b'_' => 63,
-            _ => return None,
-        };
-        bits = bits << 6 | u32::from(value);
-        count += 6;
-        if count >= 8 {
-            count -= 8;
-            out.push((bits >> count) as u8);
-        }
-    }
-    Some(out)
-}
-
-fn decode_percent(uri: &str) -> Option<String> {
-    let mut out = Vec::with_capacity(uri.len());
-    let mut bytes = uri.bytes();
-    while let Some(byte) = bytes.next() {
-        out.push(match byte {
-            b'%' => {
-                let digit = |c: Option<u8>| char::from(c?).to_digit(16);
-                (digit(bytes.next())? * 16 + digit(bytes.next())?) as u8
+    /// Bytes, and the media type of embedded ones.
+    fn fetch_any(&self, uri: &str, at: &str) -> Result<(Vec<u8>, Option<String>), SceneError> {
+        match (uri::parse(uri).map_err(|what| self.invalid(at, what))?, &self.folder) {
+            (uri::Target::Data(bytes, media), _) => Ok((bytes, Some(media))),
+            (uri::Target::Path(path), Some(folder)) => {
+                let bytes = uri::read_below(folder, &path);
+                Ok((bytes.map_err(|what| self.invalid(at, format!("{path}: {what}")))?, None))
             }
-            other => other,
-        });
-    }
-    String::from_utf8(out).ok().filter(|path| !path.contains('\0'))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn base64_of_every_padding() {
-        assert_eq!(decode_base64("TWFu").unwrap(), b"Man");
-        assert_eq!(decode_base64("TWE=").unwrap(), b"Ma");
-        assert_eq!(decode_base64("TQ==").unwrap(), b"M");
-        assert_eq!(decode_base64("").unwrap(), b"");
-        assert!(decode_base64("T*").is_none());
+            (uri::Target::Path(path), None) => {
+                Err(self.invalid(at, format!("{path}: a scene from memory cannot name files")))
+            }
+        }
     }
 
-    #[test]
-    fn percent_encoding() {
-        assert_eq!(decode_percent("Box%20With%20Spaces.bin").unwrap(), "Box With Spaces.bin");
-        assert_eq!(decode_percent("a b").unwrap(), "a b");
-        assert!(decode_percent("%2").is_none());
-        assert!(decode_percent("%ff").is_none());
+    /// An extension object that the JSON crate has no type for. `at` is the path of the object that is extended.
+    pub fn extension<T: DeserializeOwned>(
+        &self,
+        others: Option<&Map<String, Value>>,
+        name: &str,
+        at: &str,
+    ) -> Result<Option<T>, SceneError> {
+        let Some(value) = others.and_then(|others| others.get(name)) else { return Ok(None) };
+        let parsed = T::deserialize(value);
+        let at = if at.is_empty() { String::new() } else { format!("{at}.") };
+        parsed.map(Some).map_err(|e| self.invalid(format!("{at}extensions.{name}"), e))
     }
 }

@@ -1,142 +1,357 @@
+use std::collections::BTreeMap;
+
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use rayon::prelude::*;
+use serde::Deserialize;
 
 use super::document::Document;
-use crate::{Mesh, Scene, SceneError};
+use super::notices::{Notices, Remark};
+use super::tangents;
+use crate::{Material, Mesh, Scene, SceneError};
 
-/// Reads every glTF mesh. The result tells for each which [`Scene::meshes`] entry it became; `None` where it has no
-/// triangles.
-pub(super) fn read(document: &Document, scene: &mut Scene) -> Result<Vec<Option<u32>>, SceneError> {
-    let mut indices = Vec::new();
-    for (i, description) in document.root.meshes.iter().enumerate() {
-        let at = format!("meshes[{i}]");
-        let mut mesh =
-            Mesh { name: description.name.clone().unwrap_or_else(|| at.clone()), ..Mesh::default() };
-        for (p, primitive) in description.primitives.iter().enumerate() {
-            let at = format!("{at}.primitives[{p}]");
-            if let Some(part) = read_primitive(document, primitive, &at, scene)? {
-                if mesh.vertex_count() + part.vertex_count() > u32::MAX as usize {
-                    return Err(document.invalid(at, "the mesh has more than 2^32 vertices"));
-                }
-                mesh.append(&part);
-            }
-        }
-        indices.push((mesh.triangle_count() > 0).then_some(scene.meshes.len() as u32));
-        if mesh.triangle_count() > 0 {
-            mesh.sort_by_opacity(&scene.materials);
-            scene.meshes.push(mesh);
-        }
-    }
-    Ok(indices)
+/// Coordinates beyond this overflow when they are squared.
+const MAX_COORDINATE: f32 = 1e18;
+
+/// What became of a glTF mesh.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    /// Index into [`Scene::meshes`].
+    pub mesh: u32,
+    /// Material of the whole, where the geometry is shared with meshes of other materials.
+    pub material: Option<u32>,
 }
 
-/// The triangles of a primitive; `None` for points and lines.
-fn read_primitive(
+/// Reads every glTF mesh; `None` where it has no triangles. Meshes that differ in their material only become one.
+/// `variant` chooses among the materials of KHR_materials_variants.
+pub(super) fn read(
+    document: &Document,
+    scene: &mut Scene,
+    variant: Option<usize>,
+    notices: &mut Notices,
+) -> Result<Vec<Option<Shape>>, SceneError> {
+    let mut work = Vec::new();
+    let mut bytes = 0u64;
+    // From what a mesh is made of to the first mesh that is, and its material.
+    let mut known: BTreeMap<Ingredients, usize> = BTreeMap::new();
+    let mut twins = vec![None; document.root.meshes.len()];
+    for (m, mesh) in document.root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let at = format!("meshes[{m}].primitives[{p}]");
+            let Some(mode) = triangle_mode(document, primitive, &at, notices)? else { continue };
+            let material = material(document, primitive, variant, &at)?;
+            if mesh.primitives.len() == 1
+                && let Some(ingredients) = ingredients(primitive, &scene.materials[material])
+            {
+                let first = *known.entry(ingredients).or_insert(m);
+                if first != m {
+                    twins[m] = Some((first, material as u32));
+                    continue;
+                }
+            }
+            bytes = bytes.saturating_add(size(document, primitive, &scene.materials[material], &at)?);
+            if bytes > document.max_geometry_bytes {
+                let limit = document.max_geometry_bytes;
+                let what = format!("more than {limit} bytes of geometry; raise the limit if this is meant");
+                return Err(document.invalid(at, what));
+            }
+            work.push(Work { mesh: m, primitive, mode, material, at });
+        }
+    }
+    let materials = &scene.materials;
+    let parts: Vec<_> = work.par_iter().map(|work| work.read(document, materials)).collect();
+    let descriptions = document.root.meshes.iter().enumerate();
+    let mut meshes: Vec<Mesh> = descriptions
+        .map(|(m, mesh)| Mesh {
+            name: mesh.name.clone().unwrap_or_else(|| format!("meshes[{m}]")),
+            ..Mesh::default()
+        })
+        .collect();
+    for (work, part) in work.iter().zip(parts) {
+        let (part, remarks) = part?;
+        notices.extend(remarks);
+        let mesh = &mut meshes[work.mesh];
+        if mesh.vertex_count() + part.vertex_count() > u32::MAX as usize {
+            return Err(document.invalid(&work.at, "the mesh has more than 2^32 vertices"));
+        }
+        if mesh.vertex_count() == 0 {
+            *mesh = Mesh { name: std::mem::take(&mut mesh.name), ..part };
+        } else {
+            mesh.append(&part);
+        }
+    }
+    let mut shapes: Vec<Option<Shape>> = Vec::new();
+    for (m, (mut mesh, twin)) in meshes.into_iter().zip(twins).enumerate() {
+        if let Some((first, material)) = twin {
+            shapes.push(shapes[first].map(|shape| Shape { material: Some(material), ..shape }));
+        } else if mesh.triangle_count() > 0 {
+            shapes.push(Some(Shape { mesh: scene.meshes.len() as u32, material: None }));
+            mesh.sort_by_opacity(&scene.materials);
+            scene.meshes.push(mesh);
+        } else {
+            shapes.push(None);
+            notices.add(format!("meshes[{m}]"), "has no triangles; left out");
+        }
+    }
+    Ok(shapes)
+}
+
+/// Attributes by name, indices, mode, and the set of texture coordinates that tangents follow.
+type Ingredients = (Vec<(String, usize)>, Option<usize>, u32, Option<u32>);
+
+/// What the geometry of a rigid primitive without alpha is made of.
+fn ingredients(primitive: &Primitive, material: &Material) -> Option<Ingredients> {
+    let Checked::Valid(mode) = primitive.mode else { return None };
+    if material.is_masked() || primitive.targets.is_some() {
+        return None;
+    }
+    let attributes = primitive.attributes.iter().map(|(name, index)| (name.to_string(), index.value()));
+    let indices = primitive.indices.map(|index| index.value());
+    Some((attributes.collect(), indices, mode.as_gl_enum(), tangents::needed(material)))
+}
+
+/// The mode of a primitive that has triangles.
+fn triangle_mode(
     document: &Document,
     primitive: &Primitive,
     at: &str,
-    scene: &mut Scene,
-) -> Result<Option<Mesh>, SceneError> {
+    notices: &mut Notices,
+) -> Result<Option<Mode>, SceneError> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err(document.invalid(format!("{at}.mode"), "unknown mode"));
     };
     if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-        scene.notices.push(format!("{at}: {mode:?} left out, only triangles are rendered"));
+        notices.add(at, "points or lines, left out; only triangles are rendered");
         return Ok(None);
     }
-    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
-    let Some(position) = attribute(Semantic::Positions) else {
-        scene.notices.push(format!("{at}: left out, it has no positions"));
+    if !primitive.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
+        notices.add(at, "left out, it has no positions");
         return Ok(None);
-    };
-    let positions = document.floats::<3>(position, &format!("{at}.attributes.POSITION"))?;
-    let vertices = positions.len();
-    let list = match primitive.indices {
-        Some(index) => document.integers(index, &format!("{at}.indices"))?,
-        None => (0..vertices as u32).collect(),
-    };
-    if let Some(wrong) = list.iter().find(|&&v| v as usize >= vertices) {
-        return Err(document.invalid(format!("{at}.indices"), format!("vertex {wrong} is past {vertices}")));
     }
-    let material = match primitive.material {
-        Some(index) => document.get(index, &format!("{at}.material")).map(|_| index.value())?,
-        None => document.root.materials.len(),
-    };
-    let same_length = |name: &str, length: usize| {
-        let what = || format!("has {length} elements, POSITION has {vertices}");
-        if length == vertices {
-            Ok(())
-        } else {
-            Err(document.invalid(format!("{at}.attributes.{name}"), what()))
-        }
-    };
-    let uv = |set: u32| -> Result<Vec<Vec2>, SceneError> {
-        let Some(index) = attribute(Semantic::TexCoords(set)) else { return Ok(vec![Vec2::ZERO; vertices]) };
-        let name = format!("TEXCOORD_{set}");
-        let values = document.floats::<2>(index, &format!("{at}.attributes.{name}"))?;
-        same_length(&name, values.len())?;
-        Ok(values.into_iter().map(Vec2::from_array).collect())
-    };
-    let indices = triangles(mode, &list);
-    let mut mesh = Mesh {
-        positions: positions.into_iter().map(Vec3::from_array).collect(),
-        uv0: uv(0)?,
-        uv1: uv(1)?,
-        colors: colors(document, primitive, vertices, at)?,
-        triangle_materials: vec![material as u32; indices.len()],
-        indices,
-        ..Mesh::default()
-    };
-    same_length("COLOR_0", mesh.colors.len())?;
-    let second_uv_set = scene.materials[material].normal_texture.is_some_and(|texture| texture.uv_set == 1);
-    let Some(index) = attribute(Semantic::Normals) else {
-        // glTF: without normals, flat ones, and tangents in the file are not to be used.
-        mesh.tangents = vec![Vec4::X; vertices];
-        mesh.flat_shade();
-        mesh.compute_tangents(second_uv_set);
-        return Ok(Some(mesh));
-    };
-    let normals = document.floats::<3>(index, &format!("{at}.attributes.NORMAL"))?;
-    same_length("NORMAL", normals.len())?;
-    mesh.normals = normals.into_iter().map(|n| Vec3::from_array(n).normalize_or(Vec3::Y)).collect();
-    match attribute(Semantic::Tangents) {
-        Some(index) => {
-            let tangents = document.floats::<4>(index, &format!("{at}.attributes.TANGENT"))?;
-            same_length("TANGENT", tangents.len())?;
-            let unit = |(t, n): ([f32; 4], &Vec3)| {
-                let direction =
-                    Vec3::new(t[0], t[1], t[2]).try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
-                direction.extend(if t[3] < 0.0 { -1.0 } else { 1.0 })
-            };
-            mesh.tangents = tangents.into_iter().zip(&mesh.normals).map(unit).collect();
-        }
-        None => mesh.compute_tangents(second_uv_set),
-    }
-    Ok(Some(mesh))
+    Ok(Some(mode))
 }
 
-fn colors(
+#[derive(Deserialize)]
+struct Variants {
+    mappings: Vec<VariantMapping>,
+}
+
+#[derive(Deserialize)]
+struct VariantMapping {
+    material: u32,
+    variants: Vec<usize>,
+}
+
+/// Index into [`Scene::materials`], where the default material follows those of the file.
+fn material(
     document: &Document,
     primitive: &Primitive,
-    vertices: usize,
+    variant: Option<usize>,
     at: &str,
-) -> Result<Vec<Vec4>, SceneError> {
-    let Some(&index) = primitive.attributes.get(&Checked::Valid(Semantic::Colors(0))) else {
-        return Ok(vec![Vec4::ONE; vertices]);
-    };
-    let at = format!("{at}.attributes.COLOR_0");
-    // Interpolated quantised colours may leave 0..1 by rounding; the specification asks for a clamp.
-    let clamped = |c: Vec4| c.clamp(Vec4::ZERO, Vec4::ONE);
-    if document.components(index, &at)? == 3 {
-        let rgb = document.floats::<3>(index, &at)?;
-        return Ok(rgb.into_iter().map(|c| clamped(Vec3::from_array(c).extend(1.0))).collect());
+) -> Result<usize, SceneError> {
+    const VARIANTS: &str = "KHR_materials_variants";
+    let others = primitive.extensions.as_ref().map(|e| &e.others);
+    let mappings = document.extension::<Variants>(others, VARIANTS, at)?.map_or(Vec::new(), |v| v.mappings);
+    for mapping in &mappings {
+        let at = format!("{at}.extensions.{VARIANTS}.mappings");
+        document.get(gltf::json::Index::<gltf::json::Material>::new(mapping.material), &at)?;
     }
-    Ok(document.floats::<4>(index, &at)?.into_iter().map(|c| clamped(Vec4::from_array(c))).collect())
+    let chosen = variant.and_then(|v| mappings.iter().find(|m| m.variants.contains(&v)));
+    match (chosen, primitive.material) {
+        (Some(mapping), _) => Ok(mapping.material as usize),
+        (None, Some(index)) => document.get(index, &format!("{at}.material")).map(|_| index.value()),
+        (None, None) => Ok(document.root.materials.len()),
+    }
 }
 
-/// Triangles of a list, strip or fan, all with the winding of the first (glTF 2.0, section 3.7.2.1).
-fn triangles(mode: Mode, list: &[u32]) -> Vec<[u32; 3]> {
+fn accessor(primitive: &Primitive, semantic: Semantic) -> Option<gltf::json::Index<gltf::json::Accessor>> {
+    primitive.attributes.get(&Checked::Valid(semantic)).copied()
+}
+
+/// Upper bound of the bytes that the primitive takes as a [`Mesh`].
+fn size(
+    document: &Document,
+    primitive: &Primitive,
+    material: &Material,
+    at: &str,
+) -> Result<u64, SceneError> {
+    const VERTEX: u64 = (4 * size_of::<Vec3>() + 2 * size_of::<Vec4>()) as u64;
+    const TRIANGLE: u64 = size_of::<[u32; 4]>() as u64;
+    let count = |index| document.count(index, at).map(|n| n as u64);
+    let vertices = accessor(primitive, Semantic::Positions).map_or(Ok(0), count)?;
+    let corners = primitive.indices.map_or(Ok(vertices), count)?;
+    // Strips and fans have nearly a triangle for each index.
+    let triangles = if primitive.mode == Checked::Valid(Mode::Triangles) { corners / 3 } else { corners };
+    let splits = accessor(primitive, Semantic::Normals).is_none()
+        || (accessor(primitive, Semantic::Tangents).is_none() && tangents::needed(material).is_some());
+    let vertices = if splits { vertices.max(3 * triangles) } else { vertices };
+    Ok(vertices.saturating_mul(VERTEX).saturating_add(triangles.saturating_mul(TRIANGLE)))
+}
+
+/// A primitive that is to be read.
+struct Work<'a> {
+    mesh: usize,
+    primitive: &'a Primitive,
+    mode: Mode,
+    material: usize,
+    at: String,
+}
+
+impl Work<'_> {
+    fn read(&self, document: &Document, materials: &[Material]) -> Result<(Mesh, Vec<Remark>), SceneError> {
+        let mut remarks = Vec::new();
+        let positions = self.positions(document)?;
+        let vertices = positions.len();
+        let list = match self.primitive.indices {
+            Some(index) => document.integers(index, &format!("{}.indices", self.at))?,
+            None => (0..vertices as u32).collect(),
+        };
+        if let Some(i) = list.iter().position(|&v| v as usize >= vertices) {
+            let what = format!("element {i} is vertex {}, there are {vertices}", list[i]);
+            return Err(document.invalid(format!("{}.indices", self.at), what));
+        }
+        let (indices, left_over) = triangles(self.mode, &list);
+        drop(list);
+        if left_over {
+            remarks.push((self.at.clone(), "the last indices do not make a triangle; left out".into()));
+        }
+        let mut mesh = Mesh {
+            uv0: self.uv(document, 0, vertices, &mut remarks)?,
+            uv1: self.uv(document, 1, vertices, &mut remarks)?,
+            colors: self.colors(document, vertices, &mut remarks)?,
+            triangle_materials: vec![self.material as u32; indices.len()],
+            indices,
+            positions,
+            ..Mesh::default()
+        };
+        let tangent_set = tangents::needed(&materials[self.material]);
+        let Some(normals) = self.attribute::<3>(document, Semantic::Normals, vertices)? else {
+            // glTF: without normals, flat ones, and tangents in the file are not to be used.
+            mesh.flat_shade();
+            tangents::compute(&mut mesh, tangent_set);
+            return Ok((mesh, remarks));
+        };
+        mesh.normals = self.unit(normals, "normals", &mut remarks);
+        match self.attribute::<4>(document, Semantic::Tangents, vertices)? {
+            Some(tangents) => {
+                let directions = tangents.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+                let directions = self.unit(directions, "tangents", &mut remarks);
+                let sign = |w: f32| if w < 0.0 { -1.0 } else { 1.0 };
+                mesh.tangents = directions.iter().zip(tangents).map(|(d, t)| d.extend(sign(t[3]))).collect();
+            }
+            None => tangents::compute(&mut mesh, tangent_set),
+        }
+        Ok((mesh, remarks))
+    }
+
+    fn positions(&self, document: &Document) -> Result<Vec<Vec3>, SceneError> {
+        let at = format!("{}.attributes.POSITION", self.at);
+        let Some(index) = accessor(self.primitive, Semantic::Positions) else {
+            return Err(document.invalid(at, "is missing"));
+        };
+        let positions: Vec<_> = document.floats::<3>(index, &at)?.into_iter().map(Vec3::from_array).collect();
+        match positions.iter().position(|p| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE) {
+            Some(i) if positions[i].is_finite() => {
+                Err(document.invalid(at, format!("vertex {i} is farther out than {MAX_COORDINATE:e}")))
+            }
+            Some(i) => Err(document.invalid(at, format!("vertex {i} is not finite: {}", positions[i]))),
+            None => Ok(positions),
+        }
+    }
+
+    /// An attribute with one element for each vertex; `None` where the primitive lacks it.
+    fn attribute<const N: usize>(
+        &self,
+        document: &Document,
+        semantic: Semantic,
+        vertices: usize,
+    ) -> Result<Option<Vec<[f32; N]>>, SceneError> {
+        let at = format!("{}.attributes.{}", self.at, semantic.to_string());
+        let Some(index) = accessor(self.primitive, semantic) else { return Ok(None) };
+        let count = document.count(index, &at)?;
+        if count != vertices {
+            return Err(document.invalid(at, format!("has {count} elements, POSITION has {vertices}")));
+        }
+        document.floats::<N>(index, &at).map(Some)
+    }
+
+    fn uv(
+        &self,
+        document: &Document,
+        set: u32,
+        vertices: usize,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<Vec<Vec2>, SceneError> {
+        let Some(values) = self.attribute::<2>(document, Semantic::TexCoords(set), vertices)? else {
+            return Ok(vec![Vec2::ZERO; vertices]);
+        };
+        let mut broken = false;
+        let finite = |v: [f32; 2]| {
+            let v = Vec2::from_array(v);
+            broken |= !v.is_finite();
+            if v.is_finite() { v } else { Vec2::ZERO }
+        };
+        let values = values.into_iter().map(finite).collect();
+        if broken {
+            remarks.push((self.at.clone(), "texture coordinates that are not finite; set to 0".into()));
+        }
+        Ok(values)
+    }
+
+    /// Colours are clamped to 0..1, as the specification asks for.
+    fn colors(
+        &self,
+        document: &Document,
+        vertices: usize,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<Vec<Vec4>, SceneError> {
+        let Some(index) = accessor(self.primitive, Semantic::Colors(0)) else {
+            return Ok(vec![Vec4::ONE; vertices]);
+        };
+        let mut broken = false;
+        let mut clamped = |c: Vec4| {
+            broken |= !c.is_finite();
+            if c.is_finite() { c.clamp(Vec4::ZERO, Vec4::ONE) } else { Vec4::ONE }
+        };
+        let opaque = |c| Vec3::from_array(c).extend(1.0);
+        let colors = match document.components(index, &self.at)? {
+            3 => {
+                let rgb = self.attribute::<3>(document, Semantic::Colors(0), vertices)?.unwrap_or_default();
+                rgb.into_iter().map(|c| clamped(opaque(c))).collect()
+            }
+            _ => {
+                let rgba = self.attribute::<4>(document, Semantic::Colors(0), vertices)?.unwrap_or_default();
+                rgba.into_iter().map(|c| clamped(Vec4::from_array(c))).collect()
+            }
+        };
+        if broken {
+            remarks.push((self.at.clone(), "vertex colours that are not finite; set to white".into()));
+        }
+        Ok(colors)
+    }
+
+    /// Directions of unit length. Quantised ones may be off by a hundredth; more is remarked on.
+    fn unit(&self, directions: Vec<[f32; 3]>, name: &str, remarks: &mut Vec<Remark>) -> Vec<Vec3> {
+        let mut off = 0;
+        let unit = |v: [f32; 3]| {
+            let v = Vec3::from_array(v);
+            off += usize::from(!(0.98..=1.02).contains(&v.length()));
+            // Scaled first, so that neither tiny nor huge vectors lose their length.
+            (v / v.abs().max_element()).try_normalize().unwrap_or(Vec3::Y)
+        };
+        let out = directions.into_iter().map(unit).collect();
+        if off > 0 {
+            remarks.push((self.at.clone(), format!("{name} that are not of unit length; normalised")));
+        }
+        out
+    }
+}
+
+/// Triangles of a list, strip or fan, all with the winding of the first (glTF 2.0, section 3.7.2.1), and whether some of
+/// the list was left over.
+fn triangles(mode: Mode, list: &[u32]) -> (Vec<[u32; 3]>, bool) {
+    let mut left_over = list.len() < 3 && !list.is_empty();
     let mut out: Vec<[u32; 3]> = match mode {
         Mode::TriangleStrip => list
             .windows(3)
@@ -147,11 +362,14 @@ fn triangles(mode: Mode, list: &[u32]) -> Vec<[u32; 3]> {
             Some((&hub, rim)) => rim.windows(2).map(|v| [v[0], v[1], hub]).collect(),
             None => Vec::new(),
         },
-        _ => list.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect(),
+        _ => {
+            left_over |= !list.len().is_multiple_of(3);
+            list.chunks_exact(3).map(|v| [v[0], v[1], v[2]]).collect()
+        }
     };
     // Strips are joined by triangles that use a vertex twice; nothing of them can be seen.
     out.retain(|[a, b, c]| a != b && b != c && a != c);
-    out
+    (out, left_over)
 }
 
 #[cfg(test)]
@@ -160,10 +378,11 @@ mod tests {
 
     #[test]
     fn strips_and_fans_keep_the_winding() {
-        assert_eq!(triangles(Mode::TriangleStrip, &[0, 1, 2, 3]), [[0, 1, 2], [1, 3, 2]]);
-        assert_eq!(triangles(Mode::TriangleStrip, &[0, 1, 2, 2, 3]), [[0, 1, 2]]);
-        assert_eq!(triangles(Mode::TriangleFan, &[0, 1, 2, 3]), [[1, 2, 0], [2, 3, 0]]);
-        assert_eq!(triangles(Mode::TriangleFan, &[]), [[0u32; 3]; 0]);
-        assert_eq!(triangles(Mode::Triangles, &[0, 1, 2, 3]), [[0, 1, 2]]);
+        let of = |mode, list: &[u32]| triangles(mode, list).0;
+        assert_eq!(of(Mode::TriangleStrip, &[0, 1, 2, 3]), [[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(of(Mode::TriangleStrip, &[0, 1, 2, 2, 3]), [[0, 1, 2]]);
+        assert_eq!(of(Mode::TriangleFan, &[0, 1, 2, 3]), [[1, 2, 0], [2, 3, 0]]);
+        assert_eq!(of(Mode::TriangleFan, &[]), [[0u32; 3]; 0]);
+        assert_eq!(triangles(Mode::Triangles, &[0, 1, 2, 3]), (vec![[0, 1, 2]], true));
     }
 }

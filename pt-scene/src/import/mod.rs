@@ -2,31 +2,29 @@
 //! reads bytes is checked here, because the crate's own accessors panic on files that break the format.
 
 mod accessor;
+mod check;
+mod compression;
 mod document;
+mod extensions;
+mod glb;
+mod images;
+mod material_extensions;
 mod materials;
 mod meshes;
 mod nodes;
+mod notices;
+mod tangents;
+mod textures;
+mod uri;
 
 use std::path::{Path, PathBuf};
 
-pub use materials::MAX_TEXTURE_SIDE;
+pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
+pub use textures::MAX_TEXTURE_SIDE;
 
 use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
 use document::Document;
-
-/// The glTF extensions that are honoured. A file that requires another is refused; one that merely uses another is
-/// loaded without it, with a notice.
-pub const SUPPORTED_EXTENSIONS: &[&str] = &[
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+use notices::Notices;
 
 /// What [`load`] and [`open`] do besides reading the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,17 +37,46 @@ pub struct LoadOptions {
     pub environment_intensity: f32,
     /// Give a scene without any light [`default_sky`] and [`default_sun`].
     pub default_sky: bool,
+    /// Which of a file's scenes, by name or by index from 0; `None`: its default one.
+    pub scene: Option<String>,
+    /// Which of a file's material variants (KHR_materials_variants), by name or by index from 0; `None`: no variant.
+    pub variant: Option<String>,
+    /// Most bytes of geometry (vertices, triangles, copies of instances) that a file may ask for: a small file can name
+    /// the same data any number of times.
+    pub max_geometry_bytes: u64,
+    /// Folder of textures baked by [`crate::bake`]; images that it does not hold are decoded.
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together, at their finest level (four bytes each when they
+    /// are not compressed). More is an error; nothing beyond is decoded.
+    pub max_texture_pixels: u64,
 }
+
+/// [`LoadOptions::max_texture_pixels`] unless it is set: 2 GiB of texels without compression.
+pub const DEFAULT_MAX_TEXTURE_PIXELS: u64 = 1 << 29;
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { environment: None, environment_rotation: 0.0, environment_intensity: 1.0, default_sky: true }
+        Self {
+            environment: None,
+            environment_rotation: 0.0,
+            environment_intensity: 1.0,
+            default_sky: true,
+            scene: None,
+            variant: None,
+            max_geometry_bytes: 16 << 30,
+            baked: None,
+            max_texture_pixels: DEFAULT_MAX_TEXTURE_PIXELS,
+        }
     }
 }
 
 /// Loads a scene by the name of a built-in one or, failing that, from a glTF file.
 pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
     match builtin(name_or_path) {
+        Some(scene) if options.scene.is_some() || options.variant.is_some() => {
+            let what = "a built-in scene has no further scenes or variants to choose from";
+            Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
+        }
         Some(scene) => finish(scene, options),
         None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
             load(name_or_path, options)
@@ -62,40 +89,160 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
     }
 }
 
-/// Loads the default scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which
-/// may be embedded, or files in the folder of the scene or below.
+/// Loads a scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which may be embedded,
+/// or files in the folder of the scene or below.
 ///
 /// Left for later, with a notice: animation, skins (shown in their bind pose), morph targets (shown undeformed).
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
-    let document = Document::read(path)?;
+    let mut notices = Notices::default();
+    let document = Document::read(path, options, &mut notices)?;
+    fill(path, &document, notices, options)
+}
+
+/// Loads a scene from the bytes of a `.gltf` or `.glb` file that embeds its buffers and images: no file is opened, unless
+/// the options name an environment. `name` stands for the file in messages.
+pub fn load_bytes(bytes: Vec<u8>, name: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let path = Path::new(name);
+    let mut notices = Notices::default();
+    let document = Document::parse(bytes, path, None, options, &mut notices)?;
+    fill(path, &document, notices, options)
+}
+
+fn fill(
+    path: &Path,
+    document: &Document,
+    mut notices: Notices,
+    options: &LoadOptions,
+) -> Result<Scene, SceneError> {
+    let root = &document.root;
+    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let scene_names = root.scenes.iter().enumerate();
     let mut scene = Scene {
-        name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+        name,
+        scenes: scene_names.map(|(i, s)| s.name.clone().unwrap_or_else(|| format!("scenes[{i}]"))).collect(),
+        variants: variants(document)?,
+        extensions: extensions::uses(&root.extensions_used, &root.extensions_required),
         ..Scene::default()
     };
-    note_unsupported(&document, &mut scene.notices);
-    materials::read(&document, &mut scene)?;
-    let meshes = meshes::read(&document, &mut scene)?;
-    nodes::read(&document, &meshes, &mut scene)?;
+    let variant = options.variant.as_ref().map(|wanted| named(wanted, &scene.variants)).transpose();
+    let variant = variant.map_err(|what| {
+        document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
+    })?;
+    note_unsupported(document, &scene, &mut notices);
+    materials::read(document, options, &mut scene)?;
+    let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
+    nodes::read(document, &meshes, options, &mut scene, &mut notices)?;
+    if scene.instances.is_empty() {
+        notices.add("scenes", "no triangle is placed in the scene");
+    }
+    scene.notices.splice(0..0, notices.into_lines());
     finish(scene, options).map_err(|error| match error {
         SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
         other => other,
     })
 }
 
-fn note_unsupported(document: &Document, notices: &mut Vec<String>) {
+/// The index of a name or, failing that, the number that the text is. The error says what there is to choose from.
+fn named(wanted: &str, names: &[String]) -> Result<usize, String> {
+    let by_name = names.iter().position(|name| name == wanted);
+    let by_number = || wanted.parse().ok().filter(|&i: &usize| i < names.len());
+    by_name.or_else(by_number).ok_or_else(|| match names {
+        [] => format!("{wanted:?}; the file has none"),
+        _ => {
+            format!("{wanted:?}; there are {}, by index from 0 or by name: {}", names.len(), names.join(", "))
+        }
+    })
+}
+
+/// Names of the material variants.
+fn variants(document: &Document) -> Result<Vec<String>, SceneError> {
+    #[derive(serde::Deserialize)]
+    struct Variants {
+        variants: Vec<Variant>,
+    }
+    #[derive(serde::Deserialize)]
+    struct Variant {
+        name: String,
+    }
+    let others = document.root.extensions.as_ref().map(|e| &e.others);
+    let variants = document.extension::<Variants>(others, "KHR_materials_variants", "")?;
+    Ok(variants.map_or(Vec::new(), |v| v.variants.into_iter().map(|v| v.name).collect()))
+}
+
+/// The images of a scene file as its materials use them, for [`crate::bake`].
+pub(crate) struct Images<'a>(textures::Uses<'a>);
+
+/// Reads a scene's materials and hands over their images.
+pub(crate) fn with_images<R>(
+    path: &Path,
+    work: impl FnOnce(&Images<'_>) -> Result<R, SceneError>,
+) -> Result<R, SceneError> {
+    let document = Document::read(path, &LoadOptions::default(), &mut Notices::default())?;
+    let (_, uses) = materials::collect(&document)?;
+    work(&Images(uses))
+}
+
+impl Images<'_> {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.in_order.len()
+    }
+
+    /// Label and content of the image file.
+    pub fn file(&self, index: usize) -> Result<(String, Vec<u8>), SceneError> {
+        self.0.file(self.0.in_order[index])
+    }
+
+    /// Size from the file's header, which must not exceed the limit, and what the image is used for.
+    pub fn header(
+        &self,
+        index: usize,
+        label: &str,
+        bytes: &[u8],
+        max_texels: u64,
+    ) -> Result<([u32; 2], crate::TextureUsage), SceneError> {
+        let u = self.0.in_order[index];
+        let header = images::Header::read(bytes).map_err(|what| self.0.invalid(u, label, what))?;
+        if header.texel_count() > max_texels {
+            let what = format!(
+                "{}x{} texels are more than the limit of {max_texels}; see --max-texture-pixels",
+                header.width, header.height
+            );
+            return Err(self.0.invalid(u, label, what));
+        }
+        Ok(([header.width, header.height], u.usage))
+    }
+
+    /// The decoded texture.
+    pub fn decode(&self, index: usize, label: &str, bytes: &[u8]) -> Result<crate::Texture, SceneError> {
+        let u = self.0.in_order[index];
+        let invalid = |what: String| self.0.invalid(u, label, what);
+        let header = images::Header::read(bytes).map_err(invalid)?;
+        let mut texture = self.0.texture(u, label.to_owned(), [header.width, header.height]);
+        texture.texels = header.decode(u.usage).map_err(invalid)?;
+        Ok(texture)
+    }
+}
+
+fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
     let root = &document.root;
-    for name in root.extensions_used.iter().filter(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str())) {
-        notices.push(format!("extension {name} is ignored"));
+    for extension in scene.extensions.iter().filter(|e| e.support == Support::Ignored) {
+        notices.add("extensionsUsed", format!("extension {} is ignored", extension.name));
+    }
+    for (what, names) in [("scenes", &scene.scenes), ("variants", &scene.variants)] {
+        if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
+            notices.add(what, "names are not unique; a name stands for the first of its bearers");
+        }
     }
     if !root.animations.is_empty() {
-        notices.push(format!("{} animation(s) ignored; nodes rest", root.animations.len()));
+        notices.add("animations", format!("{} animation(s) ignored; nodes rest", root.animations.len()));
     }
     if !root.skins.is_empty() {
-        notices.push(format!("{} skin(s) ignored; meshes keep their bind pose", root.skins.len()));
+        notices.add("skins", format!("{} skin(s) ignored; meshes keep their bind pose", root.skins.len()));
     }
     if root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()) {
-        notices.push("morph targets ignored; meshes are undeformed".into());
+        notices.add("meshes", "morph targets ignored; meshes are undeformed");
     }
 }
 

@@ -1,33 +1,45 @@
+use std::collections::BTreeMap;
+use std::f32::consts::FRAC_PI_2;
+
 use glam::{Affine3A, Mat3A, Mat4, Quat, Vec3, Vec3A};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
-use gltf::json::{Camera as JsonCamera, Index};
+use gltf::json::{Camera as JsonCamera, Index, Scene as JsonScene};
+use serde::Deserialize;
 
+use super::LoadOptions;
 use super::document::Document;
+use super::meshes::Shape;
+use super::notices::Notices;
 use crate::scene::is_invertible;
 use crate::{Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
 
-/// Walks the node hierarchy of the default scene and places meshes, cameras and lights.
-pub(super) fn read(document: &Document, meshes: &[Option<u32>], scene: &mut Scene) -> Result<(), SceneError> {
+/// Walks the node hierarchy of a scene and places meshes, cameras and lights.
+pub(super) fn read(
+    document: &Document,
+    shapes: &[Option<Shape>],
+    options: &LoadOptions,
+    scene: &mut Scene,
+    notices: &mut Notices,
+) -> Result<(), SceneError> {
     let root = &document.root;
     let mut pending: Vec<(Index<Node>, Affine3A, String)> = Vec::new();
-    match root.scene.or((!root.scenes.is_empty()).then(|| Index::new(0))) {
+    match chosen_scene(document, options)? {
         Some(index) => {
-            let at = format!("scenes[{}].nodes", index.value());
             let nodes = &document.get(index, "scene")?.nodes;
-            pending.extend(nodes.iter().rev().map(|&node| (node, Affine3A::IDENTITY, at.clone())));
+            let at = |n: usize| format!("scenes[{}].nodes[{n}]", index.value());
+            pending
+                .extend(nodes.iter().enumerate().rev().map(|(n, &node)| (node, Affine3A::IDENTITY, at(n))));
+            if root.scenes.len() > 1 {
+                let others = root.scenes.len() - 1;
+                notices
+                    .add(format!("scenes[{}]", index.value()), format!("shown; the file has {others} more"));
+            }
         }
-        None if !root.nodes.is_empty() => {
-            scene.notices.push("the file has nodes but no scene to show".into())
-        }
+        None if !root.nodes.is_empty() => notices.add("nodes", "the file has nodes but no scene to show"),
         None => {}
-    }
-    if root.scenes.len() > 1 {
-        scene
-            .notices
-            .push(format!("{} scenes in the file, only the default one is loaded", root.scenes.len()));
     }
     let mut visited = vec![false; root.nodes.len()];
     while let Some((index, parent, at)) = pending.pop() {
@@ -37,25 +49,100 @@ pub(super) fn read(document: &Document, meshes: &[Option<u32>], scene: &mut Scen
                 .invalid(at, format!("node {} is reached twice; nodes must form a tree", index.value())));
         }
         let at = format!("nodes[{}]", index.value());
+        if !is_visible(document, node, &at)? {
+            continue;
+        }
         let world = parent * local_transform(node);
         if !world.is_finite() {
             return Err(document.invalid(at, "the transform is not finite"));
         }
-        place(document, node, &world, &at, meshes, scene)?;
+        place(document, node, &world, &at, shapes, scene, notices)?;
         let children = node.children.iter().flatten().rev();
         pending.extend(children.map(|&child| (child, world, format!("{at}.children"))));
     }
     Ok(())
 }
 
+/// The scene asked for by name or, failing that, by index; else the default one, else the first.
+fn chosen_scene(document: &Document, options: &LoadOptions) -> Result<Option<Index<JsonScene>>, SceneError> {
+    let scenes = &document.root.scenes;
+    let Some(wanted) = &options.scene else {
+        return Ok(document.root.scene.or((!scenes.is_empty()).then(|| Index::new(0))));
+    };
+    let names: Vec<_> = scenes.iter().map(|s| s.name.clone().unwrap_or_default()).collect();
+    let index = super::named(wanted, &names);
+    let index = index.map_err(|what| document.invalid("scenes", format!("no scene {what}")))?;
+    Ok(Some(Index::new(index as u32)))
+}
+
+#[derive(Deserialize)]
+struct Visibility {
+    #[serde(default = "yes")]
+    visible: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// KHR_node_visibility; an invisible node hides its children too.
+fn is_visible(document: &Document, node: &Node, at: &str) -> Result<bool, SceneError> {
+    let others = node.extensions.as_ref().map(|e| &e.others);
+    let visibility = document.extension::<Visibility>(others, "KHR_node_visibility", at)?;
+    Ok(visibility.is_none_or(|v| v.visible))
+}
+
+#[derive(Deserialize)]
+struct Instancing {
+    attributes: BTreeMap<String, u32>,
+}
+
+/// Transforms of the copies that EXT_mesh_gpu_instancing makes of a node's mesh, in the space of the node.
+fn instances(document: &Document, node: &Node, at: &str) -> Result<Option<Vec<Affine3A>>, SceneError> {
+    const NAME: &str = "EXT_mesh_gpu_instancing";
+    let others = node.extensions.as_ref().map(|e| &e.others);
+    let Some(Instancing { attributes }) = document.extension(others, NAME, at)? else { return Ok(None) };
+    let at = format!("{at}.extensions.{NAME}.attributes");
+    let mut count = None;
+    for (name, &accessor) in &attributes {
+        let at = format!("{at}.{name}");
+        let n = document.count(Index::new(accessor), &at)?;
+        if *count.get_or_insert(n) != n {
+            return Err(document.invalid(at, format!("has {n} elements, others have {}", count.unwrap_or(0))));
+        }
+    }
+    let count = count.unwrap_or(0);
+    if (count as u64).saturating_mul(size_of::<Instance>() as u64) > document.max_geometry_bytes {
+        return Err(document.invalid(at, format!("{count} instances are too many")));
+    }
+    let find = |name: &str| attributes.get(name).map(|&a| (Index::new(a), format!("{at}.{name}")));
+    let vectors = |name: &str, default: Vec3| match find(name) {
+        Some((index, at)) => {
+            Ok(document.floats::<3>(index, &at)?.into_iter().map(Vec3::from_array).collect())
+        }
+        None => Ok(vec![default; count]),
+    };
+    let rotations = match find("ROTATION") {
+        Some((index, at)) => document.floats::<4>(index, &at)?.into_iter().map(unit_quaternion).collect(),
+        None => vec![Quat::IDENTITY; count],
+    };
+    let (translations, scales) = (vectors("TRANSLATION", Vec3::ZERO)?, vectors("SCALE", Vec3::ONE)?);
+    let place = |((t, r), s)| Affine3A::from_scale_rotation_translation(s, r, t);
+    Ok(Some(translations.into_iter().zip(rotations).zip(scales).map(place).collect()))
+}
+
+fn unit_quaternion(q: [f32; 4]) -> Quat {
+    let q = Quat::from_array(q);
+    if q.length_squared().is_normal() { q.normalize() } else { Quat::IDENTITY }
+}
+
 fn local_transform(node: &Node) -> Affine3A {
     if let Some(matrix) = &node.matrix {
         return Affine3A::from_mat4(Mat4::from_cols_array(matrix));
     }
-    let rotation = node.rotation.map_or(Quat::IDENTITY, |q| Quat::from_array(q.0));
     Affine3A::from_scale_rotation_translation(
         Vec3::from_array(node.scale.unwrap_or([1.0; 3])),
-        if rotation.length_squared() > 0.0 { rotation.normalize() } else { Quat::IDENTITY },
+        node.rotation.map_or(Quat::IDENTITY, |q| unit_quaternion(q.0)),
         Vec3::from_array(node.translation.unwrap_or_default()),
     )
 }
@@ -65,18 +152,28 @@ fn place(
     node: &Node,
     world: &Affine3A,
     at: &str,
-    meshes: &[Option<u32>],
+    shapes: &[Option<Shape>],
     scene: &mut Scene,
+    notices: &mut Notices,
 ) -> Result<(), SceneError> {
     let name = node.name.as_deref().unwrap_or(at);
     if let Some(mesh) = node.mesh {
         document.get(mesh, &format!("{at}.mesh"))?;
-        match meshes[mesh.value()] {
-            Some(_) if !is_invertible(world) => {
-                scene.notices.push(format!("{at}: left out, its scale is zero"))
+        let mut add = |name: &str, shape: Shape, world: Affine3A| {
+            if is_invertible(&world) {
+                let material = shape.material;
+                scene.instances.push(Instance { material, ..Instance::new(name, shape.mesh, world) });
+            } else {
+                notices.add(at, "left out, its scale is zero or beyond single precision");
             }
-            Some(mesh) => scene.instances.push(Instance::new(name, mesh, *world)),
-            None => {}
+        };
+        match (shapes[mesh.value()], instances(document, node, at)?) {
+            (Some(shape), Some(copies)) => {
+                let copies = copies.iter().enumerate();
+                copies.for_each(|(i, &copy)| add(&format!("{name}[{i}]"), shape, *world * copy));
+            }
+            (Some(shape), None) => add(name, shape, *world),
+            (None, _) => {}
         }
     }
     if let Some(index) = node.camera {
@@ -94,15 +191,26 @@ fn place(
     if let Some(index) = light {
         let description = document.get(index, &format!("{at}.extensions.KHR_lights_punctual"))?;
         let at = format!("extensions.KHR_lights_punctual.lights[{}]", index.value());
-        scene.lights.push(light_at(document, description, world, &at, name)?);
+        scene.lights.push(light_at(document, description, world, &at, name, notices)?);
     }
     Ok(())
 }
 
+/// The height of the view is the camera's; the width follows the image (`aspectRatio` and `xmag` are for another image).
 fn projection(document: &Document, camera: &JsonCamera, at: &str) -> Result<Projection, SceneError> {
     match (camera.type_, &camera.perspective, &camera.orthographic) {
-        (Checked::Valid(CameraType::Perspective), Some(p), _) => Ok(Projection::Perspective { yfov: p.yfov }),
+        (Checked::Valid(CameraType::Perspective), Some(p), _) => {
+            if !(p.yfov > 0.0 && p.yfov < std::f32::consts::PI) {
+                let what = format!("{} is not between 0 and pi", p.yfov);
+                return Err(document.invalid(format!("{at}.perspective.yfov"), what));
+            }
+            Ok(Projection::Perspective { yfov: p.yfov })
+        }
         (Checked::Valid(CameraType::Orthographic), _, Some(o)) => {
+            if !o.ymag.is_normal() {
+                let what = format!("{} is zero or not finite", o.ymag);
+                return Err(document.invalid(format!("{at}.orthographic.ymag"), what));
+            }
             Ok(Projection::Orthographic { ymag: o.ymag.abs() })
         }
         _ => Err(document.invalid(at, "has no projection of its type")),
@@ -124,12 +232,21 @@ fn light_at(
     world: &Affine3A,
     at: &str,
     node: &str,
+    notices: &mut Notices,
 ) -> Result<Light, SceneError> {
     let kind = match (light.type_, &light.spot) {
         (Checked::Valid(LightType::Point), _) => LightKind::Point,
         (Checked::Valid(LightType::Directional), _) => LightKind::Directional,
         (Checked::Valid(LightType::Spot), Some(spot)) => {
-            LightKind::Spot { inner: spot.inner_cone_angle, outer: spot.outer_cone_angle }
+            let outer = spot.outer_cone_angle.clamp(1e-3, FRAC_PI_2);
+            let inner = spot.inner_cone_angle.clamp(0.0, outer * 0.999);
+            if !(outer.is_finite() && inner.is_finite()) {
+                return Err(document.invalid(format!("{at}.spot"), "an angle is not finite"));
+            }
+            if (inner, outer) != (spot.inner_cone_angle, spot.outer_cone_angle) {
+                notices.add(format!("{at}.spot"), "angles are not 0 <= inner < outer <= pi/2; clamped");
+            }
+            LightKind::Spot { inner, outer }
         }
         (Checked::Valid(LightType::Spot), None) => {
             return Err(document.invalid(at, "a spot light needs its spot object"));
@@ -138,6 +255,11 @@ fn light_at(
     };
     let direction = world.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z);
     let intensity = light.intensity * Vec3::from_array(light.color);
+    if !intensity.is_finite() || intensity.min_element() < 0.0 {
+        return Err(
+            document.invalid(at, format!("colour x intensity is negative or not finite: {intensity}"))
+        );
+    }
     let name = light.name.as_deref().unwrap_or(node);
     Ok(Light { kind, direction, ..Light::point(name, world.translation.into(), intensity) })
 }

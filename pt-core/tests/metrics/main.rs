@@ -1,5 +1,10 @@
 //! Metrics against hand-computed values and the properties that define them.
 
+mod flip;
+mod flip_oracle;
+mod ssim;
+mod z_test;
+
 use proptest::prelude::*;
 use pt_core::image_file::{ImageState, LinearImage, srgb_encode};
 use pt_core::metrics::{
@@ -88,60 +93,6 @@ fn energy_by_hand() {
     assert_eq!(measure(Metric::Energy, &black, &grey).value, 0.0);
 }
 
-/// Hunt-adjusted L*a*b* of linear RGB as defined in section 4.1 of Andersson et al. 2020, "FLIP: A difference
-/// evaluator for alternating images" (white point D65).
-fn hunt_lab(rgb: [f64; 3]) -> [f64; 3] {
-    let rows = [
-        [10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0],
-        [2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0],
-        [1425312.0 / 73733382.0, 8788810.0 / 73733382.0, 70074185.0 / 73733382.0],
-    ];
-    let f = |row: [f64; 3]| {
-        let white: f64 = row.iter().sum();
-        let t = row.iter().zip(rgb).map(|(m, c)| m * c).sum::<f64>() / white;
-        if t > (6.0f64 / 29.0).powi(3) { t.cbrt() } else { t * (29.0f64 / 6.0).powi(2) / 3.0 + 4.0 / 29.0 }
-    };
-    let [x, y, z] = rows.map(f);
-    let lightness = 116.0 * y - 16.0;
-    [lightness, 0.01 * lightness * 500.0 * (x - y), 0.01 * lightness * 200.0 * (y - z)]
-}
-
-/// The FLIP colour error of two flat images, which have no features: HyAB distance to the power 0.7, remapped so that
-/// 0.4 of the largest (green against blue) becomes 0.95.
-fn flat_flip(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let hyab = |a: [f64; 3], b: [f64; 3]| {
-        let (a, b) = (hunt_lab(a), hunt_lab(b));
-        ((a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])).powf(0.7)
-    };
-    let largest = hyab([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
-    let (knee, value) = (0.4 * largest, hyab(a, b));
-    if value < knee { value * 0.95 / knee } else { 0.95 + (value - knee) / (largest - knee) * 0.05 }
-}
-
-#[test]
-fn flip_of_flat_images_is_the_published_colour_error() {
-    for (a, b) in [
-        ([1.0, 1.0, 1.0], [0.0, 0.0, 0.0]),
-        ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-        ([1.0, 1.0, 0.0], [1.0, 1.0, 1.0]),
-    ] {
-        let found = measure(Metric::Flip, &flat(DISPLAY, a), &flat(DISPLAY, b));
-        let expected = flat_flip(a.map(f64::from), b.map(f64::from));
-        assert!((found.value - expected).abs() < 2e-3, "{a:?} {b:?}: {} is not {expected}", found.value);
-    }
-}
-
-#[test]
-fn flip_sees_one_bright_pixel_where_it_is() {
-    let a = flat(DISPLAY, [0.2; 3]);
-    let mut b = a.clone();
-    b.pixels[5 * 16 + 9] = [1.0; 3];
-    let found = measure(Metric::Flip, &a, &b);
-    let brightest = (0..256).max_by(|&i, &j| found.map[i].total_cmp(&found.map[j])).unwrap();
-    assert_eq!(brightest, 5 * 16 + 9);
-    assert!(found.value > 0.0 && found.value < 0.2, "{}", found.value);
-}
-
 #[test]
 fn scene_values_are_exposed_by_the_reference_and_compressed() {
     // One grey level: the exposure brings it to 0.18, compression to 0.18 / 1.18.
@@ -164,7 +115,7 @@ fn scene_values_are_exposed_by_the_reference_and_compressed() {
 fn sizes_must_match() {
     let (a, _) = pair();
     let b = image(1, SCENE, a.pixels.clone());
-    let error = compare(&a, &b, &Metric::ALL).unwrap_err();
+    let error = compare(&a, &b, &Metric::OF_IMAGES).unwrap_err();
     assert_eq!(error.to_string(), "the images differ in size: 2x1 and 1x2");
 }
 
@@ -188,7 +139,35 @@ fn names_parse_back() {
         assert_eq!(metric.name().parse(), Ok(metric));
     }
     let error = "rmse".parse::<Metric>().unwrap_err();
-    assert_eq!(error.to_string(), "unknown metric \"rmse\", known: relmse, mse, psnr, flip, energy");
+    assert_eq!(
+        error.to_string(),
+        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, z-test"
+    );
+}
+
+/// Negative radiance (a filter's ringing), black frames and the smallest image have values, not errors.
+#[test]
+fn odd_images_have_a_defined_value() {
+    let ringing = image(1, SCENE, vec![[-1.0, 0.5, 2.0]]);
+    let black = image(1, SCENE, vec![[0.0; 3]]);
+    let huge = image(1, SCENE, vec![[f32::MAX; 3]]);
+    let all = [&ringing, &black, &huge];
+    for (a, b) in all.iter().flat_map(|a| all.iter().map(move |b| (*a, *b))) {
+        for found in compare(a, b, &Metric::OF_IMAGES).unwrap() {
+            assert!(
+                !found.value.is_nan() && found.map.iter().all(|value| !value.is_nan()),
+                "{found:?} {a:?} {b:?}"
+            );
+        }
+    }
+    let against_black = compare(&huge, &black, &[Metric::Flip, Metric::HdrFlip, Metric::Ssim]).unwrap();
+    assert!(against_black[0].value > 0.9 && against_black[1].value > 0.9 && against_black[2].value < 0.1);
+    // What is below black is shown as black.
+    let clipped = image(1, SCENE, vec![[0.0, 0.5, 2.0]]);
+    for metric in [Metric::Psnr, Metric::Ssim, Metric::Flip, Metric::HdrFlip] {
+        let [found, expected] = [&ringing, &clipped].map(|a| measure(metric, a, &clipped).value);
+        assert_eq!(found, expected, "{metric:?}");
+    }
 }
 
 fn any_image() -> impl Strategy<Value = LinearImage> {
@@ -201,9 +180,9 @@ proptest! {
 
     #[test]
     fn equal_images_have_no_error(a in any_image()) {
-        let found = compare(&a, &a, &Metric::ALL).unwrap();
+        let found = compare(&a, &a, &Metric::OF_IMAGES).unwrap();
         let values: Vec<_> = found.iter().map(|found| found.value).collect();
-        prop_assert_eq!(values, vec![0.0, 0.0, f64::INFINITY, 0.0, 1.0]);
+        prop_assert_eq!(values, vec![0.0, 0.0, f64::INFINITY, 1.0, 0.0, 0.0, 1.0]);
         prop_assert!(found.iter().all(|found| found.spread == 0.0));
     }
 
@@ -216,11 +195,15 @@ proptest! {
 
     #[test]
     fn values_are_in_range_and_repeat_exactly(a in any_image(), b in any_image()) {
-        let first = compare(&a, &b, &Metric::ALL).unwrap();
-        prop_assert_eq!(&first, &compare(&a, &b, &Metric::ALL).unwrap());
-        let flip = &first[3];
-        prop_assert!((0.0..=1.0).contains(&flip.value));
+        let first = compare(&a, &b, &Metric::OF_IMAGES).unwrap();
+        prop_assert_eq!(&first, &compare(&a, &b, &Metric::OF_IMAGES).unwrap());
         for found in &first {
+            let range = match found.metric {
+                Metric::Flip | Metric::HdrFlip => 0.0..=1.0,
+                Metric::Ssim => -1.0..=1.0,
+                _ => f64::MIN..=f64::INFINITY,
+            };
+            prop_assert!(range.contains(&found.value), "{:?}", found.metric);
             prop_assert!(found.spread >= 0.0 && found.map.len() == a.pixels.len());
         }
     }
