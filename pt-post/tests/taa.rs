@@ -26,7 +26,14 @@ impl Bench {
         Self { device, taa }
     }
 
-    fn next(&mut self, color: &oracle::Image, flags: u32, motion: &Motion, jitter: [f64; 2], params: &TaaParams) -> oracle::Image {
+    fn next(
+        &mut self,
+        color: &oracle::Image,
+        flags: u32,
+        motion: &Motion,
+        jitter: [f64; 2],
+        params: &TaaParams,
+    ) -> oracle::Image {
         let image = upload(&self.device, color, flags as f32);
         let moving = Image::new(&self.device, "motion", Format::Rg32F, color.size).unwrap();
         let values: Vec<f32> = motion.iter().flatten().map(|v| *v as f32).collect();
@@ -87,7 +94,12 @@ fn kernel_agrees_with_the_oracle() {
             (ClipSpace::Ycocg, Rectify::Clip),
             (ClipSpace::Rgb, Rectify::Clamp),
         ] {
-            let params = TaaParams { space, rectify, anti_sparkle: if rectify == Rectify::Clip { 0.0 } else { 0.25 }, ..TaaParams::default() };
+            let params = TaaParams {
+                space,
+                rectify,
+                anti_sparkle: if rectify == Rectify::Clip { 0.0 } else { 0.25 },
+                ..TaaParams::default()
+            };
             let mut bench = Bench::new(output_size);
             let mut oracle = TaaOracle::new(output_size);
             for frame in 0..4u32 {
@@ -106,12 +118,22 @@ fn kernel_agrees_with_the_oracle() {
                 let flags = if frame == 3 { 6 } else { 1 };
                 let got = bench.next(&color, flags, &motion, jitter, &params);
                 let flags = vec![flags; motion.len()];
-                let want = oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params);
+                let want =
+                    oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params);
                 let difference = largest_code_difference(&got, &want);
                 // Half floats: 2^-10 of the radiance is 1.2e-4 of a code at most; fp32 of the code's 79th power: 4e-5. Between
                 // texels the device's filter has 8 bits of place: 2 / 256 of the contrast of random neighbours.
-                let tolerance = if frame == 3 && rectify == Rectify::Off { 8e-3 } else if frame == 3 { 4e-3 } else { 5e-4 };
-                assert!(difference < tolerance, "{size:?} -> {output_size:?}, {space:?} {rectify:?}, frame {frame}: {difference}");
+                let tolerance = if frame == 3 && rectify == Rectify::Off {
+                    8e-3
+                } else if frame == 3 {
+                    4e-3
+                } else {
+                    5e-4
+                };
+                assert!(
+                    difference < tolerance,
+                    "{size:?} -> {output_size:?}, {space:?} {rectify:?}, frame {frame}: {difference}"
+                );
                 let (codes, weights) = bench.history();
                 oracle.set_history(codes, weights);
             }
@@ -125,7 +147,13 @@ fn scene(u: f64, v: f64) -> f64 {
     let line = ((u * 0.3 + v) * 23.0).fract() < 0.06;
     let lamp = (u - 0.8).hypot(v - 0.2) < 0.03;
     let ground = if wheel > 0.0 { 1.2 } else { 0.25 };
-    if lamp { 20.0 } else if line { 3.0 } else { ground * (0.5 + 0.5 * u) }
+    if lamp {
+        20.0
+    } else if line {
+        3.0
+    } else {
+        ground * (0.5 + 0.5 * u)
+    }
 }
 
 /// One sample a pixel, at an offset from its centre.
@@ -168,7 +196,9 @@ fn still_pictures_converge_to_the_reference() {
         for index in 0..32 {
             let jitter = halton(index);
             let color = sampled(size, jitter);
-            result = Some(oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params));
+            result = Some(
+                oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params),
+            );
         }
         let error = flip(&shown(&result.unwrap()), &reference);
         println!("{space:?}: FLIP {error:.4}; one sample {one:.4}");
@@ -191,7 +221,10 @@ fn upscaling_beats_bilinear_by_three_decibels() {
     for index in 0..48 {
         let jitter = halton(index);
         let color = sampled(size, jitter);
-        result = Some(oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &TaaParams::default()));
+        result = Some(oracle.next(
+            &TaaFrame { color: &color, flags: &flags, motion: &motion, jitter },
+            &TaaParams::default(),
+        ));
     }
     let temporal = psnr(&shown(&result.unwrap()), &native);
     println!("PSNR: bilinear {bilinear:.2} dB, TAAU {temporal:.2} dB");

@@ -36,8 +36,8 @@ pub use error::SceneError;
 pub use framing::automatic_camera;
 pub use glam;
 pub use import::{
-    DEFAULT_MAX_TEXTURE_PIXELS, EXTENSIONS, ExtensionUse, LoadOptions, MAX_TEXTURE_SIDE, Support, load, load_bytes,
-    open, support,
+    DEFAULT_MAX_TEXTURE_PIXELS, EXTENSIONS, ExtensionUse, LoadOptions, MAX_TEXTURE_SIDE, Support, load,
+    load_bytes, open, support,
 };
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};

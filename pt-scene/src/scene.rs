@@ -2,8 +2,7 @@ use glam::{Affine3A, Vec3};
 
 use crate::{
     AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
-    Motion,
-    Projection, SceneError, Texture,
+    Motion, Projection, SceneError, Texture,
 };
 
 /// Everything that is to be rendered.

@@ -107,10 +107,8 @@ impl TaaOracle {
                 _ => ([0.0; 3], 0.0),
             };
             let past = clip_space(if linear { decode(past) } else { past });
-            let past = from_clip_space(
-                rectify(past, mean, scaled(deviation, sigma), params.rectify),
-                params.space,
-            );
+            let past =
+                from_clip_space(rectify(past, mean, scaled(deviation, sigma), params.rectify), params.space);
 
             let sampled = [sx.clamp(0, width - 1) as f64, sy.clamp(0, height - 1) as f64];
             let offset = [0, 1].map(|i| (sampled[i] + frame.jitter[i] - position[i]) / scale[i]);
