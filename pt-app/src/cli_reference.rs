@@ -8,6 +8,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+/// Samples of a pixel unless told otherwise.
+const DEFAULT_SPP: u32 = 64;
+
 /// `pt reference`
 #[derive(Clone, Debug, Args)]
 pub struct ReferenceArgs {
@@ -38,11 +41,11 @@ pub struct ReferenceArgs {
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Image")]
     pub size: ImageSize,
-    /// Samples of each pixel.
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Image")]
-    pub spp: u32,
+    /// Samples of each pixel [default: 64]; with --spp-range those of the whole render, which --sampler blue-noise needs to know.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Image")]
+    pub spp: Option<u32>,
     /// Only the samples with these indices, for `pt merge`: slices of one render, done anywhere, join to the whole.
-    #[arg(long, value_name = "A..B", conflicts_with = "spp", help_heading = "Image")]
+    #[arg(long, value_name = "A..B", help_heading = "Image")]
     pub spp_range: Option<SampleRange>,
     /// Stop after this many seconds of rendering, with the samples there are.
     #[arg(long, value_name = "S", value_parser = positive_f64, help_heading = "Image")]
@@ -103,6 +106,7 @@ impl ReferenceArgs {
                 StrategyName::Lights => Strategy::Lights,
                 StrategyName::Bsdf => Strategy::Bsdf,
             },
+            spp: if self.sampler == SamplerName::BlueNoise { self.spp.unwrap_or(self.samples().end) } else { 1 },
             sampler: match self.sampler {
                 SamplerName::Sobol => SamplerKind::Sobol,
                 SamplerName::BlueNoise => SamplerKind::BlueNoise,
@@ -116,7 +120,7 @@ impl ReferenceArgs {
 
     /// Indices of the samples asked for.
     pub fn samples(&self) -> Range<u32> {
-        self.spp_range.as_ref().map_or(0..self.spp, |range| range.0.clone())
+        self.spp_range.as_ref().map_or(0..self.spp.unwrap_or(DEFAULT_SPP), |range| range.0.clone())
     }
 }
 

@@ -11,6 +11,7 @@ pub mod frame;
 pub mod info;
 pub mod params;
 pub mod passes;
+pub mod post_args;
 pub mod progress;
 pub mod reference;
 pub mod render;

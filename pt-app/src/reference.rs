@@ -1,6 +1,6 @@
 //! `pt reference` and `pt merge`: ground truth, in one go or in slices.
 
-use crate::cli_reference::{MergeArgs, ReferenceArgs};
+use crate::cli_reference::{MergeArgs, ReferenceArgs, SamplerName};
 use crate::session::{Session, choose_camera, fold_seed};
 use anyhow::{Context, Result, bail, ensure};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -31,6 +31,10 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.checkpoint {
         check_writable(path)?;
     }
+    ensure!(
+        args.sampler != SamplerName::BlueNoise || args.spp_range.is_none() || args.spp.is_some(),
+        "--sampler blue-noise with --spp-range needs --spp, the samples of the whole render"
+    );
     let mut scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
     scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
     for notice in &scene.notices {

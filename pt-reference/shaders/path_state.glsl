@@ -2,10 +2,11 @@
 // both of them find: Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.
 #include "frame.glsl"
 #include "interior.glsl"
-#include "path_random.glsl"
 #include "reference_records.glsl"
 
 layout(push_constant, scalar) uniform Push { PathPush push; };
+
+#include "path_random.glsl"
 
 struct PathState {
     vec3 origin;

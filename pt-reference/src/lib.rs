@@ -22,7 +22,8 @@ pub mod records;
 pub use files::{Checkpoint, EstimateFile, ReferenceFileError, denoiser_inputs};
 pub use film::{Estimate, EstimatePixel, FilmState, MergeError};
 pub use identity::Identity;
-pub use params::{Heuristic, LightTypes, ReferenceParams, SamplerKind, Strategy};
+pub use oracle::sampler::SamplerKind;
+pub use params::{Heuristic, LightTypes, ReferenceParams, Strategy};
 pub use path_tracer::{PathTracer, Tile};
 pub use progressive::Progressive;
 

@@ -1,3 +1,4 @@
+use crate::oracle::sampler::SamplerKind;
 use pt_core::settings::{InvalidValue, Validate, check_range};
 use serde::{Deserialize, Serialize};
 
@@ -23,19 +24,6 @@ pub enum Strategy {
     Lights,
     /// BSDF sampling; light sampling only of delta lights.
     Bsdf,
-}
-
-/// Where the random numbers of a path come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SamplerKind {
-    /// Owen-scrambled Sobol points, scrambled differently for every pixel.
-    #[default]
-    Sobol,
-    /// Sobol points whose error is spread over pixels as blue noise.
-    BlueNoise,
-    /// Independent numbers (PCG).
-    Pcg,
 }
 
 /// Which light counts.
@@ -75,6 +63,9 @@ pub struct ReferenceParams {
     pub strategy: Strategy,
     /// Source of random numbers. Default sobol.
     pub sampler: SamplerKind,
+    /// Samples that a pixel gets in all, for the blue-noise sampler, which spreads the error of that many; 1 or more,
+    /// default 1.
+    pub spp: u32,
     /// Give back what microfacet models without interreflection lose. Default false: the BSDF is that of glTF 2.0,
     /// appendix B.
     pub energy_compensation: bool,
@@ -91,6 +82,7 @@ impl Default for ReferenceParams {
             heuristic: Heuristic::default(),
             strategy: Strategy::default(),
             sampler: SamplerKind::default(),
+            spp: 1,
             energy_compensation: false,
             clamp: 0.0,
         }
@@ -99,6 +91,7 @@ impl Default for ReferenceParams {
 
 impl Validate for ReferenceParams {
     fn validate(&self) -> Result<(), InvalidValue> {
+        check_range("spp", self.spp, 1..=u32::MAX, "samples")?;
         check_range("clamp", self.clamp, 0.0..=f32::MAX, "radiance")
     }
 }

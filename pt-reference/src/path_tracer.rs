@@ -1,6 +1,6 @@
 use crate::film::FilmState;
 use crate::kernels;
-use crate::params::{Heuristic, ReferenceParams, SamplerKind, Strategy};
+use crate::params::{Heuristic, ReferenceParams, Strategy};
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush};
 use glam::UVec2;
 use pt_core::frame::Uniforms;
@@ -119,14 +119,10 @@ impl PathTracer {
                 Strategy::Lights => records::STRATEGY_LIGHTS,
                 Strategy::Bsdf => records::STRATEGY_BSDF,
             },
-            sampler_kind: match params.sampler {
-                SamplerKind::Sobol => records::SAMPLER_SOBOL,
-                SamplerKind::BlueNoise => records::SAMPLER_BLUE_NOISE,
-                SamplerKind::Pcg => records::SAMPLER_PCG,
-            },
+            sampler_kind: params.sampler as u32,
             energy_compensation: u32::from(params.energy_compensation),
             clamp: params.clamp,
-            pad: 0,
+            log2_spp: params.spp.max(1).next_power_of_two().trailing_zeros(),
         };
         let extent = [tile.size[0], tile.size[1], 1];
         let pass = frame.pass("path", &self.path).read("frame_uniforms", uniforms.buffer());

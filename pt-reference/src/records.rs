@@ -15,13 +15,6 @@ pub const STRATEGY_LIGHTS: u32 = 1;
 /// `PathPush::strategy`: only delta lights are sampled.
 pub const STRATEGY_BSDF: u32 = 2;
 
-/// `PathPush::sampler`.
-pub const SAMPLER_SOBOL: u32 = 0;
-/// `PathPush::sampler`.
-pub const SAMPLER_BLUE_NOISE: u32 = 1;
-/// `PathPush::sampler`.
-pub const SAMPLER_PCG: u32 = 2;
-
 gpu_struct! {
     /// What a pixel has gathered.
     pub struct FilmPixel {
@@ -85,14 +78,14 @@ gpu_struct! {
         pub heuristic: u32,
         /// `STRATEGY_*`.
         pub strategy: u32,
-        /// `SAMPLER_*`.
+        /// `SAMPLER_*` of sampler.glsl.
         pub sampler_kind: u32,
         /// 1: energy lost by single scattering is given back.
         pub energy_compensation: u32,
         /// Largest radiance of a sample, per channel; 0: no limit.
         pub clamp: f32,
-        /// Alignment.
-        pub pad: u32,
+        /// Base-2 logarithm of the samples a pixel gets in all, rounded up.
+        pub log2_spp: u32,
     }
 }
 
@@ -105,9 +98,6 @@ pub fn glsl() -> String {
         ("STRATEGY_BOTH", STRATEGY_BOTH),
         ("STRATEGY_LIGHTS", STRATEGY_LIGHTS),
         ("STRATEGY_BSDF", STRATEGY_BSDF),
-        ("SAMPLER_SOBOL", SAMPLER_SOBOL),
-        ("SAMPLER_BLUE_NOISE", SAMPLER_BLUE_NOISE),
-        ("SAMPLER_PCG", SAMPLER_PCG),
     ];
     let mut text: String =
         constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();

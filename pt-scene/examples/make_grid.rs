@@ -28,7 +28,8 @@ fn main() -> Result<()> {
         2 * attribute,
     );
     let text = format!("{json:width$}", width = json.len().next_multiple_of(4));
-    let word = |x: u64| u32::try_from(x).map(u32::to_le_bytes).map_err(|_| Error::other("too large for a GLB"));
+    let word =
+        |x: u64| u32::try_from(x).map(u32::to_le_bytes).map_err(|_| Error::other("too large for a GLB"));
     let mut out = BufWriter::new(File::create(path)?);
     out.write_all(b"glTF")?;
     for part in [2, 12 + 8 + text.len() as u64 + 8 + total, text.len() as u64] {

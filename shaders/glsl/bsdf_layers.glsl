@@ -3,14 +3,15 @@
 #include "math.glsl"
 #include "reflectance.glsl"
 
-// Bilinear lookup in a table of N x N values for x (first) and y in [0, 1]. As a macro, since GLSL copies arrays that are passed.
-#define LOOK_UP(table, n, across, down, result)                                                      \
-    {                                                                                        \
-        vec2 at = clamp(vec2(across, down), 0.0, 1.0) * float(n - 1u);                               \
-        uvec2 cell = min(uvec2(at), uvec2(n - 2u));                                          \
-        vec2 f = at - vec2(cell);                                                            \
-        uint k = cell.y * n + cell.x;                                                        \
-        result = mix(mix(table[k], table[k + 1u], f.x), mix(table[k + n], table[k + n + 1u], f.x), f.y); \
+// Bilinear lookup in a table, both coordinates in [0, 1]. As a macro, since GLSL copies arrays that are passed.
+#define LOOK_UP(table, across, along, result)                                                                              \
+    {                                                                                                                      \
+        vec2 at = clamp(vec2(across, along), 0.0, 1.0) * float(ALBEDO_SIZE - 1u);                                          \
+        uvec2 cell = min(uvec2(at), uvec2(ALBEDO_SIZE - 2u));                                                              \
+        vec2 part = at - vec2(cell);                                                                                       \
+        uint k = cell.y * ALBEDO_SIZE + cell.x;                                                                            \
+        result = mix(mix(table[k], table[k + 1u], part.x),                                                                 \
+                     mix(table[k + ALBEDO_SIZE], table[k + ALBEDO_SIZE + 1u], part.x), part.y);                            \
     }
 
 // Directional albedo of a GGX lobe whose Fresnel term is Schlick's: f0 x + f90 y. `alpha` is isotropic.
@@ -19,8 +20,8 @@ vec2 ggx_albedo(float cos_theta, float alpha) {
     float whole, grazing;
     // E changes where the cosine is like alpha (see oracle::albedo::ggx_coordinate).
     float t = cos_theta / (cos_theta + 0.5 * alpha) * (1.0 + 0.5 * alpha);
-    LOOK_UP(GGX_ALBEDO, ALBEDO_SIZE, sqrt(t), roughness, whole);
-    LOOK_UP(GGX_GRAZING, ALBEDO_SIZE, sqrt(cos_theta), roughness, grazing);
+    LOOK_UP(GGX_ALBEDO, sqrt(t), roughness, whole);
+    LOOK_UP(GGX_GRAZING, sqrt(cos_theta), roughness, grazing);
     float f90 = whole * square(square(grazing)) * grazing;
     return vec2(whole - f90, f90);
 }
@@ -67,7 +68,7 @@ float charlie(vec3 v, vec3 l, float alpha) {
 // Directional albedo of it.
 float charlie_albedo(float cos_theta, float alpha) {
     float albedo;
-    LOOK_UP(CHARLIE_ALBEDO, ALBEDO_SIZE, sqrt(cos_theta), sqrt(alpha), albedo);
+    LOOK_UP(CHARLIE_ALBEDO, sqrt(cos_theta), sqrt(alpha), albedo);
     return albedo;
 }
 

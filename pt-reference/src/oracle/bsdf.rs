@@ -202,11 +202,8 @@ impl Bsdf {
         };
         let share = self.interface(v.dot(h));
         let sheen = self.sheen_color.max_element();
-        let left = if sheen > 0.0 {
-            (1.0 - sheen * albedo::charlie(v.z, self.sheen_alpha)).max(0.0)
-        } else {
-            1.0
-        };
+        let left =
+            if sheen > 0.0 { (1.0 - sheen * albedo::charlie(v.z, self.sheen_alpha)).max(0.0) } else { 1.0 };
         BsdfValue {
             f_cos: self.base_color * (share.1 * self.transmission * value * lobes.base * left),
             pdf: lobes.p[1] * (1.0 - self.reflect_probability(share)) * density,

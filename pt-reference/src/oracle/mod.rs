@@ -7,7 +7,9 @@ pub mod albedo;
 pub mod bsdf;
 pub mod dielectric;
 pub mod ggx;
+pub mod interior;
 pub mod layers;
+pub mod sampler;
 
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
