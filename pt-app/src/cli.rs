@@ -156,6 +156,37 @@ pub struct BenchArgs {
 pub enum BenchCommand {
     /// Rays per second of every trace backend, on the same primary, bounce and shadow rays.
     Trace(BenchTraceArgs),
+    /// Paths and rays per second of the reference path tracer, beside the CPU tracing as many rays.
+    Path(BenchPathArgs),
+}
+
+/// `pt bench path`
+#[derive(Clone, Debug, Args)]
+pub struct BenchPathArgs {
+    /// What is rendered.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The view.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Also write the result to this JSON file.
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+    /// Image size.
+    #[arg(long, value_name = "WxH", default_value = "320x180")]
+    pub size: ImageSize,
+    /// Samples of each pixel in a timed window.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// Scattering events after the first hit, at most.
+    #[arg(long, value_name = "B", default_value_t = 8)]
+    pub max_bounces: u32,
+    /// Timed windows; the best counts.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub windows: u32,
+    /// Where it runs.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 /// `pt bench trace`
