@@ -8,6 +8,7 @@ use pt_scene::glam::{Affine3A, Vec3, Vec4};
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Clusters, Instance, Material, Mesh, Motion, Scene, builtin};
 
+#[allow(dead_code, reason = "each test program uses a part")]
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
 }
