@@ -4,7 +4,7 @@ use crate::cli::{BackendChoice, CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
 use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
-use pt_core::{Device, DeviceOptions};
+use pt_core::{Device, DeviceOptions, Frame};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Camera, Scene, Texture};
@@ -47,6 +47,16 @@ impl Session {
     pub fn uncompressed_texture_bytes(&self) -> u64 {
         let environment = 16 * self.scene.environment.image.texels.len() as u64;
         self.scene.textures.iter().map(Texture::uncompressed_bytes).sum::<u64>() + environment
+    }
+
+    /// Brings the scene to `time`, and what was there in the frame before to `previous` (seconds): on the host, then on the device.
+    ///
+    /// # Errors
+    /// When the frame can't take the uploads.
+    pub fn update(&mut self, frame: &mut Frame<'_>, time: f64, previous: f64) -> pt_core::Result<()> {
+        self.scene.set_time(time, previous);
+        self.lights.update(frame, &self.scene, self.gpu.record_mut())?;
+        self.gpu.update(frame, &self.scene)
     }
 
     /// Device and driver in one line.

@@ -230,3 +230,39 @@ fn upscaling_beats_bilinear_by_three_decibels() {
     println!("PSNR: bilinear {bilinear:.2} dB, TAAU {temporal:.2} dB");
     assert!(temporal > bilinear + 3.0, "{temporal} against {bilinear}");
 }
+
+#[test]
+fn scan() {
+    let size = [128, 96];
+    let reference = shown(&reference(size));
+    for (space, rectify, sigma, sparkle) in [
+        (ClipSpace::Pq, Rectify::Clamp, 1.0, 0.25),
+        (ClipSpace::Pq, Rectify::Clamp, 1.0, 0.0),
+        (ClipSpace::Pq, Rectify::Off, 1.0, 0.25),
+        (ClipSpace::Pq, Rectify::Off, 1.0, 0.0),
+        (ClipSpace::Rgb, Rectify::Off, 1.0, 0.0),
+        (ClipSpace::Rgb, Rectify::Clamp, 1.0, 0.0),
+        (ClipSpace::Rgb, Rectify::Clamp, 1.5, 0.0),
+    ] {
+        let params = TaaParams { space, rectify, sigma, anti_sparkle: sparkle, ..TaaParams::default() };
+        let mut oracle = TaaOracle::new(size);
+        let (flags, motion) = (vec![1; motion_len(size)], still(size));
+        let mut result = None;
+        for index in 0..32 {
+            let jitter = halton(index);
+            let color = sampled(size, jitter);
+            result = Some(
+                oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params),
+            );
+        }
+        let r = shown(&result.unwrap());
+        let mean = |i: &oracle::Image| i.pixels.iter().map(|c| c[1]).sum::<f64>() / i.pixels.len() as f64;
+        println!(
+            "{space:?} {rectify:?} {sigma} {sparkle}: FLIP {:.4} PSNR {:.2} mean {:.4} ref {:.4}",
+            flip(&r, &reference),
+            psnr(&r, &reference),
+            mean(&r),
+            mean(&reference)
+        );
+    }
+}

@@ -32,6 +32,7 @@ fn quad(color: Vec4) -> Mesh {
         indices: vec![[0, 2, 1]],
         triangle_materials: vec![0],
         first_masked: 1,
+        ..Mesh::default()
     }
 }
 

@@ -13,18 +13,8 @@ const SIZE: u32 = 32;
 
 /// The four upright sides of a Lambertian box round the origin, two metres wide.
 fn sides() -> Scene {
-    let mut mesh = Mesh {
-        name: "sides".into(),
-        positions: vec![],
-        normals: vec![],
-        tangents: vec![],
-        uv0: vec![],
-        uv1: vec![],
-        colors: vec![],
-        indices: vec![],
-        triangle_materials: vec![0; 8],
-        first_masked: 8,
-    };
+    let mut mesh =
+        Mesh { name: "sides".into(), triangle_materials: vec![0; 8], first_masked: 8, ..Mesh::default() };
     for side in 0..4 {
         let turn = Quat::from_rotation_y(FRAC_PI_2 * side as f32);
         let first = mesh.positions.len() as u32;

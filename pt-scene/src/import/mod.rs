@@ -2,6 +2,7 @@
 //! reads bytes is checked here, because the crate's own accessors panic on files that break the format.
 
 mod accessor;
+mod animation;
 mod check;
 mod compression;
 mod document;
@@ -22,7 +23,9 @@ use std::path::{Path, PathBuf};
 pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
 pub use textures::MAX_TEXTURE_SIDE;
 
-use crate::{Environment, Scene, SceneError, Texture, TextureUsage, builtin, default_sky, default_sun};
+use crate::{
+    AnimationChoice, Environment, Scene, SceneError, Texture, TextureUsage, builtin, default_sky, default_sun,
+};
 use document::Document;
 use notices::Notices;
 use pt_core::phases::Phases;
@@ -38,6 +41,10 @@ pub struct LoadOptions {
     pub environment_intensity: f32,
     /// Give a scene without any light [`default_sky`] and [`default_sun`].
     pub default_sky: bool,
+    /// Which animations of a glTF file play.
+    pub animation: AnimationChoice,
+    /// Time at which the scene is shown at first, seconds; [`Scene::set_time`] goes on from there.
+    pub time: f64,
     /// Which of a file's scenes, by name or by index from 0; `None`: its default one.
     pub scene: Option<String>,
     /// Which of a file's material variants (KHR_materials_variants), by name or by index from 0; `None`: no variant.
@@ -62,6 +69,8 @@ impl Default for LoadOptions {
             environment_rotation: 0.0,
             environment_intensity: 1.0,
             default_sky: true,
+            animation: AnimationChoice::default(),
+            time: 0.0,
             scene: None,
             variant: None,
             max_geometry_bytes: 16 << 30,
@@ -78,7 +87,13 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
             let what = "a built-in scene has no further scenes or variants to choose from";
             Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
         }
-        Some(scene) => finish(scene, options),
+        Some(scene) => match &options.animation {
+            AnimationChoice::Index(_) | AnimationChoice::Name(_) => {
+                let what = "a built-in scene has no animations to choose from";
+                Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
+            }
+            _ => finish(scene, options),
+        },
         None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
             load(name_or_path, options)
         }
@@ -92,8 +107,6 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 
 /// Loads a scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which may be embedded,
 /// or files in the folder of the scene or below.
-///
-/// Left for later, with a notice: animation, skins (shown in their bind pose), morph targets (shown undeformed).
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     let mut notices = Notices::default();
@@ -135,11 +148,13 @@ fn fill(
     let variant = variant.map_err(|what| {
         document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
     })?;
-    note_unsupported(document, &scene, &mut notices);
+    note_unsupported(&scene, &mut notices);
     materials::read(document, options, &mut scene)?;
     phases.mark("textures: read and decode");
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
-    nodes::read(document, &meshes, options, &mut scene, &mut notices)?;
+    let rig = animation::read_rig(document, &options.animation, &mut scene, &mut notices)?;
+    nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
+    animation::attach(document, rig, &mut scene)?;
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }
@@ -245,8 +260,7 @@ impl Texture {
     }
 }
 
-fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
-    let root = &document.root;
+fn note_unsupported(scene: &Scene, notices: &mut Notices) {
     for extension in scene.extensions.iter().filter(|e| e.support == Support::Ignored) {
         notices.add("extensionsUsed", format!("extension {} is ignored", extension.name));
     }
@@ -254,15 +268,6 @@ fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
         if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
             notices.add(what, "names are not unique; a name stands for the first of its bearers");
         }
-    }
-    if !root.animations.is_empty() {
-        notices.add("animations", format!("{} animation(s) ignored; nodes rest", root.animations.len()));
-    }
-    if !root.skins.is_empty() {
-        notices.add("skins", format!("{} skin(s) ignored; meshes keep their bind pose", root.skins.len()));
-    }
-    if root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()) {
-        notices.add("meshes", "morph targets ignored; meshes are undeformed");
     }
 }
 
@@ -277,6 +282,8 @@ fn finish(mut scene: Scene, options: &LoadOptions) -> Result<Scene, SceneError> 
     }
     scene.environment.rotation += options.environment_rotation;
     scene.environment.intensity *= options.environment_intensity;
+    scene.set_time(options.time, options.time);
+    scene.pose_meshes();
     scene.validate()?;
     Ok(scene)
 }
