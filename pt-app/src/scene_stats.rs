@@ -48,6 +48,8 @@ pub struct SceneStats {
     pub lights: Vec<LightPower>,
     /// Cameras.
     pub cameras: Vec<CameraStats>,
+    /// Animations of the file.
+    pub animations: Vec<AnimationStats>,
     /// Extensions that the file names.
     pub extensions: Vec<ExtensionStats>,
     /// The division into clusters.
@@ -114,6 +116,19 @@ pub struct CameraStats {
     pub path_s: f64,
 }
 
+/// An animation of a file.
+#[derive(Clone, Debug, Serialize)]
+pub struct AnimationStats {
+    /// Name; may be empty.
+    pub name: String,
+    /// Seconds after which it starts again.
+    pub duration_s: f64,
+    /// Properties of nodes that it moves.
+    pub channels: usize,
+    /// Whether it plays unless `pt render --animation` says otherwise.
+    pub plays: bool,
+}
+
 /// An extension that a file names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ExtensionStats {
@@ -178,6 +193,16 @@ impl SceneStats {
                     position: c.position().to_array(),
                     forward: c.forward().to_array(),
                     path_s: c.path.as_ref().map_or(0.0, pt_scene::CameraPath::duration),
+                })
+                .collect(),
+            animations: scene
+                .animations
+                .iter()
+                .map(|a| AnimationStats {
+                    name: a.name.clone(),
+                    duration_s: a.duration,
+                    channels: a.channels,
+                    plays: a.plays,
                 })
                 .collect(),
             extensions,
@@ -252,6 +277,10 @@ impl SceneStats {
             let [p, f] = [c.position, c.forward].map(|v| format!("({:.3}, {:.3}, {:.3})", v[0], v[1], v[2]));
             let path = if c.path_s > 0.0 { format!(", path of {} s", c.path_s) } else { String::new() };
             line("camera", format!("{}: {} at {p}, looks along {f}{path}", c.name, c.projection))?;
+        }
+        for a in &self.animations {
+            let plays = if a.plays { ", plays" } else { "" };
+            line("animation", format!("{}: {:.3} s, {} channels{plays}", a.name, a.duration_s, a.channels))?;
         }
         for e in &self.extensions {
             line("extension", extension_line(e))?;
