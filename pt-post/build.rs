@@ -6,19 +6,50 @@ use pt_shaders::GpuStruct;
 mod records;
 use records::*;
 
+macro_rules! glsl_constants {
+    ($($name:ident),* $(,)?) => { [$(format!("const uint {} = {}u;\n", stringify!($name), $name)),*].concat() };
+}
+
 fn main() {
-    let constants = [
-        ("HISTOGRAM_BINS", HISTOGRAM_BINS),
-        ("BIN_BITS", BIN_BITS),
-        ("STEP_BITS", STEP_BITS),
-        ("TONEMAP_NONE", TONEMAP_NONE),
-        ("TONEMAP_REINHARD", TONEMAP_REINHARD),
-        ("TONEMAP_ACES", TONEMAP_ACES),
+    let mut header = glsl_constants![
+        HISTOGRAM_BINS,
+        BIN_BITS,
+        STEP_BITS,
+        FULL_WEIGHT,
+        CURVE_BINS,
+        CURVE_BINS_PER_OCTAVE,
+        NOISE_SIDE,
+        TONEMAP_NONE,
+        TONEMAP_REINHARD,
+        TONEMAP_ACES,
+        TONEMAP_ACES_HILL,
+        TONEMAP_AGX,
+        TONEMAP_NEUTRAL,
+        TONEMAP_NOISE_AWARE,
+        ENCODING_SRGB,
+        ENCODING_PQ,
+        ENCODING_SCRGB,
+        SPACE_PQ,
+        SPACE_YCOCG,
+        SPACE_RGB,
+        RECTIFY_OFF,
+        RECTIFY_CLAMP,
+        RECTIFY_CLIP,
     ];
-    let mut header: String =
-        constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
     header.push_str(&format!("const int MIN_LOG_LUMINANCE = {MIN_LOG_LUMINANCE};\n"));
-    for record in [ExposureRecord::glsl(), MeterPush::glsl(), TonemapPush::glsl(), AccumulatePush::glsl()] {
+    for record in [
+        ExposureRecord::glsl(),
+        HistogramPush::glsl(),
+        MeterPush::glsl(),
+        CurvePush::glsl(),
+        TonemapPush::glsl(),
+        AccumulatePush::glsl(),
+        TaaPush::glsl(),
+        BlurPush::glsl(),
+        MixPush::glsl(),
+        RcasPush::glsl(),
+        EasuPush::glsl(),
+    ] {
         header.push_str(&record);
     }
     pt_shaders::compiler::Kernels::new().header("post_records.glsl", header).compile("shaders");

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use crate::post_args::PostArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
@@ -117,8 +118,8 @@ pub struct BakeArgs {
     /// Folder for the DDS files; made when it is not there, may serve several scenes.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
-    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    /// How long the encoder searches; best takes three times as long and is some 2 dB better on hard images.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Fast)]
     pub quality: QualityChoice,
     /// Most texels that an image may have.
     #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
@@ -291,6 +292,9 @@ pub struct RenderArgs {
     /// Seed of all random numbers; another seed gives independent noise.
     #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Frame")]
     pub seed: u64,
+    /// What happens to the frame after it is traced.
+    #[command(flatten)]
+    pub post: PostArgs,
     /// Parameters to start from: the name of a built-in profile or a TOML file.
     #[arg(long, value_name = "NAME|FILE", help_heading = "Frame")]
     pub profile: Option<String>,

@@ -10,6 +10,7 @@ pub mod frame;
 pub mod info;
 pub mod params;
 pub mod passes;
+pub mod post_args;
 pub mod progress;
 pub mod render;
 pub mod scene_stats;

@@ -47,5 +47,5 @@ void main() {
         }
     }
     imageStore(ch_flat_color, pixel, color);
-    imageStore(ch_flat_motion, pixel, motion);
+    imageStore(ch_flat_motion, pixel, vec4(motion.xy, 0.0, 0.0));
 }

@@ -46,6 +46,10 @@ pub mod keys {
     pub const PARAMS: &str = "params";
     /// Exposure value at ISO 100 that the last frame was shown with.
     pub const EV100: &str = "ev100";
+    /// Factor that took scene radiance to exposed values for the last frame, compensation included.
+    pub const EXPOSURE: &str = "exposure";
+    /// Where in its pixels the last frame was sampled, from the centre, pixels: `x,y`.
+    pub const JITTER: &str = "jitter";
     /// Vulkan device.
     pub const DEVICE: &str = "device";
     /// Driver's name and version.
@@ -119,7 +123,7 @@ fn parts(id: ChannelId) -> Vec<Part> {
             let position = XYZ.into_iter().zip(0..).map(|(name, word)| Part::Float(name, word));
             return position.chain([Part::Uint("material", 3)]).collect();
         }
-        channels::MOTION | channels::FLAT_MOTION => &["X", "Y", "Z", "W"],
+        channels::MOTION => &["X", "Y", "Z", "W"],
         _ => match (format.is_uint(), format.components()) {
             (true, _) => &["x", "y"],
             (false, 1) => &["Z"],

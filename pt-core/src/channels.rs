@@ -44,6 +44,7 @@ enum Slot {
 /// Allocated channels.
 pub struct ChannelImages {
     size: [u32; 2],
+    output_size: [u32; 2],
     slots: BTreeMap<ChannelId, Slot>,
 }
 
@@ -52,22 +53,23 @@ pub const fn field_width(width: u32) -> u32 {
     width.div_ceil(2)
 }
 
-/// Extent of a channel for a frame of `size`.
-pub fn extent(class: ExtentClass, size: [u32; 2]) -> [u32; 2] {
+/// Extent of a channel for a frame of `size` whose picture has `output_size`.
+pub fn extent(class: ExtentClass, size: [u32; 2], output_size: [u32; 2]) -> [u32; 2] {
     match class {
         ExtentClass::Split => split_size(size),
         ExtentClass::Flat => size,
+        ExtentClass::Output => output_size,
     }
 }
 
-fn channel_bytes(id: ChannelId, size: [u32; 2]) -> u64 {
+fn channel_bytes(id: ChannelId, size: [u32; 2], output_size: [u32; 2]) -> u64 {
     let channel = id.channel();
-    let [width, height] = extent(channel.extent, size).map(u64::from);
+    let [width, height] = extent(channel.extent, size, output_size).map(u64::from);
     width * height * u64::from(channel.format.bytes()) * (1 + u64::from(channel.history))
 }
 
 impl ChannelImages {
-    /// Allocates `channels` (duplicates are fine) for a frame of `size` pixels.
+    /// Allocates `channels` (duplicates are fine) for a frame of `size` pixels, whose picture is as large.
     ///
     /// # Errors
     /// More than the device's memory, before any of it is taken.
@@ -76,8 +78,21 @@ impl ChannelImages {
         size: [u32; 2],
         channels: impl IntoIterator<Item = ChannelId>,
     ) -> Result<Self> {
+        Self::with_output(device, size, size, channels)
+    }
+
+    /// As [`ChannelImages::new`], for a picture of `output_size` pixels.
+    ///
+    /// # Errors
+    /// More than the device's memory, before any of it is taken.
+    pub fn with_output(
+        device: &Device,
+        size: [u32; 2],
+        output_size: [u32; 2],
+        channels: impl IntoIterator<Item = ChannelId>,
+    ) -> Result<Self> {
         let channels: BTreeSet<_> = channels.into_iter().collect();
-        let bytes = channels.iter().map(|&id| channel_bytes(id, size)).sum::<u64>();
+        let bytes = channels.iter().map(|&id| channel_bytes(id, size, output_size)).sum::<u64>();
         let memory = device.info().memory_bytes;
         if bytes > memory {
             let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
@@ -92,7 +107,7 @@ impl ChannelImages {
         let mut slots = BTreeMap::new();
         for id in channels {
             let channel = id.channel();
-            let extent = extent(channel.extent, size);
+            let extent = extent(channel.extent, size, output_size);
             let image = |name: &str| Image::new(device, name, channel.format, extent);
             let slot = if channel.history {
                 Slot::History(History::new(image(channel.name)?, image(&format!("{}_prev", channel.name))?))
@@ -101,12 +116,17 @@ impl ChannelImages {
             };
             slots.insert(id, slot);
         }
-        Ok(Self { size, slots })
+        Ok(Self { size, output_size, slots })
     }
 
     /// Full frame in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// The picture in pixels.
+    pub fn output_size(&self) -> [u32; 2] {
+        self.output_size
     }
 
     /// Channels that are there, in table order.
@@ -151,6 +171,6 @@ impl ChannelImages {
 
     /// Bytes of all images.
     pub fn bytes(&self) -> u64 {
-        self.slots.keys().map(|&id| channel_bytes(id, self.size)).sum()
+        self.slots.keys().map(|&id| channel_bytes(id, self.size, self.output_size)).sum()
     }
 }

@@ -45,7 +45,7 @@ fn random_texels(image: &Image, id: ChannelId, bits: &mut impl FnMut() -> u32) -
 
 /// Zeros where a split image has no flat pixel.
 fn without_the_unrecorded(texels: &mut [u8], id: ChannelId, size: [u32; 2]) {
-    if id.channel().extent == ExtentClass::Flat {
+    if id.channel().extent != ExtentClass::Split {
         return;
     }
     let half = size[0].div_ceil(2);

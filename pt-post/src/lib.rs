@@ -1,11 +1,18 @@
-//! What happens to the flat frame: running mean, exposure, tone curve, display encoding.
+//! What happens to the flat frame: running mean or temporal anti-aliasing, bloom, exposure, tone curve, display codes,
+//! upscaling. Each stage takes images and leaves its result in one; the caller puts them together.
 
 #![forbid(unsafe_code)]
 
 mod accumulate;
+mod bloom;
+mod blue_noise;
+mod exposure;
+mod fsr;
 pub mod oracle;
 mod params;
+mod picture;
 mod records;
+mod taa;
 mod tone_map;
 
 mod kernels {
@@ -13,6 +20,14 @@ mod kernels {
 }
 
 pub use accumulate::Accumulate;
-pub use params::{ExposureMode, Output, PostParams, Tonemap, exposure_scale};
+pub use bloom::{Bloom, BloomMode, BloomParams, MAX_LEVELS};
+pub use blue_noise::blue_noise;
+pub use exposure::Exposure;
+pub use fsr::{Fsr, FsrParams, PRESETS};
+pub use params::{
+    CurveParams, Encoding, ExposureMode, Output, PostParams, Tonemap, Upscale, camera_ev100, exposure_scale,
+};
+pub use picture::{PictureError, picture_layers, write_picture};
 pub use records::ExposureRecord;
-pub use tone_map::{Radiance, ToneMap};
+pub use taa::{ClipSpace, Rectify, Taa, TaaParams};
+pub use tone_map::ToneMap;

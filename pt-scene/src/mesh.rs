@@ -45,13 +45,6 @@ impl Mesh {
         self.indices.len()
     }
 
-    /// Bytes of all vertices and triangles.
-    pub(crate) fn bytes(&self) -> u64 {
-        let vertex = 4 * size_of::<Vec3>() + 2 * size_of::<Vec4>();
-        let lists = size_of_val(self.influences.items()) + size_of_val(self.morphs.items());
-        (self.vertex_count() * vertex + self.triangle_count() * size_of::<[u32; 4]>() + lists) as u64
-    }
-
     /// Corners of a triangle, object space.
     pub fn triangle(&self, triangle: usize) -> [Vec3; 3] {
         self.indices[triangle].map(|v| self.positions[v as usize])

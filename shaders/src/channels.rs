@@ -4,7 +4,8 @@
 //! history), the images that pt-core allocates, the layers of `--aov` and the table that `pt passes` prints.
 //!
 //! Extents: [`ExtentClass::Split`] holds the two half-width checkerboard fields side by side (even field left, odd field
-//! right), [`ExtentClass::Flat`] is the full frame in scan-line order.
+//! right), [`ExtentClass::Flat`] is the full frame in scan-line order, [`ExtentClass::Output`] the picture, which is larger than
+//! the frame when it is upscaled.
 
 /// Texel format. Only formats that every Vulkan device with `shaderStorageImageExtendedFormats` can store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -85,6 +86,8 @@ pub enum ExtentClass {
     Split,
     /// The full frame: `W` by `H`.
     Flat,
+    /// The picture: the size of the frame, or larger when it is upscaled.
+    Output,
 }
 
 /// One image of the frame contract.
@@ -196,12 +199,14 @@ channels! {
         "Composited radiance, a = checkerboard flags.";
     FLAT_COLOR: "flat_color", Rgba32F, Flat, false, "linear radiance",
         "Interleaved radiance.";
-    FLAT_MOTION: "flat_motion", Rgba32F, Flat, false, "as motion",
-        "Interleaved motion.";
+    FLAT_MOTION: "flat_motion", Rg32F, Flat, false, "UV of the full frame",
+        "Interleaved motion: previous minus current screen position.";
     ACCUMULATED: "accumulated", Rgba32F, Flat, false, "linear radiance",
         "Running mean of the frames so far (--accumulate), a = number of frames.";
-    DISPLAY: "display", Rgba8Unorm, Flat, false, "sRGB display",
+    DISPLAY: "display", Rgba8Unorm, Output, false, "sRGB display",
         "Exposed, tone-mapped and sRGB-encoded picture.";
+    DISPLAY_HDR: "display_hdr", Rgba16F, Output, false, "PQ codes of Rec. 2020, or scRGB",
+        "Exposed, tone-mapped and encoded picture for an HDR display.";
 }
 
 /// Descriptor set that the channel images are declared in.

@@ -14,7 +14,7 @@ use std::str::FromStr;
 use half::f16;
 
 pub use linear::{ImageState, LinearImage};
-pub use png_file::{PixelLayout, write_png};
+pub use png_file::{PixelLayout, write_png, write_png_pq};
 pub use srgb::{srgb_decode, srgb_encode, srgb_encode_8bit};
 
 use crate::atomic_file::{FileError, check_writable};

@@ -1,4 +1,4 @@
-//! 8-bit PNG, tagged as sRGB.
+//! PNG: 8 bits tagged as sRGB, 16 bits tagged as PQ.
 
 use std::path::Path;
 
@@ -39,6 +39,31 @@ pub fn write_png(
     check_size(width.into(), height.into())?;
     let bytes = encode(width, height, layout, pixels)
         .map_err(|error| ImageFileError::Encode { path: path.into(), reason: error.to_string() })?;
+    Ok(write_atomic(path, &bytes)?)
+}
+
+/// Writes PQ codes (SMPTE ST 2084) of Rec. 2020 primaries, 16 bits, R, G, B, rows from the top, as a PNG with a cICP chunk
+/// that says so (ITU-T H.273: primaries 9, transfer 16, full range), atomically.
+///
+/// # Errors
+/// As [`write_png`].
+pub fn write_png_pq(path: &Path, width: u32, height: u32, codes: &[u16]) -> Result<(), ImageFileError> {
+    check_size(width.into(), height.into())?;
+    let mut bytes = Vec::new();
+    let mut write = || {
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        let mut writer = encoder.write_header()?;
+        writer.write_chunk(png::chunk::ChunkType(*b"cICP"), &[9, 16, 0, 1])?;
+        let big_endian: Vec<u8> = codes.iter().flat_map(|code| code.to_be_bytes()).collect();
+        writer.write_image_data(&big_endian)?;
+        writer.finish()
+    };
+    write().map_err(|error: png::EncodingError| ImageFileError::Encode {
+        path: path.into(),
+        reason: error.to_string(),
+    })?;
     Ok(write_atomic(path, &bytes)?)
 }
 

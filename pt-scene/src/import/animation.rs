@@ -319,7 +319,7 @@ pub(super) fn attach(
     let mut skins = vec![None; document.root.skins.len()];
     let mut rigid = vec![false; scene.meshes.len()];
     let mut own_meshes = Vec::new();
-    let mut bytes = 0;
+    let mut copied = 0u64;
     for instance in &mut scene.instances {
         let mesh = &scene.meshes[instance.mesh as usize];
         let Some(node) = instance.attachment.map(|a| a.node) else {
@@ -344,13 +344,12 @@ pub(super) fn attach(
             rigid[instance.mesh as usize] = true;
             continue;
         }
-        // A small file can hang the same mesh on any number of nodes.
-        bytes += mesh.bytes();
-        if bytes > document.max_geometry_bytes {
-            let limit = document.max_geometry_bytes;
-            let what =
-                format!("more than {limit} bytes of deforming meshes; raise the limit if this is meant");
-            return Err(document.invalid(at, what));
+        let items = size_of_val(mesh.influences.items()) + size_of_val(mesh.morphs.items());
+        // Two poses, vertices at rest and their other attributes.
+        copied = copied.saturating_add((items + 256 * mesh.vertex_count()) as u64);
+        if copied > document.max_geometry_bytes {
+            let what = format!("more than {} bytes of meshes that deform", document.max_geometry_bytes);
+            return Err(document.invalid(format!("nodes[{node}].mesh"), what));
         }
         if skin.is_some() {
             // The joints alone place a skinned mesh.

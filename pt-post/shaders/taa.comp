@@ -1,0 +1,165 @@
+// Temporal anti-aliasing and upscaling, on the output extent: this frame's nearest sample blended into the reprojected
+// history. After Karis 2014, "High-Quality Temporal Supersampling" (jitter, longest motion, neighbourhood) and Salvi 2016,
+// "An Excursion in Temporal Supersampling" (variance clipping), in the PQ space of Quake II RTX.
+//
+// History holds PQ codes of the radiance (16 bit unorm: steps of 0.1 % and less from 1e-3 cd/m2 up), a = weight of what it
+// holds x push.blend. Pixels that are not finite count as missing: they reach neither neighbours nor history.
+#include "finite.glsl"
+#include "math.glsl"
+#include "post_records.glsl"
+#include "pq.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+layout(push_constant, scalar) uniform Push { TaaPush push; };
+layout(set = 2, binding = 0) uniform sampler2D color;
+layout(set = 2, binding = 1) uniform sampler2D motion;
+layout(set = 2, binding = 2) uniform sampler2D history;
+layout(set = 2, binding = 3, rgba16) uniform writeonly image2D new_history;
+layout(set = 2, binding = 4, rgba16f) uniform writeonly image2D resolved;
+
+// The input texels of a group's 16 x 16 pixels with a border of one, and one for rounding: the output is never smaller.
+const int TILE = 20;
+// rgb = colour in the space that is blended in, a = checkerboard flags; negative: missing.
+shared vec4 tile_color[TILE * TILE];
+shared vec2 tile_motion[TILE * TILE];
+
+// Least weight of a sample, so that pixels far from all samples get some light too.
+const float MIN_WEIGHT = 0.02;
+const float SPLIT_FLAGS = 6.0;
+
+vec3 encode(vec3 radiance) { return pq_encode(clamp(radiance * (push.pq_scale / 10000.0), 0.0, 1.0)); }
+
+vec3 decode(vec3 code) { return pq_decode(code) * (10000.0 / push.pq_scale); }
+
+vec3 to_blend_space(vec3 radiance) {
+    if (push.space == SPACE_RGB) return clamp(radiance, 0.0, 10000.0 / push.pq_scale);
+    return encode(radiance);
+}
+
+// Blend space to the space in which history is compared with the neighbourhood, and back.
+vec3 to_clip_space(vec3 c) {
+    if (push.space != SPACE_YCOCG) return c;
+    return vec3(0.25 * c.r + 0.5 * c.g + 0.25 * c.b, 0.5 * (c.r - c.b), -0.25 * c.r + 0.5 * c.g - 0.25 * c.b);
+}
+
+vec3 from_clip_space(vec3 c) {
+    if (push.space != SPACE_YCOCG) return c;
+    float t = c.x - c.z;
+    return vec3(t + c.y, c.x + c.z, t - c.y);
+}
+
+// Where the output pixel's centre lies in the input, texel centres at whole numbers.
+vec2 input_position(ivec2 p, vec2 scale) { return (vec2(p) + 0.5) * scale - 0.5; }
+
+ivec2 nearest_sample(ivec2 p, vec2 scale) { return ivec2(floor(input_position(p, scale) - push.jitter + 0.5)); }
+
+// Catmull-Rom interpolation from nine bilinear taps (the two middle texels of each axis in one).
+vec4 sample_history(vec2 position, vec2 size) {
+    vec2 centre = floor(position - 0.5) + 0.5;
+    vec2 f = position - centre;
+    // On a texel centre, as with a camera that stands still, the filter is the texel.
+    if (all(lessThan(abs(f), vec2(1e-4)))) return texelFetch(history, ivec2(centre), 0);
+    vec2 w0 = f * (-0.5 + f * (1.0 - 0.5 * f));
+    vec2 w1 = 1.0 + f * f * (-2.5 + 1.5 * f);
+    vec2 w3 = f * f * (-0.5 + 0.5 * f);
+    vec2 w2 = 1.0 - w0 - w1 - w3;
+    vec2 w12 = w1 + w2;
+    vec2 at[3] = vec2[3]((centre - 1.0) / size, (centre + w2 / w12) / size, (centre + 2.0) / size);
+    vec2 weight[3] = vec2[3](w0, w12, w3);
+    vec4 sum = vec4(0.0);
+    for (int y = 0; y < 3; ++y) {
+        for (int x = 0; x < 3; ++x) {
+            sum += weight[x].x * weight[y].y * textureLod(history, vec2(at[x].x, at[y].y), 0.0);
+        }
+    }
+    return clamp(sum, 0.0, 1.0);
+}
+
+vec3 rectify(vec3 c, vec3 mean, vec3 extent) {
+    if (push.rectify == RECTIFY_OFF) return c;
+    vec3 offset = c - mean;
+    if (push.rectify == RECTIFY_CLAMP) return mean + clamp(offset, -extent, extent);
+    vec3 outside = abs(offset) / max(extent, 1e-7);
+    return mean + offset / max(max_component(outside), 1.0);
+}
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 output_size = imageSize(resolved);
+    ivec2 input_size = textureSize(color, 0);
+    vec2 scale = vec2(input_size) / vec2(output_size);
+
+    ivec2 base = nearest_sample(ivec2(gl_WorkGroupID.xy) * 16, scale) - 1;
+    for (int i = int(gl_LocalInvocationIndex); i < TILE * TILE; i += 256) {
+        ivec2 at = clamp(base + ivec2(i % TILE, i / TILE), ivec2(0), input_size - 1);
+        vec4 c = texelFetch(color, at, 0);
+        tile_color[i] = is_finite(c.rgb) ? vec4(to_blend_space(c.rgb), max(c.a, 0.0)) : vec4(0.0, 0.0, 0.0, -1.0);
+        tile_motion[i] = texelFetch(motion, at, 0).xy;
+    }
+    barrier();
+    if (any(greaterThanEqual(p, output_size))) return;
+
+    ivec2 sampled = nearest_sample(p, scale);
+    ivec2 local = sampled - base;
+    vec3 centre = vec3(0.0);
+    vec3 around = vec3(0.0);
+    float neighbours = 0.0;
+    bool found = false;
+    vec2 longest = vec2(0.0);
+    float flags = 0.0;
+    for (int i = 0; i < 9; ++i) {
+        int at = (local.y + i / 3 - 1) * TILE + local.x + i % 3 - 1;
+        vec4 c = tile_color[at];
+        vec2 m = tile_motion[at];
+        // Not true of NaN either.
+        if (dot(m, m) > dot(longest, longest)) longest = m;
+        if (c.a < 0.0) continue;
+        if (i == 4) {
+            centre = c.rgb;
+            flags = c.a;
+            found = true;
+        } else {
+            around += c.rgb;
+            neighbours += 1.0;
+        }
+    }
+    if (neighbours > 0.0) {
+        vec3 mean = around / neighbours;
+        if (!found) centre = mean;
+        if (push.sparkle_limit > 0.0) centre = min(centre, push.sparkle_limit * mean);
+    }
+
+    // Moments with the centre as it is now.
+    vec3 first = to_clip_space(centre);
+    vec3 second = first * first;
+    float count = 1.0;
+    for (int i = 0; i < 9; ++i) {
+        vec4 c = tile_color[(local.y + i / 3 - 1) * TILE + local.x + i % 3 - 1];
+        if (i == 4 || c.a < 0.0) continue;
+        vec3 v = to_clip_space(c.rgb);
+        first += v;
+        second += v * v;
+        count += 1.0;
+    }
+    vec3 mean = first / count;
+    vec3 deviation = sqrt(max(second / count - mean * mean, 0.0));
+    float sigma = push.sigma * (flags == SPLIT_FLAGS ? push.split_sigma : 1.0);
+
+    vec2 previous = vec2(p) + 0.5 + longest * vec2(output_size);
+    vec4 old = vec4(0.0);
+    bool inside = all(greaterThan(previous, vec2(0.0))) && all(lessThan(previous, vec2(output_size)));
+    if (push.reset == 0u && inside) old = sample_history(previous, vec2(output_size));
+    vec3 past = push.space == SPACE_RGB ? decode(old.rgb) : old.rgb;
+    past = from_clip_space(rectify(to_clip_space(past), mean, sigma * deviation));
+
+    // A sample weighs by its distance from the pixel's centre, in output pixels; when things move every sample counts.
+    vec2 offset = (vec2(clamp(sampled, ivec2(0), input_size - 1)) + push.jitter - input_position(p, scale)) / scale;
+    float moved = smoothstep(0.0, 1.0, length(longest * vec2(output_size)));
+    float weight = clamp(max(moved, 1.0 - dot(offset, offset)), MIN_WEIGHT, 1.0);
+    float total = min(old.a / push.blend + weight, 1.0 / push.blend);
+    vec3 blended = max(mix(past, centre, min(weight / total, 1.0)), 0.0);
+
+    vec3 code = push.space == SPACE_RGB ? encode(blended) : min(blended, 1.0);
+    imageStore(new_history, p, vec4(code, total * push.blend));
+    imageStore(resolved, p, vec4(push.space == SPACE_RGB ? blended : decode(code), 1.0));
+}
