@@ -191,7 +191,7 @@ fn upscaling_beats_bilinear_by_three_decibels() {
 }
 
 /// A bright square moves over a striped ground, three pixels a frame; then it stops being there. For how many frames is what it
-/// leaves behind seen, by more than a code of 1/255?
+/// leaves behind seen, by more than a tenth of its contrast?
 fn trail_length(space: ClipSpace, rectify: Rectify, temporal: f32) -> u32 {
     let size = [96, 24];
     let frame = |left: i64| {
@@ -222,10 +222,12 @@ fn trail_length(space: ClipSpace, rectify: Rectify, temporal: f32) -> u32 {
     // The trail: pixels behind the square, by how long ago it left them.
     let (result, ground) = (shown(&last.unwrap()), shown(&frame(-100)));
     let left = 2 + 3 * 19;
+    let contrast = result.at(left + 8, 12)[1] - ground.at(left + 8, 12)[1];
     (1..20)
         .filter(|ago| {
             let columns = left - 3 * ago..left - 3 * (ago - 1);
-            columns.into_iter().any(|x| (6..18).any(|y| (result.at(x, y)[1] - ground.at(x, y)[1]).abs() > 1.0 / 255.0))
+            let seen = |x, y| (result.at(x, y)[1] - ground.at(x, y)[1]).abs() > 0.1 * contrast;
+            columns.into_iter().any(|x| (6..18).any(|y| seen(x, y)))
         })
         .max()
         .unwrap_or(0) as u32

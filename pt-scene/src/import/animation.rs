@@ -319,6 +319,7 @@ pub(super) fn attach(
     let mut skins = vec![None; document.root.skins.len()];
     let mut rigid = vec![None; scene.meshes.len()];
     let mut meshes = Vec::new();
+    let mut copied = 0u64;
     for instance in &mut scene.instances {
         let node = instance.attachment.map_or(0, |a| a.node);
         let mesh = &scene.meshes[instance.mesh as usize];
@@ -363,6 +364,13 @@ pub(super) fn attach(
             return Err(
                 document.invalid(at, format!("mesh {} names joint {} of {joints}", mesh.name, wrong.joint))
             );
+        }
+        let items = size_of_val(mesh.influences.items()) + size_of_val(mesh.morphs.items());
+        // Two poses, vertices at rest and their other attributes.
+        copied = copied.saturating_add((items + 256 * mesh.vertex_count()) as u64);
+        if copied > document.max_geometry_bytes {
+            let what = format!("more than {} bytes of meshes that deform", document.max_geometry_bytes);
+            return Err(document.invalid(format!("nodes[{node}].mesh"), what));
         }
         let mut own = mesh.clone();
         if skin.is_none() {
