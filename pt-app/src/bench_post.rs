@@ -47,7 +47,8 @@ struct Chain {
 fn chains() -> [Chain; 3] {
     let bloom = BloomParams { mode: BloomMode::Gaussian, ..BloomParams::default() };
     let params = PostParams { bloom, ..PostParams::default() };
-    let upscaled = |upscale, factor: f32| PostParams { upscale, render_scale: 1.0 / factor, ..params.clone() };
+    let upscaled =
+        |upscale, factor: f32| PostParams { upscale, render_scale: 1.0 / factor, ..params.clone() };
     let mut native = params.clone();
     (native.taa.enabled, native.fsr.sharpen) = (true, true);
     let mut fsr = upscaled(Upscale::Fsr1, 1.5);
@@ -196,7 +197,11 @@ pub fn run(args: &BenchPostArgs, out: &mut impl Write) -> Result<bool> {
             "\n{} (frame {}x{}); checked at {}x{}: {difference:.2} codes from the oracles",
             chain.name, frame_size[0], frame_size[1], CHECK_SIZE[0], CHECK_SIZE[1]
         )?;
-        writeln!(out, "{:<14}  {:>10}  {:>10}  {:>10}  {:>8}  {:>7}", "pass", "median ms", "p95 ms", "MiB", "GB/s", "of copy")?;
+        writeln!(
+            out,
+            "{:<14}  {:>10}  {:>10}  {:>10}  {:>8}  {:>7}",
+            "pass", "median ms", "p95 ms", "MiB", "GB/s", "of copy"
+        )?;
         let share = |row: &PassRow| row.gb_per_s().map(|rate| rate / copy);
         for row in &times.passes {
             writeln!(

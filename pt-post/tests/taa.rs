@@ -26,7 +26,14 @@ impl Bench {
         Self { device, taa }
     }
 
-    fn next(&mut self, color: &oracle::Image, flags: u32, motion: &Motion, jitter: [f64; 2], params: &TaaParams) -> oracle::Image {
+    fn next(
+        &mut self,
+        color: &oracle::Image,
+        flags: u32,
+        motion: &Motion,
+        jitter: [f64; 2],
+        params: &TaaParams,
+    ) -> oracle::Image {
         let image = upload(&self.device, color, flags as f32);
         let moving = Image::new(&self.device, "motion", Format::Rg32F, color.size).unwrap();
         let values: Vec<f32> = motion.iter().flatten().map(|v| *v as f32).collect();
@@ -79,7 +86,12 @@ fn kernel_agrees_with_the_oracle() {
             (ClipSpace::Ycocg, Rectify::Clip),
             (ClipSpace::Rgb, Rectify::Clamp),
         ] {
-            let params = TaaParams { space, rectify, anti_sparkle: if rectify == Rectify::Clip { 0.0 } else { 0.25 }, ..TaaParams::default() };
+            let params = TaaParams {
+                space,
+                rectify,
+                anti_sparkle: if rectify == Rectify::Clip { 0.0 } else { 0.25 },
+                ..TaaParams::default()
+            };
             let mut bench = Bench::new(output_size);
             let mut oracle = TaaOracle::new(output_size);
             for frame in 0..4u32 {
@@ -98,12 +110,22 @@ fn kernel_agrees_with_the_oracle() {
                 let flags = if frame == 3 { 6 } else { 1 };
                 let got = bench.next(&color, flags, &motion, jitter, &params);
                 let flags = vec![flags; motion.len()];
-                let want = oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params);
+                let want =
+                    oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params);
                 let difference = largest_code_difference(&got, &want);
                 // Half floats: 2^-10 of the radiance is 1.2e-4 of a code at most; fp32 of the code's 79th power: 4e-5. Between
                 // texels the device's filter has 8 bits of place: 2 / 256 of the contrast of random neighbours.
-                let tolerance = if frame == 3 && rectify == Rectify::Off { 8e-3 } else if frame == 3 { 4e-3 } else { 5e-4 };
-                assert!(difference < tolerance, "{size:?} -> {output_size:?}, {space:?} {rectify:?}, frame {frame}: {difference}");
+                let tolerance = if frame == 3 && rectify == Rectify::Off {
+                    8e-3
+                } else if frame == 3 {
+                    4e-3
+                } else {
+                    5e-4
+                };
+                assert!(
+                    difference < tolerance,
+                    "{size:?} -> {output_size:?}, {space:?} {rectify:?}, frame {frame}: {difference}"
+                );
                 // The kernel's rounding is not carried on.
                 oracle.set_history(&bench.taa.history().read_f32().unwrap());
             }
@@ -117,7 +139,13 @@ fn scene(u: f64, v: f64) -> f64 {
     let line = ((u * 0.3 + v) * 5.0).fract() < 0.06;
     let lamp = (u - 0.8).hypot(v - 0.2) < 0.04;
     let ground = if wheel > 0.0 { 0.9 } else { 0.25 };
-    if lamp { 8.0 } else if line { 1.5 } else { ground * (0.5 + 0.5 * u) }
+    if lamp {
+        8.0
+    } else if line {
+        1.5
+    } else {
+        ground * (0.5 + 0.5 * u)
+    }
 }
 
 /// One sample a pixel, at an offset from its centre.
@@ -160,7 +188,9 @@ fn still_pictures_converge_to_the_reference() {
         for index in 0..32 {
             let jitter = halton(index);
             let color = sampled(size, jitter);
-            result = Some(oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params));
+            result = Some(
+                oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params),
+            );
         }
         let error = flip(&shown(&result.unwrap()), &reference);
         println!("{space:?}: FLIP {error:.4}; one sample {one:.4}");
@@ -183,7 +213,10 @@ fn upscaling_beats_bilinear_by_three_decibels() {
     for index in 0..48 {
         let jitter = halton(index);
         let color = sampled(size, jitter);
-        result = Some(oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &TaaParams::default()));
+        result = Some(oracle.next(
+            &TaaFrame { color: &color, flags: &flags, motion: &motion, jitter },
+            &TaaParams::default(),
+        ));
     }
     let temporal = psnr(&shown(&result.unwrap()), &native);
     println!("PSNR: bilinear {bilinear:.2} dB, TAAU {temporal:.2} dB");
@@ -197,7 +230,13 @@ fn trail_length(space: ClipSpace, rectify: Rectify, temporal: f32) -> u32 {
     let frame = |left: i64| {
         oracle::Image::from_fn(size, |x, y| {
             let inside = (left..left + 16).contains(&i64::from(x)) && (4..20).contains(&y);
-            [if inside { 4.0 } else if (x / 3) % 2 == 0 { 0.5 } else { 0.3 }; 3]
+            [if inside {
+                4.0
+            } else if (x / 3) % 2 == 0 {
+                0.5
+            } else {
+                0.3
+            }; 3]
         })
     };
     let motion = |left: i64| -> Motion {
@@ -217,7 +256,10 @@ fn trail_length(space: ClipSpace, rectify: Rectify, temporal: f32) -> u32 {
         let left = 2 + 3 * step;
         let color = frame(left);
         let motion = motion(left);
-        last = Some(oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter: [0.0; 2] }, &params));
+        last = Some(
+            oracle
+                .next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter: [0.0; 2] }, &params),
+        );
     }
     // The trail: pixels behind the square, by how long ago it left them.
     let (result, ground) = (shown(&last.unwrap()), shown(&frame(-100)));
@@ -240,7 +282,8 @@ fn trails_are_short_when_history_is_rectified() {
     assert!(off > 10, "this scene is no test: {off}");
     for space in [ClipSpace::Pq, ClipSpace::Ycocg, ClipSpace::Rgb] {
         for rectify in [Rectify::Clamp, Rectify::Clip] {
-            let [plain, temporal] = [0.0, TaaParams::default().temporal].map(|t| trail_length(space, rectify, t));
+            let [plain, temporal] =
+                [0.0, TaaParams::default().temporal].map(|t| trail_length(space, rectify, t));
             println!("{space:?} {rectify:?}: {plain} frames, {temporal} with the temporal deviation");
             assert!(plain < off && temporal < off, "{space:?} {rectify:?}");
         }
@@ -259,12 +302,18 @@ fn broken_frames_leave_nothing_behind() {
     broken.pixels[200] = [f64::INFINITY, 1.0, 1.0];
     broken.pixels[0] = [-5.0; 3];
     let everywhere = |v: f64| oracle::Image::from_fn(size, |_, _| [v; 3]);
-    let nan_motion: Motion = (0..motion_len(size)).map(|i| if i % 7 == 0 { [f64::NAN; 2] } else { [0.0; 2] }).collect();
+    let nan_motion: Motion =
+        (0..motion_len(size)).map(|i| if i % 7 == 0 { [f64::NAN; 2] } else { [0.0; 2] }).collect();
     let first = bench.next(&broken, 1, &still(size), [0.0; 2], &params);
-    assert!(first.pixels.iter().flatten().all(|v| (0.0..1.0).contains(v)), "only the broken pixels' own mean");
+    assert!(
+        first.pixels.iter().flatten().all(|v| (0.0..1.0).contains(v)),
+        "only the broken pixels' own mean"
+    );
     // Two pixels away from all of them everything is as it was.
     let plain = oracle::Image::from_fn(size, |x, y| clean.at(x.into(), y.into()));
-    let spared = |i: usize| [100, 200, 0].iter().all(|b: &usize| (b % 24).abs_diff(i % 24) > 1 || (b / 24).abs_diff(i / 24) > 1);
+    let spared = |i: usize| {
+        [100, 200, 0].iter().all(|b: &usize| (b % 24).abs_diff(i % 24) > 1 || (b / 24).abs_diff(i / 24) > 1)
+    };
     for i in (0..plain.pixels.len()).filter(|&i| spared(i)) {
         assert!((first.pixels[i][0] - plain.pixels[i][0]).abs() < 1e-3, "{i}");
     }

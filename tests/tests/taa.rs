@@ -118,7 +118,8 @@ fn trails_behind_moving_edges_are_short() {
                 age[i] = if pair[0].instance[i] == pair[1].instance[i] { (age[i] + 1).min(99) } else { 0 };
                 // The aliasing of edges is no trail: only pixels whose surroundings show the same.
                 let width = SIZE[0] as usize;
-                let inner = i > width && i + width + 1 < pixels
+                let inner = i > width
+                    && i + width + 1 < pixels
                     && [i - 1, i + 1, i - width, i + width]
                         .iter()
                         .all(|&n| pair[1].instance[n] == pair[1].instance[i]);
@@ -133,7 +134,8 @@ fn trails_behind_moving_edges_are_short() {
         }
         let mean = |(sum, count): (f64, u32)| sum / f64::from(count.max(1));
         let still = mean(errors[99]);
-        let length = (0..30).rev().find(|&a| errors[a].1 > 20 && mean(errors[a]) > 2.0 * still).map_or(0, |a| a + 1);
+        let length =
+            (0..30).rev().find(|&a| errors[a].1 > 20 && mean(errors[a]) > 2.0 * still).map_or(0, |a| a + 1);
         println!(
             "{name:<30} {length:>2} frames; error at once {:.4}, after 5 frames {:.4}, undisturbed {still:.4}",
             mean(errors[0]),

@@ -6,8 +6,8 @@
 
 use anyhow::{Result, ensure};
 use clap::Parser;
-use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_checkerboard::study::{Scheme, SplitSurface};
+use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::StageArgs;
 use pt_core::image_file::LinearImage;
 use pt_core::metrics::{Metric, compare};
@@ -100,7 +100,10 @@ fn compare_schemes(reflection: &LinearImage, refraction: &LinearImage, out: &mut
     let error = |a: Vec<[f32; 3]>, b: &LinearImage| -> Result<f64> {
         Ok(compare(&image(a), b, &[Metric::RelMse])?[0].value)
     };
-    writeln!(out, "relMSE against the sum of both paths, by rays for each pixel; flicker: relMSE of two successive frames")?;
+    writeln!(
+        out,
+        "relMSE against the sum of both paths, by rays for each pixel; flicker: relMSE of two successive frames"
+    )?;
     write!(out, "{:<12}  {:<16}", "surface", "scheme")?;
     BUDGETS.iter().try_for_each(|rays| write!(out, "  {rays:>10}"))?;
     writeln!(out, "  {:>10}", "flicker")?;
