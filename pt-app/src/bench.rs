@@ -1,5 +1,6 @@
 //! `pt bench`: rays of every backend and of the CPU; paths of the reference path tracer.
 
+use crate::bench_post;
 use crate::cli::{BenchArgs, BenchCommand, BenchPathArgs, BenchTraceArgs};
 use crate::session::{Session, choose_camera};
 use anyhow::Result;
@@ -23,6 +24,7 @@ pub fn run(args: &BenchArgs, out: &mut impl Write) -> Result<bool> {
     match &args.command {
         BenchCommand::Trace(args) => trace(args, out),
         BenchCommand::Path(args) => path(args, out),
+        BenchCommand::Post(args) => bench_post::run(args, out),
     }
 }
 

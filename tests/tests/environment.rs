@@ -18,7 +18,8 @@ fn sides() -> Scene {
     for side in 0..4 {
         let turn = Quat::from_rotation_y(FRAC_PI_2 * side as f32);
         let first = mesh.positions.len() as u32;
-        for corner in [Vec2::new(-1.0, -1.0), Vec2::new(1.0, -1.0), Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0)] {
+        for corner in [Vec2::new(-1.0, -1.0), Vec2::new(1.0, -1.0), Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0)]
+        {
             mesh.positions.push(turn * corner.extend(1.0));
             mesh.normals.push(turn * Vec3::Z);
             mesh.tangents.push((turn * Vec3::X).extend(1.0));
