@@ -3,7 +3,7 @@
 // "An Excursion in Temporal Supersampling" (variance clipping), in the PQ space of Quake II RTX.
 //
 // History holds PQ codes of the radiance (16 bit unorm: steps of 0.1 % and less from 1e-3 cd/m2 up). Its a packs two bytes:
-// the weight of what it holds x push.blend, and the square root of the mean absolute deviation of the samples from it, in
+// the weight of what it holds over the greatest there is, and the square root of the mean absolute deviation of the samples from it, in
 // codes: a line that is thinner than a pixel is missed by most frames, whose neighbourhoods would then clip it away. Pixels that are not finite count as missing: they reach neither neighbours nor history.
 #include "finite.glsl"
 #include "math.glsl"
@@ -179,7 +179,9 @@ void main() {
     vec2 offset = (vec2(clamp(sampled, ivec2(0), input_size - 1)) + push.jitter - input_position(p, scale)) / scale;
     float moved = smoothstep(0.0, 1.0, length(longest * vec2(output_size)));
     float weight = clamp(max(moved, 1.0 - dot(offset, offset)), MIN_WEIGHT, 1.0);
-    float total = min(state.x / push.blend + weight, 1.0 / push.blend);
+    // A full history is a mean of more frames where nothing moves.
+    float greatest = 1.0 / min(push.blend, push.blend_still);
+    float total = min(state.x * greatest + weight, mix(1.0 / push.blend_still, 1.0 / push.blend, moved));
     float share = min(weight / total, 1.0);
     // The first sample has nothing to deviate from.
     float deviation_now = state.x > 0.0 ? mix(state.y, change, share) : 0.0;
@@ -191,6 +193,6 @@ void main() {
     }
     vec3 blended = max(mix(past, centre, share), 0.0);
     vec3 code = codes ? min(blended, 1.0) : encode(blended);
-    imageStore(new_history, p, vec4(code, float(pack_state(total * push.blend, deviation_now)) / 65535.0));
+    imageStore(new_history, p, vec4(code, float(pack_state(total / greatest, deviation_now)) / 65535.0));
     imageStore(resolved, p, vec4(codes ? decode(code) : blended, 1.0));
 }

@@ -11,7 +11,10 @@ use pt_post::{ClipSpace, Rectify, TaaParams};
 use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, NORMAL, VISIBILITY};
 use pt_tests::{Frames, builtin};
 
-const SIZE: [u32; 2] = [96, 54];
+const SIZE: [u32; 2] = [160, 90];
+
+/// FLIP of a converged picture.
+const LIMIT: f64 = 0.02;
 
 /// One frame as temporal anti-aliasing gets it.
 struct Shot {
@@ -87,17 +90,23 @@ fn gallery_converges_to_the_reference() {
     for space in [ClipSpace::Pq, ClipSpace::Ycocg, ClipSpace::Rgb] {
         let params = TaaParams { space, ..TaaParams::default() };
         let error = flip(resolve_all(&shots[..64], &params).last().unwrap(), &reference);
-        println!("{space:?}: FLIP {error:.4}");
-        assert!(error < 0.02, "{space:?}: {error}");
+        let plain = TaaParams { temporal: 0.0, blend_still: params.blend, ..params.clone() };
+        let before = flip(resolve_all(&shots[..64], &plain).last().unwrap(), &reference);
+        println!("{space:?}: FLIP {error:.4}; without temporal deviation and longer history {before:.4}");
+        assert!(error < LIMIT, "{space:?}: {error}");
     }
 }
 
-/// For how many frames a pixel that something has just left shows more error than before: mean absolute error by the time
-/// since then, against the frame's own shading, relative to that of pixels where nothing has changed.
+/// For how many frames the ground that something has just left shows more than twice the error of the rest of it: mean
+/// absolute error against the frame's own shading, by the time since then.
 #[test]
 fn trails_behind_moving_edges_are_short() {
     let shots = shoot("flicker", 40, 1.0 / 30.0);
     let pixels = shots[0].instance.len();
+    // What fills most of the frame is what the others leave behind them.
+    let mut seen = std::collections::BTreeMap::new();
+    shots.iter().flat_map(|shot| &shot.instance).for_each(|i| *seen.entry(*i).or_insert(0) += 1);
+    let ground = *seen.iter().max_by_key(|(_, count)| **count).unwrap().0;
     let mut trails = Vec::new();
     for (name, space, rectify, temporal) in [
         ("off", ClipSpace::Pq, Rectify::Off, 0.0),
@@ -123,7 +132,7 @@ fn trails_behind_moving_edges_are_short() {
                     && [i - 1, i + 1, i - width, i + width]
                         .iter()
                         .all(|&n| pair[1].instance[n] == pair[1].instance[i]);
-                if frame < 10 || !inner {
+                if frame < 10 || !inner || pair[1].instance[i] != ground {
                     continue;
                 }
                 let (c, truth) = (resolved[frame + 1].pixels[i], pair[1].color.pixels[i]);

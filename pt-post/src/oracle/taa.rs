@@ -21,7 +21,7 @@ pub struct TaaFrame<'a> {
 #[derive(Clone, Debug)]
 pub struct TaaOracle {
     size: [u32; 2],
-    /// PQ codes, and for each pixel the weight of what it holds times `blend` and the deviation of its samples; `None` before
+    /// PQ codes, and for each pixel the weight of what it holds over the greatest and the deviation of its samples; `None` before
     /// the first frame.
     history: Option<(Image, Vec<[f64; 2]>)>,
 }
@@ -50,7 +50,8 @@ impl TaaOracle {
         let encode = |c: Rgb| c.map(|v| pq_encode((v / most).clamp(0.0, 1.0)));
         let decode = |c: Rgb| c.map(|v| pq_decode(v) * most);
         let linear = params.space == ClipSpace::Rgb;
-        let blend = f64::from(params.blend);
+        let [moving, still] = [params.blend, params.blend_still].map(|blend| 1.0 / f64::from(blend));
+        let greatest = moving.max(still);
         let [width, height] = frame.color.size.map(i64::from);
         let scale = [0, 1].map(|i| f64::from(frame.color.size[i]) / f64::from(self.size[i]));
 
@@ -127,15 +128,17 @@ impl TaaOracle {
             let offset = [0, 1].map(|i| (sampled[i] + frame.jitter[i] - position[i]) / scale[i]);
             let t = moved[0].hypot(moved[1]).clamp(0.0, 1.0);
             let near = 1.0 - offset[0] * offset[0] - offset[1] * offset[1];
-            let weight = (t * t * (3.0 - 2.0 * t)).max(near).clamp(0.02, 1.0);
-            let total = (held / blend + weight).min(1.0 / blend);
+            let smooth = t * t * (3.0 - 2.0 * t);
+            let weight = smooth.max(near).clamp(0.02, 1.0);
+            let total = (held * greatest + weight).min(still + (moving - still) * smooth);
             let as_codes = !linear && !params.blend_linear;
             let light = |c: Rgb| if linear || as_codes { c } else { decode(c.map(|v| v.clamp(0.0, 1.0))) };
             let share = (weight / total).min(1.0);
             let blended = mix(light(past), light(centre), share).map(|v| v.max(0.0));
             let code = if as_codes { blended.map(|v| v.min(1.0)) } else { encode(blended) };
             codes.push(code);
-            states.push([total * blend, if held > 0.0 { spread + (change - spread) * share } else { 0.0 }]);
+            states
+                .push([total / greatest, if held > 0.0 { spread + (change - spread) * share } else { 0.0 }]);
             if as_codes { decode(code) } else { blended }
         });
         self.history = Some((Image { size: self.size, pixels: codes }, states));
