@@ -112,8 +112,6 @@ impl TaaOracle {
                 }
                 _ => ([0.0; 3], [0.0; 2]),
             };
-            let luma = |c: Rgb| 0.25 * c[0] + 0.5 * c[1] + 0.25 * c[2];
-            let change = (luma(if linear { encode(centre) } else { centre }) - luma(past)).abs();
             let past = clip_space(if linear { decode(past) } else { past });
             let temporal = f64::from(params.temporal) * spread;
             let widened = match params.space {
@@ -123,11 +121,13 @@ impl TaaOracle {
             };
             let extent = zip(scaled(deviation, sigma), widened, f64::max);
             let past = from_clip_space(rectify(past, mean, extent, params.rectify), params.space);
+            let luma = |c: Rgb| 0.25 * c[0] + 0.5 * c[1] + 0.25 * c[2];
+            let change = if linear { 0.0 } else { (luma(centre) - luma(past)).abs() };
 
             let sampled = [sx.clamp(0, width - 1) as f64, sy.clamp(0, height - 1) as f64];
             let offset = [0, 1].map(|i| (sampled[i] + frame.jitter[i] - position[i]) / scale[i]);
             let t = moved[0].hypot(moved[1]).clamp(0.0, 1.0);
-            let near = 1.0 - offset[0] * offset[0] - offset[1] * offset[1];
+            let near = 2.0 - 2.0 * offset[0].abs().max(offset[1].abs());
             let smooth = t * t * (3.0 - 2.0 * t);
             let weight = smooth.max(near).clamp(0.02, 1.0);
             let total = (held * greatest + weight).min(still + (moving - still) * smooth);
@@ -137,8 +137,10 @@ impl TaaOracle {
             let blended = mix(light(past), light(centre), share).map(|v| v.max(0.0));
             let code = if as_codes { blended.map(|v| v.min(1.0)) } else { encode(blended) };
             codes.push(code);
-            states
-                .push([total / greatest, if held > 0.0 { spread + (change - spread) * share } else { 0.0 }]);
+            states.push([
+                total / greatest,
+                if held > 0.0 { (1.0 - smooth) * (spread + (change - spread) * share) } else { 0.0 },
+            ]);
             if as_codes { decode(code) } else { blended }
         });
         self.history = Some((Image { size: self.size, pixels: codes }, states));
