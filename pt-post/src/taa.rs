@@ -47,7 +47,7 @@ pub struct TaaParams {
     /// Half width of the neighbourhood's box in standard deviations, 0 to 8. Default 1.
     pub sigma: f32,
     /// How far what a pixel has shown from frame to frame widens its box, in mean absolute deviations, 0 to 8: keeps lines that
-    /// are thinner than a pixel, which most frames miss. Not for space `rgb`. Default 1.5; Quake II RTX: 0.
+    /// are thinner than a pixel, which most frames miss. Not for space `rgb`. Default 2.5; Quake II RTX: 0.
     pub temporal: f32,
     /// Factor on `sigma` where reflection and refraction share the pixel, 1 to 8. Default 2.
     pub split_sigma: f32,
@@ -71,7 +71,7 @@ impl Default for TaaParams {
             blend_linear: true,
             rectify: Rectify::Clamp,
             sigma: 1.0,
-            temporal: 1.5,
+            temporal: 2.5,
             split_sigma: 2.0,
             anti_sparkle: 0.0,
             blend: 0.1,
