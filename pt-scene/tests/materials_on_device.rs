@@ -13,6 +13,7 @@ use pt_scene::{
     Texture, TextureRef, TextureUsage, Wrap, linear_from_srgb,
 };
 
+#[allow(dead_code, reason = "each test program uses a part")]
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
 }
@@ -207,6 +208,12 @@ fn compressed_textures_read_as_the_host_decodes_them() {
         BlockFormat::Bc5,
         BlockFormat::Bc7,
     ] {
+        // BC7 is exact to the bit. Between the end points of the others devices round in their own way.
+        let tolerance = match format {
+            BlockFormat::Bc7 => 1e-3,
+            BlockFormat::Bc4 | BlockFormat::Bc5 => 5e-3,
+            _ => 2e-2,
+        };
         for usage in [TextureUsage::Cutout, TextureUsage::Data] {
             if usage.is_srgb() && matches!(format, BlockFormat::Bc4 | BlockFormat::Bc5) {
                 continue;
@@ -225,8 +232,8 @@ fn compressed_textures_read_as_the_host_decodes_them() {
             for ((x, y, _), r) in points.iter().zip(samples(&device, &scene, &uvs, 0.0)) {
                 let [red, green, blue, alpha] = texture.texel(*x, *y);
                 let (red, green, blue) = (red.min(1.0), green.min(1.0), blue.min(1.0));
-                let near = r.base_color.abs_diff_eq(Vec3::new(red, green, blue), 6e-3)
-                    && (r.alpha - alpha).abs() < 6e-3;
+                let near = r.base_color.abs_diff_eq(Vec3::new(red, green, blue), tolerance)
+                    && (r.alpha - alpha).abs() < tolerance;
                 assert!(
                     near,
                     "{format:?} {usage:?} ({x}, {y}): {} {}, {red} {green} {blue} {alpha}",

@@ -3,7 +3,7 @@
 mod common;
 
 use common::shared;
-use pt_scene::glam::{Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3};
 use pt_scene::{AlphaMode, LoadOptions, Material, Scene, TextureUsage, load};
 
 fn model(file: &str) -> Option<Scene> {
@@ -22,7 +22,7 @@ fn material<'a>(scene: &'a Scene, name: &str) -> &'a Material {
 fn transforms_and_uv_sets() {
     let Some(scene) = model("TextureTransformTest/TextureTransformTest.gltf") else { return };
     let moved: Vec<_> = scene.materials.iter().filter_map(|m| m.base_color_texture).collect();
-    assert_eq!(moved.iter().filter(|t| t.transform != pt_scene::glam::Affine2::IDENTITY).count(), 6);
+    assert_eq!(moved.iter().filter(|t| t.transform != Affine2::IDENTITY).count(), 6);
     let offset = moved.iter().find(|t| t.transform.translation == Vec2::new(0.5, 0.0));
     assert!(offset.is_some_and(|t| t.transform.transform_point2(Vec2::ZERO) == Vec2::new(0.5, 0.0)));
     let Some(scene) = model("MultiUVTest/MultiUVTest.gltf") else { return };

@@ -58,7 +58,9 @@ impl<'a> Header<'a> {
     pub fn check(&self, max_texels: u64) -> Result<(), String> {
         if self.texel_count() > max_texels {
             let (w, h) = (self.width, self.height);
-            return Err(format!("{w}x{h} texels are more than the limit of {max_texels}; see --max-texture-pixels"));
+            return Err(format!(
+                "{w}x{h} texels are more than the limit of {max_texels}; see --max-texture-pixels"
+            ));
         }
         Ok(())
     }
@@ -72,8 +74,8 @@ impl<'a> Header<'a> {
             }
             Kind::Ktx2 => transcode(self.bytes, self.width, self.height)?,
             Kind::Pixels(decoder) => {
-                let image =
-                    image::DynamicImage::from_decoder(BoxedDecoder(decoder)).map_err(|e| one_line(&e.to_string()))?;
+                let image = image::DynamicImage::from_decoder(BoxedDecoder(decoder))
+                    .map_err(|e| one_line(&e.to_string()))?;
                 image.into_rgba8().into_raw()
             }
         };
@@ -108,8 +110,9 @@ fn decoder<'a>(bytes: &'a [u8]) -> Result<Box<dyn ImageDecoder + 'a>, String> {
         ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP => {}
         other => return Err(format!("{other:?} images are not supported; it {unknown}")),
     }
-    let mut reader =
-        image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| one_line(&e.to_string()))?;
+    let mut reader = image::ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|e| one_line(&e.to_string()))?;
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_TEXTURE_SIDE);
     limits.max_image_height = Some(MAX_TEXTURE_SIDE);

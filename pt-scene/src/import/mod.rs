@@ -247,7 +247,12 @@ impl Texture {
     /// # Errors
     /// What is wrong, in one line without the file's name. An image of more than `max_texels` texels is refused before
     /// it is decoded.
-    pub fn from_bytes(name: &str, bytes: &[u8], usage: TextureUsage, max_texels: u64) -> Result<Self, String> {
+    pub fn from_bytes(
+        name: &str,
+        bytes: &[u8],
+        usage: TextureUsage,
+        max_texels: u64,
+    ) -> Result<Self, String> {
         let header = images::Header::read(bytes)?;
         header.check(max_texels)?;
         let size = [header.width, header.height];

@@ -3,6 +3,7 @@
 
 pub mod gltf;
 pub mod records;
+pub mod textured;
 
 use std::path::{Path, PathBuf};
 
