@@ -90,15 +90,14 @@ fn gallery_converges_to_the_reference() {
     for space in [ClipSpace::Pq, ClipSpace::Ycocg, ClipSpace::Rgb] {
         let params = TaaParams { space, ..TaaParams::default() };
         let error = flip(resolve_all(&shots[..64], &params).last().unwrap(), &reference);
-        let plain = TaaParams { temporal: 0.0, blend_still: params.blend, ..params.clone() };
-        let before = flip(resolve_all(&shots[..64], &plain).last().unwrap(), &reference);
-        println!("{space:?}: FLIP {error:.4}; without temporal deviation and longer history {before:.4}");
-        assert!(error < LIMIT, "{space:?}: {error}");
+        println!("{space:?}: FLIP {error:.4}");
+        // Linear RGB has no box over time: it loses the thinnest lines.
+        assert!(error < if space == ClipSpace::Rgb { 2.0 * LIMIT } else { LIMIT }, "{space:?}: {error}");
     }
 }
 
-/// For how many frames the ground that something has just left shows more than twice the error of the rest of it: mean
-/// absolute error against the frame's own shading, by the time since then.
+/// For how many frames the ground shows what something has left there: until its error beyond that of undisturbed ground is less
+/// than a quarter of what history as it is would show at once. Mean absolute errors against the frame's own shading.
 #[test]
 fn trails_behind_moving_edges_are_short() {
     let shots = shoot("flicker", 40, 1.0 / 30.0);
@@ -108,6 +107,7 @@ fn trails_behind_moving_edges_are_short() {
     shots.iter().flat_map(|shot| &shot.instance).for_each(|i| *seen.entry(*i).or_insert(0) += 1);
     let ground = *seen.iter().max_by_key(|(_, count)| **count).unwrap().0;
     let mut trails = Vec::new();
+    let mut at_once = None;
     for (name, space, rectify, temporal) in [
         ("off", ClipSpace::Pq, Rectify::Off, 0.0),
         ("PQ clamp", ClipSpace::Pq, Rectify::Clamp, 0.0),
@@ -143,8 +143,9 @@ fn trails_behind_moving_edges_are_short() {
         }
         let mean = |(sum, count): (f64, u32)| sum / f64::from(count.max(1));
         let still = mean(errors[99]);
+        let seen = 0.25 * *at_once.get_or_insert(mean(errors[0]) - still);
         let length =
-            (0..30).rev().find(|&a| errors[a].1 > 20 && mean(errors[a]) > 2.0 * still).map_or(0, |a| a + 1);
+            (0..30).rev().find(|&a| errors[a].1 > 20 && mean(errors[a]) - still > seen).map_or(0, |a| a + 1);
         println!(
             "{name:<30} {length:>2} frames; error at once {:.4}, after 5 frames {:.4}, undisturbed {still:.4}",
             mean(errors[0]),
@@ -152,5 +153,5 @@ fn trails_behind_moving_edges_are_short() {
         );
         trails.push(length);
     }
-    assert!(trails[1..].iter().all(|&length| length <= trails[0]), "{trails:?}");
+    assert!(trails[1..].iter().all(|&length| 2 * length < trails[0]), "{trails:?}");
 }
