@@ -12,10 +12,29 @@ macro_rules! glsl_constants {
 
 fn main() {
     let mut header = glsl_constants![
-        HISTOGRAM_BINS, BIN_BITS, STEP_BITS, FULL_WEIGHT, CURVE_BINS, CURVE_BINS_PER_OCTAVE, NOISE_SIDE,
-        TONEMAP_NONE, TONEMAP_REINHARD, TONEMAP_ACES, TONEMAP_ACES_HILL, TONEMAP_AGX, TONEMAP_NEUTRAL,
-        TONEMAP_NOISE_AWARE, ENCODING_SRGB, ENCODING_PQ, ENCODING_SCRGB, SPACE_PQ, SPACE_YCOCG, SPACE_RGB,
-        RECTIFY_OFF, RECTIFY_CLAMP, RECTIFY_CLIP,
+        HISTOGRAM_BINS,
+        BIN_BITS,
+        STEP_BITS,
+        FULL_WEIGHT,
+        CURVE_BINS,
+        CURVE_BINS_PER_OCTAVE,
+        NOISE_SIDE,
+        TONEMAP_NONE,
+        TONEMAP_REINHARD,
+        TONEMAP_ACES,
+        TONEMAP_ACES_HILL,
+        TONEMAP_AGX,
+        TONEMAP_NEUTRAL,
+        TONEMAP_NOISE_AWARE,
+        ENCODING_SRGB,
+        ENCODING_PQ,
+        ENCODING_SCRGB,
+        SPACE_PQ,
+        SPACE_YCOCG,
+        SPACE_RGB,
+        RECTIFY_OFF,
+        RECTIFY_CLAMP,
+        RECTIFY_CLIP,
     ];
     header.push_str(&format!("const int MIN_LOG_LUMINANCE = {MIN_LOG_LUMINANCE};\n"));
     for record in [

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use crate::bench_post::BenchPostArgs;
 use crate::post_args::PostArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
@@ -118,8 +119,8 @@ pub struct BakeArgs {
     /// Folder for the DDS files; made when it is not there, may serve several scenes.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
-    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    /// How long the encoder searches; best takes three times as long and is some 2 dB better on hard images.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Fast)]
     pub quality: QualityChoice,
     /// Most texels that an image may have.
     #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
@@ -151,6 +152,8 @@ pub struct BenchArgs {
 pub enum BenchCommand {
     /// Rays per second of every trace backend, on the same primary, bounce and shadow rays.
     Trace(BenchTraceArgs),
+    /// GPU time, bytes and share of the copy bandwidth of every pass from the interleave to the picture.
+    Post(BenchPostArgs),
 }
 
 /// `pt bench trace`

@@ -15,8 +15,8 @@ use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::trace::TraceBackend;
-use pt_scene::Camera;
 use pt_post::Upscale;
+use pt_scene::Camera;
 use pt_shaders::channels::ChannelId;
 use serde_json::json;
 use std::io::Write;
@@ -52,6 +52,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     if !args.accumulate {
         full.set_time_step((1.0 / args.scene.fps) as f32);
     }
+    session.load.mark("kernels and images");
     let aovs = aov::select(args.aov.as_ref(), full.images())?;
 
     let timings = render(args, &params, &camera, &mut session, &mut full)?;
@@ -66,6 +67,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     }
     if let Some(path) = &args.timings {
         write_timings(path, &timings, &metadata)?;
+        writeln!(out, "{}", load_line(&session))?;
     }
     summary(&timings, &session, size, full.images().size(), out)
 }
@@ -92,6 +94,10 @@ fn render(
         session.update(&mut frame, time, previous)?;
         full.record(&mut frame, &session.gpu, &session.lights, &camera.at(time), seed, params)?;
         frame.submit()?;
+        if index == 0 && args.timings.is_some() {
+            session.device.wait_idle()?;
+            session.load.mark("first frame");
+        }
         previous = time;
         progress.step();
     }
@@ -102,7 +108,8 @@ fn render(
 
 /// Whether a file is for the eye: a PNG always, an EXR when that is asked for.
 fn holds_picture(path: &Path, params: &FrameParams) -> bool {
-    params.post.output == pt_post::Output::Display || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
+    params.post.output == pt_post::Output::Display
+        || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
 }
 
 struct Metadata<'a> {
@@ -174,6 +181,13 @@ fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) 
         "device": info.name,
         "driver": info.driver_line(),
         "backend": metadata.session.gpu.backend().to_string(),
+        "load": {
+            "phases": metadata.session.load.list(),
+            "total_ms": metadata.session.load.total_ms(),
+            "texture_bytes": metadata.session.gpu.texture_bytes(),
+            "texture_bytes_uncompressed": metadata.session.uncompressed_texture_bytes(),
+            "peak_memory_bytes": peak_memory(),
+        },
         "warm_up_frames": timings.len() - counted.len(),
         "frame": frame,
         "passes": passes,
@@ -181,6 +195,28 @@ fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) 
     });
     let text = serde_json::to_string_pretty(&document)?;
     write_atomic(path, text.as_bytes()).with_context(|| "cannot write the timings".to_owned())
+}
+
+/// Where the time before the first picture went.
+fn load_line(session: &Session) -> String {
+    let load = &session.load;
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let phases: Vec<_> = load.list().iter().map(|p| format!("{} {:.0} ms", p.name, p.ms)).collect();
+    let peak = peak_memory().map_or(String::new(), |bytes| format!("; peak memory {:.0} MiB", mib(bytes)));
+    format!(
+        "loaded in {:.2} s: {}; textures {:.1} MiB ({:.1} MiB without compression){peak}",
+        load.total_ms() * 1e-3,
+        phases.join(", "),
+        mib(session.gpu.texture_bytes()),
+        mib(session.uncompressed_texture_bytes()),
+    )
+}
+
+/// The most memory that this process has held, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? << 10)
 }
 
 fn summary(

@@ -51,6 +51,8 @@ pub struct SceneStats {
     pub lights: Vec<LightPower>,
     /// Cameras.
     pub cameras: Vec<CameraStats>,
+    /// Animations.
+    pub animations: Vec<AnimationStats>,
     /// Names of the scenes in the file.
     pub file_scenes: Vec<String>,
     /// Names of the material variants in the file.
@@ -117,6 +119,19 @@ pub struct CameraStats {
     pub forward: [f32; 3],
     /// Seconds of its path; 0 without one.
     pub path_s: f64,
+}
+
+/// An animation of the file.
+#[derive(Clone, Debug, Serialize)]
+pub struct AnimationStats {
+    /// Name; may be empty.
+    pub name: String,
+    /// Seconds.
+    pub duration_s: f64,
+    /// Properties of nodes that it moves.
+    pub channels: usize,
+    /// Whether it plays unless another is asked for.
+    pub plays: bool,
 }
 
 /// An extension that a file names.
@@ -197,6 +212,16 @@ impl SceneStats {
                     path_s: c.path.as_ref().map_or(0.0, pt_scene::CameraPath::duration),
                 })
                 .collect(),
+            animations: scene
+                .animations
+                .iter()
+                .map(|a| AnimationStats {
+                    name: a.name.clone(),
+                    duration_s: a.duration,
+                    channels: a.channels,
+                    plays: a.plays,
+                })
+                .collect(),
             file_scenes: scene.scenes.clone(),
             variants: scene.variants.clone(),
             extensions: scene.extensions.iter().map(|e| ExtensionStats::of(&e.name, e.required)).collect(),
@@ -264,6 +289,10 @@ impl SceneStats {
             let [p, f] = [c.position, c.forward].map(|v| format!("({:.3}, {:.3}, {:.3})", v[0], v[1], v[2]));
             let path = if c.path_s > 0.0 { format!(", path of {} s", c.path_s) } else { String::new() };
             line("camera", format!("{}: {} at {p}, looks along {f}{path}", c.name, c.projection))?;
+        }
+        for a in &self.animations {
+            let rests = if a.plays { "" } else { ", does not play" };
+            line("animation", format!("{}: {:.3} s, {} channels{rests}", a.name, a.duration_s, a.channels))?;
         }
         for (what, names) in [("scenes", &self.file_scenes), ("variants", &self.variants)] {
             if names.len() > usize::from(what == "scenes") {

@@ -13,14 +13,12 @@ struct Ways {
 
 // A rougher interface has microfacets: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces".
 // G2 / G1(v) is the weight of a direction found by a visible normal (Heitz 2018); `g2` height-correlated as in brdf.glsl.
-float smith_lambda_root(float alpha, float z) { return sqrt(square(alpha) + (1.0 - square(alpha)) * square(z)); }
-
 float reflected_masking(float alpha, vec3 v, vec3 l) {
-    float a = smith_lambda_root(alpha, v.z), b = smith_lambda_root(alpha, l.z);
+    float a = ggx_root(vec2(alpha), v), b = ggx_root(vec2(alpha), l);
     return l.z <= 0.0 ? 0.0 : l.z * (v.z + a) / (l.z * a + v.z * b);
 }
 
-float transmitted_masking(float alpha, float l_z) { return l_z <= 0.0 ? 0.0 : 2.0 * l_z / (l_z + smith_lambda_root(alpha, l_z)); }
+float transmitted_masking(float alpha, vec3 l) { return l.z >= 0.0 ? 0.0 : ggx_g1(vec2(alpha), l); }
 
 // `solid`: light is bent on its way through. A thin sheet stands for its two interfaces at once: straight through,
 // F + (1 - F) x base colour (KHR_materials_transmission). `rough`: draw a microfacet with xi instead of the smooth interface.
@@ -39,7 +37,7 @@ Ways ways_on(SeenSurface s, MaterialRecord m, vec3 direction, bool solid, bool r
     if (rough) {
         if (!solid) w.transmitted = reflect(w.reflected, s.normal);
         masking.x = reflected_masking(alpha, v, w.reflected * world_from_local);
-        masking.y = transmitted_masking(alpha, -(w.transmitted * world_from_local).z);
+        masking.y = transmitted_masking(alpha, w.transmitted * world_from_local);
         if (dot(w.reflected, s.flat_normal) <= 0.0) masking.x = 0.0;
         if (dot(w.transmitted, s.flat_normal) >= 0.0) masking.y = 0.0;
     } else {

@@ -4,11 +4,11 @@ mod common;
 
 use common::records::{SampleRecord, SamplerPush};
 use common::scene::{Uploaded, all_kinds, bright_spot};
-use common::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use common::{close, kernels, run_sampler};
 use glam::{Vec2, Vec3};
 use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;
+use pt_core::test_support::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Recorder};
 use pt_lights::oracle::lights::{LightSample, LightSampler};

@@ -3,11 +3,11 @@
 mod common;
 
 use common::records::{BrdfCase, SampleRecord, SamplerPush};
-use common::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use common::{close, kernels, run_sampler};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;
+use pt_core::test_support::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use pt_core::{Buffer, Kernel};
 use pt_lights::oracle::brdf::Brdf;
 use pt_lights::oracle::sampling;

@@ -124,7 +124,8 @@ mod tests {
         let power = |fx: usize, fy: usize| {
             let (mut re, mut im) = (0.0f64, 0.0f64);
             for (i, value) in tile.iter().enumerate() {
-                let phase = std::f64::consts::TAU * ((i % SIDE * fx + i / SIDE * fy) % SIDE) as f64 / SIDE as f64;
+                let phase =
+                    std::f64::consts::TAU * ((i % SIDE * fx + i / SIDE * fy) % SIDE) as f64 / SIDE as f64;
                 re += (f64::from(*value) - 0.5) * phase.cos();
                 im += (f64::from(*value) - 0.5) * phase.sin();
             }

@@ -41,15 +41,8 @@ pub enum Tonemap {
 
 impl Tonemap {
     /// All curves.
-    pub const ALL: [Self; 7] = [
-        Self::Aces,
-        Self::AcesHill,
-        Self::Agx,
-        Self::Neutral,
-        Self::NoiseAware,
-        Self::Reinhard,
-        Self::None,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Aces, Self::AcesHill, Self::Agx, Self::Neutral, Self::NoiseAware, Self::Reinhard, Self::None];
 
     pub(crate) fn code(self) -> u32 {
         match self {

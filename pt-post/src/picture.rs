@@ -41,7 +41,9 @@ impl Encoding {
     pub fn check_file(self, path: &Path) -> Result<OutputFormat, PictureError> {
         let problem = |problem| Err(PictureError::Format { path: path.into(), problem });
         match (OutputFormat::of(path)?, self) {
-            (OutputFormat::Png, Self::Scrgb) => problem("a png cannot hold scRGB; write exr, or ask for encoding pq"),
+            (OutputFormat::Png, Self::Scrgb) => {
+                problem("a png cannot hold scRGB; write exr, or ask for encoding pq")
+            }
             (OutputFormat::Exr, Self::Pq) => problem("PQ codes go to a png; for exr ask for encoding scrgb"),
             (format, _) => Ok(format),
         }

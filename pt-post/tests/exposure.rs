@@ -19,7 +19,14 @@ impl Bench {
     }
 
     /// Meters one image after the other; returns what the last one was exposed with.
-    fn expose(&self, exposure: &mut Exposure, size: [u32; 2], pixels: &[Rgb], dt: Option<f32>, params: &PostParams) -> ExposureRecord {
+    fn expose(
+        &self,
+        exposure: &mut Exposure,
+        size: [u32; 2],
+        pixels: &[Rgb],
+        dt: Option<f32>,
+        params: &PostParams,
+    ) -> ExposureRecord {
         let pixels = pixels.iter().map(|c| c.map(f64::from)).collect();
         // Alpha is no radiance: it must not show anywhere.
         let image = upload(&self.device, &oracle::Image { size, pixels }, f32::NAN);
@@ -85,7 +92,10 @@ fn meter_agrees_with_oracle_and_exact_percentiles() {
             let want = oracle::meter(size, &pixels, &params);
             // fp32 luminance may round a pixel to the next step of 1/128 octave, a weight to the next of 64.
             let steps = if centre_weight > 0.0 { 4e-2 } else { 8e-3 };
-            assert!((got - want).abs() < 2e-3 + steps / pixels.len() as f64, "{size:?}: {got}, oracle {want}");
+            assert!(
+                (got - want).abs() < 2e-3 + steps / pixels.len() as f64,
+                "{size:?}: {got}, oracle {want}"
+            );
             if centre_weight == 0.0 {
                 // Half a step everywhere, and a bin of 1/8 octave at either end where the pixels are few.
                 let exact = exact_ev(&pixels, &params);
@@ -168,7 +178,8 @@ fn exposure_does_not_depend_on_the_size() {
         (0..n * n * 256).map(|i| tile[(i / (16 * n) % 16) * 16 + i % 16]).collect()
     };
     let params = unbiased();
-    let [one, four, sixteen] = [1, 2, 4].map(|n: u32| bench.ev100([16 * n, 16 * n], &tiled(n as usize), &params));
+    let [one, four, sixteen] =
+        [1, 2, 4].map(|n: u32| bench.ev100([16 * n, 16 * n], &tiled(n as usize), &params));
     assert_eq!((one, one), (four, sixteen));
     // Enlarged, with centre weighting: the pixels' centres lie elsewhere, by half a pixel of the smallest.
     let enlarged = |n: usize| -> Vec<Rgb> {
@@ -206,7 +217,8 @@ fn modes_bias_compensation_and_limits() {
     let manual = PostParams { exposure: ExposureMode::Manual, ev100: 1.5, compensation: 0.5, ..unbiased() };
     let exposure = bench.meter([1, 1], &one, &manual);
     assert_eq!((exposure.ev100, exposure.scale), (1.5, pt_post::exposure_scale(1.5, 0.5)));
-    let camera = PostParams { exposure: ExposureMode::Camera, aperture: 8.0, shutter: 1.0, iso: 200.0, ..unbiased() };
+    let camera =
+        PostParams { exposure: ExposureMode::Camera, aperture: 8.0, shutter: 1.0, iso: 200.0, ..unbiased() };
     assert_eq!(bench.meter([1, 1], &one, &camera).ev100, 5.0);
     let auto = PostParams { compensation: -2.0, ..unbiased() };
     let dark = bench.meter([1, 1], &one, &auto);
@@ -279,10 +291,23 @@ fn noise_aware_curve_agrees_with_the_oracle_and_is_monotone() {
     let mut runner = TestRunner::deterministic();
     let narrow = vec![[0.5; 3]; 64];
     let two: Vec<Rgb> = (0..64).map(|i| [if i % 2 == 0 { 0.01 } else { 100.0 }; 3]).collect();
-    for pixels in [random_pixels(&mut runner, [64, 1]), random_pixels(&mut runner, [700, 1]), narrow, two, vec![[1e30; 3]; 4], vec![[0.0; 3]; 4]] {
+    for pixels in [
+        random_pixels(&mut runner, [64, 1]),
+        random_pixels(&mut runner, [700, 1]),
+        narrow,
+        two,
+        vec![[1e30; 3]; 4],
+        vec![[0.0; 3]; 4],
+    ] {
         for curve in [
             CurveParams::default(),
-            CurveParams { blur: 0.0, range: 12.0, noise_stops: 3.0, noise_slope: 1.0, ..CurveParams::default() },
+            CurveParams {
+                blur: 0.0,
+                range: 12.0,
+                noise_stops: 3.0,
+                noise_slope: 1.0,
+                ..CurveParams::default()
+            },
         ] {
             let params = PostParams { tonemap: Tonemap::NoiseAware, curve, ..unbiased() };
             let mut stage = Exposure::new(&bench.device).unwrap();

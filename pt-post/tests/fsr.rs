@@ -26,7 +26,8 @@ fn upscale(
     params: &PostParams,
 ) -> (Option<oracle::Image>, oracle::Image) {
     let fsr = Fsr::new(device, codes.size, output_size).unwrap();
-    let texels: Vec<f32> = codes.pixels.iter().flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 1.0]).collect();
+    let texels: Vec<f32> =
+        codes.pixels.iter().flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 1.0]).collect();
     fsr.codes().write_f32(&texels).unwrap();
     let target = Image::new(device, "target", Format::Rgba16F, output_size).unwrap();
     run(device, |frame| fsr.record(frame, &target, params).unwrap());
@@ -74,10 +75,7 @@ fn sharpening_alone() {
     let (upscaled, copied) = upscale(&device, &codes, codes.size, &off);
     assert!(upscaled.is_none());
     assert_eq!(copied, codes);
-    let on = PostParams {
-        fsr: FsrParams { sharpen: true, ..FsrParams::default() },
-        ..off
-    };
+    let on = PostParams { fsr: FsrParams { sharpen: true, ..FsrParams::default() }, ..off };
     assert!(largest_difference(&upscale(&device, &codes, codes.size, &on).1, &codes, false) > 0.05);
 }
 
@@ -102,7 +100,9 @@ fn flat_ground_and_range_are_kept() {
 #[test]
 fn slanted_edges_are_smoother_than_bilinear() {
     let edge = |scale: f64| {
-        move |x: f64, y: f64| if (x * scale - 32.0) * 0.5 - (y * scale - 32.0) * 0.866 > 0.0 { 0.9 } else { 0.1 }
+        move |x: f64, y: f64| {
+            if (x * scale - 32.0) * 0.5 - (y * scale - 32.0) * 0.866 > 0.0 { 0.9 } else { 0.1 }
+        }
     };
     let native = common::pictures::supersampled([64, 64], edge(1.0));
     let low = common::pictures::supersampled([32, 32], edge(2.0));
@@ -140,7 +140,11 @@ fn scrgb_is_decoded_at_the_end() {
     let knobs = PostParams { encoding: Encoding::Scrgb, ..params(FsrParams::default()) };
     let (_, shown) = upscale(&device, &codes, [4, 4], &knobs);
     // The code's half float: one step of 2^-12 is 0.5 % of the luminance.
-    assert!(shown.pixels.iter().flatten().all(|v| (v / (203.0 / 80.0) - 1.0).abs() < 6e-3), "{:?}", shown.pixels[0]);
+    assert!(
+        shown.pixels.iter().flatten().all(|v| (v / (203.0 / 80.0) - 1.0).abs() < 6e-3),
+        "{:?}",
+        shown.pixels[0]
+    );
 }
 
 /// Input and output of both kernels, committed so that other implementations can be compared: `tests/vectors/fsr.json`. The
@@ -168,7 +172,8 @@ fn vectors_are_those_that_are_committed() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, serde_json::to_string(&vectors).unwrap()).unwrap();
     }
-    let committed: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let committed: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
     for part in ["input", "easu", "rcas"] {
         assert_eq!(committed[part]["size"], vectors[part]["size"]);
         let values = |v: &serde_json::Value| -> Vec<f64> {

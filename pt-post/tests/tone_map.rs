@@ -4,8 +4,8 @@ mod common;
 
 use common::gpu::{download, random_hdr, run, upload};
 use proptest::test_runner::TestRunner;
-use pt_core::test_support::TestDevice;
 use pt_core::Image;
+use pt_core::test_support::TestDevice;
 use pt_post::oracle::{self, Exposed};
 use pt_post::{Encoding, Exposure, ExposureMode, PostParams, ToneMap, Tonemap, blue_noise};
 use pt_shaders::channels::Format;
@@ -24,7 +24,13 @@ impl Bench {
         Self { device, exposure, stage }
     }
 
-    fn show(&mut self, source: &oracle::Image, format: Format, encoding: Encoding, params: &PostParams) -> Image {
+    fn show(
+        &mut self,
+        source: &oracle::Image,
+        format: Format,
+        encoding: Encoding,
+        params: &PostParams,
+    ) -> Image {
         let image = upload(&self.device, source, f32::NAN);
         let target = Image::new(&self.device, "target", format, source.size).unwrap();
         run(&self.device, |frame| {
@@ -51,7 +57,14 @@ impl Bench {
 }
 
 fn manual(ev100: f32, compensation: f32, tonemap: Tonemap) -> PostParams {
-    PostParams { exposure: ExposureMode::Manual, ev100, compensation, tonemap, dither: false, ..PostParams::default() }
+    PostParams {
+        exposure: ExposureMode::Manual,
+        ev100,
+        compensation,
+        tonemap,
+        dither: false,
+        ..PostParams::default()
+    }
 }
 
 fn row(pixels: &[[f64; 3]]) -> oracle::Image {
@@ -154,9 +167,19 @@ fn broken_pixels_do_not_spread() {
         assert!(pixel(1)[0] < pixel(1)[1], "{tonemap:?}: {codes:?}");
     }
     for (value, code) in [(0.0, 0), (1e30, 255)] {
-        for tonemap in [Tonemap::Aces, Tonemap::AcesHill, Tonemap::Agx, Tonemap::Neutral, Tonemap::Reinhard, Tonemap::None] {
+        for tonemap in [
+            Tonemap::Aces,
+            Tonemap::AcesHill,
+            Tonemap::Agx,
+            Tonemap::Neutral,
+            Tonemap::Reinhard,
+            Tonemap::None,
+        ] {
             let codes = bench.picture(&row(&[[value; 3]; 3]), &manual(0.0, 0.0, tonemap));
-            assert!(codes.chunks_exact(4).all(|c| c[0].abs_diff(code) <= 3), "{tonemap:?} {value}: {codes:?}");
+            assert!(
+                codes.chunks_exact(4).all(|c| c[0].abs_diff(code) <= 3),
+                "{tonemap:?} {value}: {codes:?}"
+            );
         }
     }
 }
@@ -212,7 +235,12 @@ fn manual_exposure_moves_the_noise_aware_curve() {
     let mut bench = Bench::open();
     let source = oracle::Image::from_fn([32, 8], |x, _| [0.01 * 1.2f64.powi(x as i32); 3]);
     let mut green = |ev100| {
-        let image = bench.show(&source, Format::Rgba16F, Encoding::Scrgb, &PostParams { peak: 1e4, ..manual(ev100, 0.0, Tonemap::NoiseAware) });
+        let image = bench.show(
+            &source,
+            Format::Rgba16F,
+            Encoding::Scrgb,
+            &PostParams { peak: 1e4, ..manual(ev100, 0.0, Tonemap::NoiseAware) },
+        );
         download(&image).pixels[8][1]
     };
     let ratio = green(2.0) / green(3.0);

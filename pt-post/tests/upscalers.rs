@@ -12,7 +12,8 @@ fn render_at_lower_resolution(native: &Image, size: [u32; 2]) -> Image {
     let ratio = [0, 1].map(|i| f64::from(native.size[i]) / f64::from(size[i]));
     // How much of pixel `i` lies between two places.
     let cover = |from: f64, to: f64| {
-        (from as i64..to.ceil() as i64).map(move |i| (i, (to.min(i as f64 + 1.0) - from.max(i as f64)).max(0.0)))
+        (from as i64..to.ceil() as i64)
+            .map(move |i| (i, (to.min(i as f64 + 1.0) - from.max(i as f64)).max(0.0)))
     };
     Image::from_fn(size, |x, y| {
         let mut sum = [0.0; 3];

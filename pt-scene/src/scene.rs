@@ -1,4 +1,5 @@
 use glam::{Affine3A, Vec3};
+use pt_core::phases::Phase;
 
 use std::sync::Arc;
 
@@ -38,6 +39,8 @@ pub struct Scene {
     pub pose_prev: Pose,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
+    /// How long the steps of loading took; empty for scenes made by code.
+    pub load_phases: Vec<Phase>,
     /// Names of the scenes in the file that this one was chosen from.
     pub scenes: Vec<String>,
     /// Names of the material variants in the file.

@@ -1,7 +1,8 @@
-// Metallic-roughness BRDF (glTF 2.0 specification, appendix B): GGX with the height-correlated Smith term (Heitz 2014,
-// "Understanding the Masking-Shadowing Function", eq. 99), Schlick's Fresnel term and a Lambertian base. Directions are unit
-// vectors in the frame of the shading normal (+Z) that point away from the surface. Host twin: pt_lights::oracle::brdf.
+// Metallic-roughness BRDF of the real-time stages (glTF 2.0 specification, appendix B.3): GGX with the height-correlated Smith term
+// (bsdf_ggx.glsl), Schlick's Fresnel term and a Lambertian base. Directions are unit vectors in the frame of the shading normal
+// (+Z) that point away from the surface. Host twin: pt_lights::oracle::brdf.
 #include "sampling.glsl"
+#include "bsdf_ggx.glsl"
 #include "reflectance.glsl"
 
 // Lower bound of alpha = roughness^2. A mirror under a delta light has no value in fp32; this lobe is about 0.1 degrees wide.
@@ -26,19 +27,11 @@ Brdf make_brdf(vec4 base, float metallic, float roughness) {
                 max(roughness * roughness, MIN_ALPHA));
 }
 
-vec3 fresnel_schlick(vec3 f0, float f90, float cos_theta) {
-    float m = clamp(1.0 - cos_theta, 0.0, 1.0);
-    float m2 = m * m;
-    return f0 + (vec3(f90) - f0) * (m2 * m2 * m);
-}
-
 BrdfValue brdf_eval(Brdf b, vec3 v, vec3 l) {
     if (v.z <= 0.0 || l.z <= 0.0) return BrdfValue(vec3(0.0), vec3(0.0));
     vec3 h = normalize(v + l);
     vec3 f = fresnel_schlick(b.f0, b.f90, dot(v, h));
-    float a2 = b.alpha * b.alpha;
-    float visibility = 0.5 / (l.z * sqrt(a2 + (1.0 - a2) * v.z * v.z) + v.z * sqrt(a2 + (1.0 - a2) * l.z * l.z));
-    return BrdfValue((vec3(1.0) - f) * INV_PI, f * (ggx_d(b.alpha, h) * visibility));
+    return BrdfValue((vec3(1.0) - f) * INV_PI, f * (ggx_d(b.alpha, h) * ggx_visibility(vec2(b.alpha), v, l)));
 }
 
 // Probability with which brdf_sample takes the specular lobe: by the lobes' estimated reflectances, neither lobe below 0.1

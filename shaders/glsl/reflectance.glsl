@@ -16,3 +16,10 @@ vec3 specular_f0(vec3 base_color, float metallic, float specular) {
 vec3 demodulation(vec3 f0) {
     return max(vec3(0.01), f0);
 }
+
+// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering", eq. 15; `f90`: reflectance at grazing incidence.
+vec3 fresnel_schlick(vec3 f0, float f90, float cos_theta) {
+    float m = clamp(1.0 - cos_theta, 0.0, 1.0);
+    float m2 = m * m;
+    return f0 + (vec3(f90) - f0) * (m2 * m2 * m);
+}

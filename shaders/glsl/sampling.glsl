@@ -36,28 +36,3 @@ vec3 sample_cosine_hemisphere(vec2 xi) {
 }
 
 float cosine_hemisphere_pdf(float cos_theta) { return max(cos_theta, 0.0) * INV_PI; }
-
-// GGX distribution of normals (Walter et al. 2007, eq. 33). sin^2 is taken from x and y: 1 - h.z^2 has no digits left at the
-// peak of a smooth surface.
-float ggx_d(float alpha, vec3 h) {
-    float a2 = alpha * alpha;
-    return a2 / (PI * square(h.z * h.z * a2 + dot(h.xy, h.xy)));
-}
-
-// Normal from the distribution of those visible from `v` (v.z > 0): Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
-// Spherical Caps".
-vec3 sample_ggx_vndf(vec3 v, float alpha, vec2 xi) {
-    vec3 stretched = normalize(vec3(alpha * v.xy, v.z));
-    float phi = 2.0 * PI * xi.x;
-    float z = (1.0 - xi.y) * (1.0 + stretched.z) - stretched.z;
-    float sin_theta = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
-    vec3 h = vec3(sin_theta * cos(phi), sin_theta * sin(phi), z) + stretched;
-    return normalize(vec3(alpha * h.xy, max(h.z, 0.0)));
-}
-
-// Density, per solid angle of l, of reflecting v about such a normal: G1(v) D(h) / (4 v.z) (Heitz 2018, eq. 17).
-float ggx_reflection_pdf(vec3 v, vec3 l, float alpha) {
-    float a2 = alpha * alpha;
-    float g1_over_2cos = 1.0 / (v.z + sqrt(a2 + (1.0 - a2) * v.z * v.z));
-    return 0.5 * g1_over_2cos * ggx_d(alpha, normalize(v + l));
-}

@@ -3,7 +3,6 @@
 
 pub mod records;
 pub mod scene;
-pub mod statistics;
 
 use glam::Vec3;
 use pt_core::frame::Pass;

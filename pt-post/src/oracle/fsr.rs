@@ -39,11 +39,8 @@ pub fn easu(source: &Image, size: [u32; 2]) -> Image {
             strength += weight * (edge_x + edge_y);
         }
         let squared = gx * gx + gy * gy;
-        let (ax, ay) = if squared < 1.0 / 32768.0 {
-            (1.0, 0.0)
-        } else {
-            (gx / squared.sqrt(), gy / squared.sqrt())
-        };
+        let (ax, ay) =
+            if squared < 1.0 / 32768.0 { (1.0, 0.0) } else { (gx / squared.sqrt(), gy / squared.sqrt()) };
         let strength = 0.25 * strength * strength;
         let diagonal = 1.0 / ax.abs().max(ay.abs());
         let squeeze_across = 1.0 + (diagonal - 1.0) * strength;

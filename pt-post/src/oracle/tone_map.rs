@@ -128,16 +128,14 @@ pub fn codes(radiance: [f32; 3], exposed: &Exposed, encoding: Encoding, params: 
     let c = c.map(|v| if v.is_nan() { 0.0 } else { (v * exposed.scale).clamp(0.0, 65504.0) });
     let shown = tone_curve(c, exposed, params, encoding.is_hdr()).map(|v| v.max(0.0));
     debug_assert!(is_finite(shown));
-    let luminances =
-        shown.map(|v| (v * f64::from(params.paper_white)).min(params.peak.into()) / 10_000.0);
+    let luminances = shown.map(|v| (v * f64::from(params.paper_white)).min(params.peak.into()) / 10_000.0);
     match encoding {
         Encoding::Srgb => shown.map(|v| srgb_encode(v.min(1.0))),
         Encoding::Scrgb => scaled(luminances, 125.0),
-        Encoding::Pq => rows(
-            [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]],
-            luminances,
-        )
-        .map(pq_encode),
+        Encoding::Pq => {
+            rows([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]], luminances)
+                .map(pq_encode)
+        }
     }
 }
 

@@ -14,11 +14,8 @@ pub fn upload(device: &Device, image: &oracle::Image, alpha: f32) -> Image {
 
 /// As [`upload`] in another format.
 pub fn upload_as(device: &Device, image: &oracle::Image, alpha: f32, format: Format) -> Image {
-    let texels: Vec<f32> = image
-        .pixels
-        .iter()
-        .flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, alpha])
-        .collect();
+    let texels: Vec<f32> =
+        image.pixels.iter().flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, alpha]).collect();
     let target = Image::new(device, "input", format, image.size).unwrap();
     target.write_f32(&texels).unwrap();
     target

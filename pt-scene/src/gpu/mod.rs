@@ -16,6 +16,7 @@ use crate::{Clusters, Scene};
 use deform::{Change, DeformingMeshes};
 use glam::{UVec3, Vec2, Vec3};
 use pt_core::frame::{Pass, Uniforms};
+use pt_core::phases::{Phase, Phases};
 use pt_core::texture::TextureTable;
 use pt_core::trace::bench::{Choice, choose};
 use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
@@ -24,6 +25,7 @@ use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
 
 /// A scene whose instances may move from frame to frame, and whose meshes may change their shape; everything else is fixed.
 pub struct GpuScene {
+    phases: Phases,
     choice: Option<Choice>,
     accel: AccelStructure,
     textures: TextureTable,
@@ -88,6 +90,7 @@ impl<T: bytemuck::NoUninit> Arena<T> {
 impl GpuScene {
     /// Uploads the scene and builds its acceleration structures for `backend` (`Auto` measures on this scene).
     pub fn new(device: &Device, scene: &Scene, backend: TraceBackend) -> Result<Self> {
+        let mut phases = Phases::start();
         let meshes = &scene.meshes;
         let deforming = DeformingMeshes::new(device, scene)?;
         // The vertices of deforming meshes are elsewhere.
@@ -101,6 +104,7 @@ impl GpuScene {
         let index_buffer = indices.upload(device, "indices")?;
         let material_index_buffer = materials.upload(device, "triangle materials")?;
 
+        phases.mark("geometry: upload");
         let geometry = mesh_geometry(scene);
         let masks: Vec<_> = scene
             .instances
@@ -113,7 +117,9 @@ impl GpuScene {
         };
         let backend = choice.as_ref().map_or(backend, |choice| choice.backend);
         let count = scene.instances.len();
+        phases.mark("choice of backend");
         let accel = AccelStructure::new(device, &geometry, count, backend, BvhQuality::default())?;
+        phases.mark("BVH");
         let mut mesh_records: Vec<_> = meshes
             .iter()
             .enumerate()
@@ -160,10 +166,14 @@ impl GpuScene {
         let clusters = Clusters::new(scene, Clusters::DEFAULT);
         let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
         record.clusters = clusters.address();
+        phases.mark("clusters");
+        let textures = textures::table(device, scene)?;
+        phases.mark("textures: mips and upload");
         Ok(Self {
+            phases,
             choice,
             accel,
-            textures: textures::table(device, scene)?,
+            textures,
             uniforms: Uniforms::new(device, "scene_uniforms")?,
             record,
             uploaded_record: None,
@@ -186,6 +196,16 @@ impl GpuScene {
             mesh_buffer,
             index_buffer,
         })
+    }
+
+    /// How long the steps of [`GpuScene::new`] took.
+    pub fn load_phases(&self) -> &[Phase] {
+        self.phases.list()
+    }
+
+    /// Bytes of all textures with their mips, and of the environment, on the device.
+    pub fn texture_bytes(&self) -> u64 {
+        self.textures.bytes()
     }
 
     /// The backend in use, never `Auto`.

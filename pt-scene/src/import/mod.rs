@@ -23,9 +23,12 @@ use std::path::{Path, PathBuf};
 pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
 pub use textures::MAX_TEXTURE_SIDE;
 
-use crate::{AnimationChoice, Environment, Scene, SceneError, builtin, default_sky, default_sun};
+use crate::{
+    AnimationChoice, Environment, Scene, SceneError, Texture, TextureUsage, builtin, default_sky, default_sun,
+};
 use document::Document;
 use notices::Notices;
+use pt_core::phases::Phases;
 
 /// What [`load`] and [`open`] do besides reading the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,8 +110,10 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     let mut notices = Notices::default();
+    let mut phases = Phases::start();
     let document = Document::read(path, options, &mut notices)?;
-    fill(path, &document, notices, options)
+    phases.mark("read and parse");
+    fill(path, &document, notices, phases, options)
 }
 
 /// Loads a scene from the bytes of a `.gltf` or `.glb` file that embeds its buffers and images: no file is opened, unless
@@ -116,14 +121,17 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, Scen
 pub fn load_bytes(bytes: Vec<u8>, name: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = Path::new(name);
     let mut notices = Notices::default();
+    let mut phases = Phases::start();
     let document = Document::parse(bytes, path, None, options, &mut notices)?;
-    fill(path, &document, notices, options)
+    phases.mark("read and parse");
+    fill(path, &document, notices, phases, options)
 }
 
 fn fill(
     path: &Path,
     document: &Document,
     mut notices: Notices,
+    mut phases: Phases,
     options: &LoadOptions,
 ) -> Result<Scene, SceneError> {
     let root = &document.root;
@@ -142,6 +150,7 @@ fn fill(
     })?;
     note_unsupported(&scene, &mut notices);
     materials::read(document, options, &mut scene)?;
+    phases.mark("textures: read and decode");
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
     let rig = animation::read_rig(document, &options.animation, &mut scene, &mut notices)?;
     nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
@@ -149,11 +158,15 @@ fn fill(
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }
+    phases.mark("geometry");
     scene.notices.splice(0..0, notices.into_lines());
-    finish(scene, options).map_err(|error| match error {
+    let mut scene = finish(scene, options).map_err(|error| match error {
         SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
         other => other,
-    })
+    })?;
+    phases.mark("environment and checks");
+    scene.load_phases = phases.list().to_vec();
+    Ok(scene)
 }
 
 /// The index of a name or, failing that, the number that the text is. The error says what there is to choose from.
@@ -207,34 +220,43 @@ impl Images<'_> {
         self.0.file(self.0.in_order[index])
     }
 
-    /// Size from the file's header, which must not exceed the limit, and what the image is used for.
-    pub fn header(
-        &self,
-        index: usize,
-        label: &str,
-        bytes: &[u8],
-        max_texels: u64,
-    ) -> Result<([u32; 2], crate::TextureUsage), SceneError> {
-        let u = self.0.in_order[index];
-        let header = images::Header::read(bytes).map_err(|what| self.0.invalid(u, label, what))?;
-        if header.texel_count() > max_texels {
-            let what = format!(
-                "{}x{} texels are more than the limit of {max_texels}; see --max-texture-pixels",
-                header.width, header.height
-            );
-            return Err(self.0.invalid(u, label, what));
-        }
-        Ok(([header.width, header.height], u.usage))
+    /// What an image is used for.
+    pub fn usage(&self, index: usize) -> TextureUsage {
+        self.0.in_order[index].usage
     }
 
-    /// The decoded texture.
-    pub fn decode(&self, index: usize, label: &str, bytes: &[u8]) -> Result<crate::Texture, SceneError> {
-        let u = self.0.in_order[index];
-        let invalid = |what: String| self.0.invalid(u, label, what);
-        let header = images::Header::read(bytes).map_err(invalid)?;
-        let mut texture = self.0.texture(u, label.to_owned(), [header.width, header.height]);
-        texture.texels = header.decode(u.usage).map_err(invalid)?;
-        Ok(texture)
+    /// An error in an image.
+    pub fn invalid(&self, index: usize, label: &str, what: String) -> SceneError {
+        self.0.invalid(self.0.in_order[index], label, what)
+    }
+}
+
+/// The size of an image file, from its header.
+///
+/// # Errors
+/// No image file, or more texels than `max_texels`.
+pub(crate) fn image_size(bytes: &[u8], max_texels: u64) -> Result<[u32; 2], String> {
+    let header = images::Header::read(bytes)?;
+    header.check(max_texels)?;
+    Ok([header.width, header.height])
+}
+
+impl Texture {
+    /// A texture from the content of an image file: PNG, JPEG, WebP, DDS or KTX2, told apart by the first bytes.
+    ///
+    /// # Errors
+    /// What is wrong, in one line without the file's name. An image of more than `max_texels` texels is refused before
+    /// it is decoded.
+    pub fn from_bytes(
+        name: &str,
+        bytes: &[u8],
+        usage: TextureUsage,
+        max_texels: u64,
+    ) -> Result<Self, String> {
+        let header = images::Header::read(bytes)?;
+        header.check(max_texels)?;
+        let size = [header.width, header.height];
+        Ok(Self { texels: header.decode(usage)?, ..Self::rgba8(name, size, usage, Vec::new()) })
     }
 }
 

@@ -144,9 +144,8 @@ fn outputs(args: &Args, params: &PostParams) -> Result<Vec<PathBuf>> {
     let folder = args.output.is_dir() || args.output.extension().is_none();
     let paths: Vec<PathBuf> = if folder {
         std::fs::create_dir_all(&args.output).with_context(|| format!("{}", args.output.display()))?;
-        let named = |path: &PathBuf| {
-            args.output.join(path.file_stem().unwrap_or_default()).with_extension(extension)
-        };
+        let named =
+            |path: &PathBuf| args.output.join(path.file_stem().unwrap_or_default()).with_extension(extension);
         args.inputs.iter().map(named).collect()
     } else {
         ensure!(
@@ -159,8 +158,14 @@ fn outputs(args: &Args, params: &PostParams) -> Result<Vec<PathBuf>> {
     };
     for path in &paths {
         let format = OutputFormat::of(path)?;
-        let expected = if args.chain.tonemap.is_none() { OutputFormat::Exr } else { params.encoding.check_file(path)? };
-        if format != expected || (args.chain.tonemap.is_some() && path.extension().is_some_and(|e| e != extension)) {
+        let expected = if args.chain.tonemap.is_none() {
+            OutputFormat::Exr
+        } else {
+            params.encoding.check_file(path)?
+        };
+        if format != expected
+            || (args.chain.tonemap.is_some() && path.extension().is_some_and(|e| e != extension))
+        {
             bail!("{}: only {extension} can be written here", path.display());
         }
         check_writable(path)?;

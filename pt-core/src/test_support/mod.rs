@@ -1,4 +1,6 @@
-//! For tests of all crates: a device with validation on, whose messages fail the test.
+//! For tests of all crates: a device with validation on, whose messages fail the test, and statistics.
+
+pub mod statistics;
 
 use crate::device::{Device, DeviceOptions};
 

@@ -1,0 +1,179 @@
+//! Directional albedos of the lobes: by quadrature, and from the tables of bsdf_albedo.glsl that are made of it.
+//!
+//! `cargo run --release -p pt-reference --example albedo_tables` writes that header.
+
+use super::{ggx, layers, mirror};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write as _;
+use std::sync::LazyLock;
+
+/// Values along each side of a table.
+pub const SIZE: usize = 16;
+
+/// Directional albedo of an isotropic GGX lobe with Schlick's Fresnel term: f0 x + f90 y, by quadrature over the visible normals.
+pub fn ggx_quadrature(cos_theta: f64, alpha: f64) -> DVec2 {
+    const AZIMUTHS: usize = 64;
+    const HEIGHTS: usize = 512;
+    let v = DVec3::new((1.0 - cos_theta * cos_theta).sqrt(), 0.0, cos_theta);
+    let a = DVec2::splat(alpha);
+    let mut sum = DVec2::ZERO;
+    for j in 0..HEIGHTS {
+        // The tail of the distribution is at 1: steps get small towards it.
+        let t = 1.0 - (j as f64 + 0.5) / HEIGHTS as f64;
+        let (y, step) = (1.0 - t.powi(4), 4.0 * t.powi(3));
+        for i in 0..AZIMUTHS {
+            let x = 0.5 * (i as f64 + 0.5) / AZIMUTHS as f64;
+            let h = ggx::sample_vndf(v, a, DVec2::new(x, y));
+            let l = mirror(v, h);
+            if l.z > 0.0 {
+                let f = (1.0 - v.dot(h).clamp(0.0, 1.0)).powi(5);
+                sum += DVec2::new(1.0 - f, f) * (ggx::g2(a, v, l) / ggx::g1(a, v) * step);
+            }
+        }
+    }
+    sum / (AZIMUTHS * HEIGHTS) as f64
+}
+
+/// Directional albedo of a white sheen, by quadrature over the hemisphere.
+pub fn charlie_quadrature(cos_theta: f64, alpha: f64) -> f64 {
+    const AZIMUTHS: usize = 128;
+    const HEIGHTS: usize = 256;
+    let v = DVec3::new((1.0 - cos_theta * cos_theta).sqrt(), 0.0, cos_theta);
+    let mut sum = 0.0;
+    for j in 0..HEIGHTS {
+        let t = (j as f64 + 0.5) / HEIGHTS as f64;
+        let (z, step) = (t * t, 2.0 * t);
+        let sin = (1.0 - z * z).sqrt();
+        for i in 0..AZIMUTHS {
+            let phi = PI * (i as f64 + 0.5) / AZIMUTHS as f64;
+            sum += layers::charlie(v, DVec3::new(sin * phi.cos(), sin * phi.sin(), z), alpha) * step;
+        }
+    }
+    sum * TAU / (AZIMUTHS * HEIGHTS) as f64
+}
+
+/// Where the albedo of a GGX lobe stands in its table: it changes fast where the cosine is like alpha.
+pub fn ggx_coordinate(cos_theta: f64, alpha: f64) -> f64 {
+    (cos_theta / (cos_theta + 0.5 * alpha) * (1.0 + 0.5 * alpha)).sqrt()
+}
+
+/// Inverse of [`ggx_coordinate`].
+fn ggx_cosine(coordinate: f64, alpha: f64) -> f64 {
+    let t = coordinate * coordinate / (1.0 + 0.5 * alpha);
+    (0.5 * alpha * t / (1.0 - t)).clamp(0.0, 1.0)
+}
+
+struct Tables {
+    ggx: Vec<f64>,
+    grazing: Vec<f64>,
+    mean: Vec<f64>,
+    charlie: Vec<f64>,
+}
+
+/// The header's text with all tables.
+pub fn header() -> String {
+    let last = (SIZE - 1) as f64;
+    let grid = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+        (0..SIZE * SIZE).map(|k| f((k % SIZE) as f64 / last, (k / SIZE) as f64 / last)).collect()
+    };
+    let ggx = grid(&|x, roughness| {
+        let alpha = roughness * roughness;
+        // In the limit of grazing incidence, and for a mirror, nothing is lost.
+        if alpha == 0.0 || x == 0.0 { 1.0 } else { ggx_quadrature(ggx_cosine(x, alpha), alpha).element_sum() }
+    });
+    let grazing = grid(&|x, roughness| {
+        let alpha = (roughness * roughness).max(1e-5);
+        let e = ggx_quadrature((x * x).max(1e-6), alpha);
+        (e.y / e.element_sum()).powf(0.2)
+    });
+    let charlie = grid(&|x, roughness| {
+        charlie_quadrature((x * x).max(1e-6), (roughness * roughness).max(layers::MIN_SHEEN_ALPHA))
+    });
+    let mean = (0..SIZE).flat_map(|k| {
+        let alpha = (k as f64 / last).powi(2).max(1e-5);
+        // Midpoints in the squared cosine: the cosine-weighted mean.
+        const POINTS: usize = 64;
+        let point = |i: usize| ggx_quadrature(((i as f64 + 0.5) / POINTS as f64).sqrt(), alpha);
+        ((0..POINTS).map(point).sum::<DVec2>() / POINTS as f64).to_array()
+    });
+    let mean: Vec<_> = mean.collect();
+
+    let mut text = String::from(
+        "// Directional albedos of lobes, tabulated by pt_reference::oracle::albedo (example albedo_tables). Rows: perceptual roughness\n\
+         // 0..1. GGX_ALBEDO: sqrt(cos / (cos + alpha / 2) (1 + alpha / 2)) -> albedo of a white GGX lobe. GGX_GRAZING: sqrt(cos) -> fifth\n\
+         // root of the part of it that Schlick's (1 - v.h)^5 weights. GGX_MEAN: cosine-weighted means, both parts. CHARLIE_ALBEDO: sqrt(cos).\n",
+    );
+    writeln!(text, "const uint ALBEDO_SIZE = {SIZE}u;").expect("writing to a String");
+    for (name, ty, values, components) in [
+        ("GGX_ALBEDO", "float", &ggx, 1),
+        ("GGX_GRAZING", "float", &grazing, 1),
+        ("GGX_MEAN", "vec2", &mean, 2),
+        ("CHARLIE_ALBEDO", "float", &charlie, 1),
+    ] {
+        let n = values.len() / components;
+        writeln!(text, "const {ty} {name}[{n}] = {ty}[{n}](").expect("writing to a String");
+        let rows: Vec<String> = values
+            .chunks(SIZE)
+            .map(|row| {
+                let cells: Vec<String> = row
+                    .chunks(components)
+                    .map(|cell| match cell {
+                        [x, y] => format!("vec2({x:.5}, {y:.5})"),
+                        _ => format!("{:.5}", cell[0]),
+                    })
+                    .collect();
+                format!("    {}", cells.join(", "))
+            })
+            .collect();
+        writeln!(text, "{});", rows.join(",\n")).expect("writing to a String");
+    }
+    text
+}
+
+/// The tables of the committed header.
+static TABLES: LazyLock<Tables> = LazyLock::new(|| {
+    let text = include_str!("../../../shaders/glsl/bsdf_albedo.glsl");
+    let table = |name: &str| -> Vec<f64> {
+        let body = text.split(&format!(" {name}[")).nth(1).and_then(|t| t.split("](").nth(1)).unwrap_or("");
+        let body = body.split(");").next().unwrap_or("").replace("vec2(", " ");
+        let words = body.split([',', ')', ' ', '\n']).filter(|w| !w.is_empty());
+        words.filter_map(|w| w.parse().ok()).collect()
+    };
+    Tables {
+        ggx: table("GGX_ALBEDO"),
+        grazing: table("GGX_GRAZING"),
+        mean: table("GGX_MEAN"),
+        charlie: table("CHARLIE_ALBEDO"),
+    }
+});
+
+fn look_up(table: &[f64], x: f64, y: f64) -> f64 {
+    let at = DVec2::new(x, y).clamp(DVec2::ZERO, DVec2::ONE) * (SIZE - 1) as f64;
+    let cell = [at.x, at.y].map(|c| (c as usize).min(SIZE - 2));
+    let f = [at.x - cell[0] as f64, at.y - cell[1] as f64];
+    let row = |k: usize| table[k] + f[0] * (table[k + 1] - table[k]);
+    let k = cell[1] * SIZE + cell[0];
+    row(k) + f[1] * (row(k + SIZE) - row(k))
+}
+
+/// [`ggx_quadrature`] from the table.
+pub fn ggx(cos_theta: f64, alpha: f64) -> DVec2 {
+    let roughness = alpha.sqrt();
+    let whole = look_up(&TABLES.ggx, ggx_coordinate(cos_theta, alpha), roughness);
+    let f90 = whole * look_up(&TABLES.grazing, cos_theta.sqrt(), roughness).powi(5);
+    DVec2::new(whole - f90, f90)
+}
+
+/// Cosine-weighted mean of [`ggx`] over the hemisphere, from the table.
+pub fn ggx_mean(alpha: f64) -> DVec2 {
+    let at = alpha.sqrt().clamp(0.0, 1.0) * (SIZE - 1) as f64;
+    let k = (at as usize).min(SIZE - 2);
+    let entry = |k: usize| DVec2::new(TABLES.mean[2 * k], TABLES.mean[2 * k + 1]);
+    entry(k).lerp(entry(k + 1), at - k as f64)
+}
+
+/// [`charlie_quadrature`] from the table.
+pub fn charlie(cos_theta: f64, alpha: f64) -> f64 {
+    look_up(&TABLES.charlie, cos_theta.sqrt(), alpha.sqrt())
+}

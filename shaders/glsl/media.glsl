@@ -1,0 +1,46 @@
+// Homogeneous absorbing media behind solid surfaces (KHR_materials_volume, KHR_materials_ior) along a path, from the list of the
+// solids that it is inside of (interior.glsl). Lengths are metres; the vacuum has index 1 and absorbs nothing.
+//
+//     bool is_solid(MaterialRecord m)                              its surfaces bound a medium: a Boundary, BSDF_SOLID
+//     Boundary medium_boundary(uint material)                      of a surface of that material
+//     float medium_eta(Crossing c)                                 ior beyond over ior here: Bsdf::eta at a true hit
+//     float surface_eta(InteriorList list, float ior)              the same for a surface that bounds no medium
+//     vec3 medium_transmittance(InteriorList list, float length)   Beer and Lambert, for `length` inside what is there
+//
+// At a hit of a path with list `interior` after a segment of length t:
+//
+//     throughput *= medium_transmittance(interior, t);
+//     if (is_solid(material)) {
+//         Crossing c = interior_crossing(interior, medium_boundary(material), entering);
+//         if (is_false_hit(c)) { interior = interior_cross(...); go on from the other side of the surface; }
+//         eta = medium_eta(c);                       and, if the sample has BSDF_TRANSMISSION, interior = interior_cross(...)
+//     } else eta = surface_eta(interior, ior);
+#include "dielectric.glsl"
+#include "interior.glsl"
+#include "scene.glsl"
+
+bool is_solid(MaterialRecord m) { return m.transmission > 0.0 && m.thickness > 0.0; }
+
+Solid medium_solid(uint material) {
+    MaterialTable materials = MaterialTable(scene.materials);
+    return make_solid(material, materials.at[material].nesting & 0xffu, materials.at[material].ior);
+}
+
+Boundary medium_boundary(uint material) {
+    uint exterior = MaterialTable(scene.materials).at[material].nesting >> 8u;
+    Solid front = VACUUM;
+    if (exterior != 0u) front = medium_solid(exterior - 1u);
+    return Boundary(medium_solid(material), front);
+}
+
+float medium_eta(Crossing c) { return c.beyond.ior / c.here.ior; }
+
+float surface_eta(InteriorList list, float ior) { return ior / interior_top(list).ior; }
+
+vec3 medium_transmittance(InteriorList list, float length) {
+    Solid s = interior_top(list);
+    if (s.word == 0u) return vec3(1.0);
+    MaterialTable materials = MaterialTable(scene.materials);
+    uint material = solid_material(s);
+    return absorption(materials.at[material].attenuation_color, materials.at[material].attenuation_distance, length);
+}
