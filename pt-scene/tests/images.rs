@@ -6,7 +6,9 @@ use std::path::Path;
 
 use common::textured::gltf;
 use pt_core::image_file::{PixelLayout, write_png};
-use pt_scene::{BlockFormat, DdsTexture, LoadOptions, Scene, SceneError, Texels, Texture, TextureUsage, load};
+use pt_scene::{
+    BlockFormat, DdsTexture, LoadOptions, Scene, SceneError, Texels, Texture, TextureUsage, load,
+};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
 
