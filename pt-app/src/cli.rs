@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use crate::bench_post::BenchPostArgs;
 use crate::post_args::PostArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
@@ -151,6 +152,8 @@ pub struct BenchArgs {
 pub enum BenchCommand {
     /// Rays per second of every trace backend, on the same primary, bounce and shadow rays.
     Trace(BenchTraceArgs),
+    /// GPU time, bytes and share of the copy bandwidth of every pass from the interleave to the picture.
+    Post(BenchPostArgs),
 }
 
 /// `pt bench trace`

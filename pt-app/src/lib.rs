@@ -3,6 +3,7 @@
 pub mod aov;
 pub mod bake;
 pub mod bench;
+pub mod bench_post;
 pub mod cli;
 pub mod compare;
 mod font;

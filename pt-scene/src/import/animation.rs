@@ -317,53 +317,32 @@ pub(super) fn attach(
         return Ok(());
     };
     let mut skins = vec![None; document.root.skins.len()];
-    let mut rigid = vec![None; scene.meshes.len()];
-    let mut meshes = Vec::new();
+    let mut rigid = vec![false; scene.meshes.len()];
+    let mut own_meshes = Vec::new();
     let mut copied = 0u64;
     for instance in &mut scene.instances {
-        let node = instance.attachment.map_or(0, |a| a.node);
         let mesh = &scene.meshes[instance.mesh as usize];
-        let at = format!("nodes[{node}].skin");
-        let mut skin = None;
-        let described = instance.attachment.and_then(|a| document.root.nodes.get(a.node as usize));
-        if let Some(index) = described.and_then(|node| node.skin) {
-            document.get(index, &at)?;
-            let slot: &mut Option<Arc<Skin>> = &mut skins[index.value()];
-            let read = match slot.take() {
-                Some(skin) => skin,
-                None => Arc::new(read_skin(document, index.value())?),
-            };
-            *slot = Some(read.clone());
-            skin = Some(read).filter(|_| !mesh.influences.is_empty());
-        }
-        instance.attachment = instance.attachment.filter(|_| rig.moves(node) && skin.is_none());
-        if skin.is_none() && (mesh.morphs.is_empty() || described.is_none()) {
-            let place = rigid[instance.mesh as usize].get_or_insert_with(|| {
-                let rigid = Mesh {
-                    influences: VertexLists::default(),
-                    morphs: VertexLists::default(),
-                    ..mesh.clone()
-                };
-                meshes.push(rigid);
-                meshes.len() as u32 - 1
-            });
-            instance.mesh = *place;
+        let Some(node) = instance.attachment.map(|a| a.node) else {
+            rigid[instance.mesh as usize] = true;
             continue;
-        }
-        if skin.is_some() {
-            // The joints alone place a skinned mesh.
-            instance.world_from_object = Affine3A::IDENTITY;
-            instance.world_from_object_prev = Affine3A::IDENTITY;
-        }
-        let joints = skin.iter().flat_map(|s| &s.joints);
-        let moves = rig.moves(node) || joints.clone().any(|&joint| rig.moves(joint));
-        let joints = joints.count();
-        if let Some(wrong) =
-            mesh.influences.items().iter().find(|i| skin.is_some() && i.joint as usize >= joints)
-        {
-            return Err(
-                document.invalid(at, format!("mesh {} names joint {} of {joints}", mesh.name, wrong.joint))
-            );
+        };
+        let at = format!("nodes[{node}].skin");
+        let skin = match document.root.nodes[node as usize].skin {
+            Some(index) if !mesh.influences.is_empty() => {
+                document.get(index, &at)?;
+                let slot: &mut Option<Arc<Skin>> = &mut skins[index.value()];
+                let skin = match slot.take() {
+                    Some(skin) => skin,
+                    None => Arc::new(read_skin(document, index.value())?),
+                };
+                Some(slot.insert(skin).clone())
+            }
+            _ => None,
+        };
+        instance.attachment = instance.attachment.filter(|_| rig.moves(node) && skin.is_none());
+        if skin.is_none() && mesh.morphs.is_empty() {
+            rigid[instance.mesh as usize] = true;
+            continue;
         }
         let items = size_of_val(mesh.influences.items()) + size_of_val(mesh.morphs.items());
         // Two poses, vertices at rest and their other attributes.
@@ -372,24 +351,53 @@ pub(super) fn attach(
             let what = format!("more than {} bytes of meshes that deform", document.max_geometry_bytes);
             return Err(document.invalid(format!("nodes[{node}].mesh"), what));
         }
-        let mut own = mesh.clone();
-        if skin.is_none() {
-            own.influences = VertexLists::default();
+        if skin.is_some() {
+            // The joints alone place a skinned mesh.
+            instance.world_from_object = Affine3A::IDENTITY;
+            instance.world_from_object_prev = Affine3A::IDENTITY;
         }
-        let mut deformation = Deformation::new(&own, node, skin, &rig.rest().weights[node as usize]);
-        deformation.set_pose(rig.rest());
-        own.deformation = Some(Box::new(deformation));
-        if !moves {
-            own.pose();
-            own.deformation = None;
-            (own.influences, own.morphs) = (VertexLists::default(), VertexLists::default());
-        }
-        instance.mesh = meshes.len() as u32;
-        meshes.push(own);
+        let own = own_mesh(&rig, mesh, node, skin).map_err(|what| document.invalid(at, what))?;
+        instance.mesh = (scene.meshes.len() + own_meshes.len()) as u32;
+        own_meshes.push(own);
     }
-    scene.meshes = meshes;
+    // What only deforming instances used is not needed any more.
+    let mut renamed = Vec::new();
+    for (mesh, mut rest) in rigid.iter().zip(std::mem::take(&mut scene.meshes)) {
+        renamed.push(scene.meshes.len() as u32);
+        if *mesh || own_meshes.is_empty() {
+            (rest.influences, rest.morphs) = (VertexLists::default(), VertexLists::default());
+            scene.meshes.push(rest);
+        }
+    }
+    for instance in &mut scene.instances {
+        let (old, kept) = (instance.mesh as usize, scene.meshes.len());
+        instance.mesh = renamed.get(old).copied().unwrap_or((old + kept - renamed.len()) as u32);
+    }
+    scene.meshes.append(&mut own_meshes);
     scene.rig = rig.is_animated().then_some(rig);
     Ok(())
+}
+
+/// A copy of `mesh` for one node: deforming, or rigid in the pose that it never leaves.
+fn own_mesh(rig: &Rig, mesh: &Mesh, node: u32, skin: Option<Arc<Skin>>) -> Result<Mesh, String> {
+    let joints = skin.as_ref().map_or(&[][..], |s| &s.joints);
+    let mut own = mesh.clone();
+    if skin.is_none() {
+        own.influences = VertexLists::default();
+    }
+    if let Some(wrong) = own.influences.items().iter().find(|i| i.joint as usize >= joints.len()) {
+        return Err(format!("mesh {} names joint {} of {}", mesh.name, wrong.joint, joints.len()));
+    }
+    let moves = rig.moves(node) || joints.iter().any(|&joint| rig.moves(joint));
+    let mut deformation = Deformation::new(&own, node, skin, &rig.rest().weights[node as usize]);
+    deformation.set_pose(rig.rest());
+    own.deformation = Some(Box::new(deformation));
+    if !moves {
+        own.pose();
+        own.deformation = None;
+        (own.influences, own.morphs) = (VertexLists::default(), VertexLists::default());
+    }
+    Ok(own)
 }
 
 fn read_skin(document: &Document, index: usize) -> Result<Skin, SceneError> {
