@@ -6,6 +6,10 @@ mod test_records {
     include!("tests/common/records.rs");
 }
 
+mod offset_records {
+    include!("tests/common/offset_records.rs");
+}
+
 mod trace_push {
     include!("src/trace/push.rs");
 }
@@ -14,7 +18,10 @@ fn main() {
     let kernels = pt_shaders::compiler::Kernels::new();
     let kernels = kernels.header("ray_list_push.glsl", trace_push::RayListPush::glsl());
     kernels.compile("shaders");
-    kernels
-        .header("test_records.glsl", test_records::TestPush::glsl())
-        .compile_as("tests/shaders", "test_kernels.rs");
+    let test_header = [
+        test_records::TestPush::glsl(),
+        offset_records::OffsetPush::glsl(),
+        offset_records::OffsetStart::glsl(),
+    ];
+    kernels.header("test_records.glsl", test_header.concat()).compile_as("tests/shaders", "test_kernels.rs");
 }

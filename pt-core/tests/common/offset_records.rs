@@ -1,0 +1,19 @@
+pt_shaders::gpu_struct! {
+    /// Push constants of the kernel that offsets rays.
+    pub struct OffsetPush {
+        /// Number of rays.
+        pub count: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Where a ray leaves a surface.
+    pub struct OffsetStart {
+        /// World space.
+        pub position: glam::Vec3,
+        /// Unit.
+        pub direction: glam::Vec3,
+        /// Unit, on the side of the direction.
+        pub normal: glam::Vec3,
+    }
+}
