@@ -17,6 +17,9 @@ mod trace_push {
 fn main() {
     let kernels = pt_shaders::compiler::Kernels::new();
     let kernels = kernels.header("ray_list_push.glsl", trace_push::RayListPush::glsl());
+    let refit =
+        [trace_push::RefitPush::glsl(), trace_push::RefitNode::glsl(), trace_push::NodeBounds::glsl()];
+    let kernels = kernels.header("refit_records.glsl", refit.concat());
     kernels.compile("shaders");
     let test_header = [
         test_records::TestPush::glsl(),

@@ -3,14 +3,14 @@
 use crate::cli::AovSelection;
 use anyhow::{Result, bail};
 use pt_core::ChannelImages;
-use pt_shaders::channels::{self, ChannelId};
+use pt_shaders::channels::{ChannelId, ExtentClass};
 
 /// The channels that a selection names.
 ///
 /// # Errors
 /// An unknown name, with the closest ones there are.
 pub fn select(selection: Option<&AovSelection>, images: &ChannelImages) -> Result<Vec<ChannelId>> {
-    let there: Vec<_> = images.ids().filter(|&id| id != channels::DISPLAY).collect();
+    let there: Vec<_> = images.ids().filter(|&id| id.channel().extent != ExtentClass::Output).collect();
     match selection {
         None => Ok(Vec::new()),
         Some(AovSelection::All) => Ok(there),

@@ -1,5 +1,6 @@
 //! `pt bench trace`: the same rays on every backend and on the CPU.
 
+use crate::bench_post;
 use crate::cli::{BenchArgs, BenchCommand, BenchTraceArgs};
 use anyhow::Result;
 use pt_core::atomic_file::{check_writable, write_atomic};
@@ -16,6 +17,7 @@ use std::io::Write;
 pub fn run(args: &BenchArgs, out: &mut impl Write) -> Result<bool> {
     match &args.command {
         BenchCommand::Trace(args) => trace(args, out),
+        BenchCommand::Post(args) => bench_post::run(args, out),
     }
 }
 

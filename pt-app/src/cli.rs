@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use crate::bench_post::BenchPostArgs;
+use crate::post_args::PostArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::metrics::Metric;
-use pt_scene::LoadOptions;
+use pt_scene::{AnimationChoice, LoadOptions};
 
 /// Research workbench for real-time path tracing.
 #[derive(Debug, Parser)]
@@ -92,6 +94,9 @@ pub struct PassesArgs {
     /// Image size that extents and bytes are given for.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: ImageSize,
+    /// glTF or GLB file, or the name of a built-in scene: animated ones have passes of their own.
+    #[arg(long, value_name = "S", default_value = "cornell")]
+    pub scene: String,
     /// With the pass that averages frames.
     #[arg(long)]
     pub accumulate: bool,
@@ -114,8 +119,8 @@ pub struct BakeArgs {
     /// Folder for the DDS files; made when it is not there, may serve several scenes.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// How long the encoder searches; best is some 2 dB better on hard images and takes three times as long.
-    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Best)]
+    /// How long the encoder searches; best takes three times as long and is some 2 dB better on hard images.
+    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Fast)]
     pub quality: QualityChoice,
     /// Most texels that an image may have.
     #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
@@ -147,6 +152,8 @@ pub struct BenchArgs {
 pub enum BenchCommand {
     /// Rays per second of every trace backend, on the same primary, bounce and shadow rays.
     Trace(BenchTraceArgs),
+    /// GPU time, bytes and share of the copy bandwidth of every pass from the interleave to the picture.
+    Post(BenchPostArgs),
 }
 
 /// `pt bench trace`
@@ -198,6 +205,10 @@ pub struct SceneArgs {
     /// Factor on the radiance of the environment, 0 or more.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = not_negative, allow_negative_numbers = true, help_heading = "Scene")]
     pub env_intensity: f32,
+    /// Animation of a glTF file that plays: a name, an index from 0, all, or none. Animations start again when they are over [default: the
+    /// first, with every other one that moves nothing that is moved already]
+    #[arg(long, value_name = "NAME|INDEX|all|none", help_heading = "Scene")]
+    pub animation: Option<AnimationChoice>,
     /// Time of the first frame in the scene's animation, seconds.
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = finite_f64, allow_negative_numbers = true, help_heading = "Scene")]
     pub time: f64,
@@ -217,6 +228,8 @@ impl SceneArgs {
             variant: self.variant.clone(),
             baked: self.baked.clone(),
             max_texture_pixels: self.max_texture_pixels,
+            animation: self.animation.clone().unwrap_or_default(),
+            time: self.time,
             ..LoadOptions::default()
         }
     }
@@ -282,6 +295,9 @@ pub struct RenderArgs {
     /// Seed of all random numbers; another seed gives independent noise.
     #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Frame")]
     pub seed: u64,
+    /// What happens to the frame after it is traced.
+    #[command(flatten)]
+    pub post: PostArgs,
     /// Parameters to start from: the name of a built-in profile or a TOML file.
     #[arg(long, value_name = "NAME|FILE", help_heading = "Frame")]
     pub profile: Option<String>,

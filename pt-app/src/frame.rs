@@ -5,13 +5,14 @@ use pt_checkerboard::Interleave;
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Device, Frame, Result};
+use pt_core::{ChannelImages, Device, Frame, Image, Result};
 use pt_denoise::Composite;
-use pt_gbuffer::{PrimaryRays, ReflectRefract};
+use pt_gbuffer::{GbufferParams, PrimaryRays, ReflectRefract, frame_jitter};
 use pt_lights::{DirectLighting, LightTables};
-use pt_post::{Accumulate, Radiance, ToneMap};
+use pt_post::{Accumulate, Bloom, BloomMode, Exposure, ExposureRecord, Fsr, Taa, ToneMap, Upscale};
 use pt_scene::Camera;
 use pt_scene::gpu::{GpuScene, camera_record};
+use pt_shaders::channels::{ACCUMULATED, ChannelId, FLAT_COLOR, FLAT_MOTION};
 use pt_shaders::glam::UVec2;
 use pt_shaders::records::{CameraRecord, FrameRecord};
 
@@ -26,33 +27,68 @@ pub struct FullFrame {
     composite: Composite,
     interleave: Interleave,
     accumulate: Option<Accumulate>,
+    taa: Option<Taa>,
+    bloom: Option<Bloom>,
+    exposure: Exposure,
     tone_map: ToneMap,
+    fsr: Option<Fsr>,
+    time_step: Option<f32>,
+    jitter: [f32; 2],
 }
 
 impl FullFrame {
-    /// Compiles the kernels and allocates the images for a frame of `size` pixels.
-    pub fn new(device: &Device, backend: TraceBackend, size: [u32; 2], accumulate: bool) -> Result<Self> {
-        let accumulate = if accumulate { Some(Accumulate::new(device, size)?) } else { None };
+    /// Compiles the kernels and allocates the images for a picture of `output_size` pixels. What `params` say about the post
+    /// stages decides which of them there are, and the size of the frame. With `accumulate` the frames are averaged (the
+    /// photo mode), instead of temporal anti-aliasing.
+    ///
+    /// # Errors
+    /// When the device refuses.
+    pub fn new(
+        device: &Device,
+        backend: TraceBackend,
+        output_size: [u32; 2],
+        accumulate: bool,
+        params: &FrameParams,
+    ) -> Result<Self> {
+        let post = &params.post;
+        let size = post.render_size(output_size);
+        // What comes before FSR 1 has the size of the frame, what comes after temporal upscaling that of the picture.
+        let resolved_size = if post.upscale == Upscale::Taau { output_size } else { size };
         let needed = [
             PrimaryRays::WRITES,
             DirectLighting::WRITES,
             Composite::WRITES,
             Interleave::WRITES,
-            ToneMap::WRITES,
-            if accumulate.is_some() { Accumulate::WRITES } else { &[] },
+            if accumulate { Accumulate::WRITES } else { &[] },
+            &[post.encoding.channel()],
         ];
+        let channels: Vec<ChannelId> = needed.into_iter().flatten().copied().collect();
+        let uses_taa = post.uses_taa() && !accumulate;
         Ok(Self {
             uniforms: Uniforms::new(device, "frame_uniforms")?,
-            images: ChannelImages::new(device, size, needed.into_iter().flatten().copied())?,
+            images: ChannelImages::with_output(device, size, output_size, channels)?,
             previous_camera: None,
             primary: PrimaryRays::new(device, backend)?,
             reflect_refract: ReflectRefract::new(device, backend)?,
             direct: DirectLighting::new(device, backend)?,
             composite: Composite::new(device)?,
             interleave: Interleave::new(device)?,
-            accumulate,
+            accumulate: accumulate.then(|| Accumulate::new(device, size)).transpose()?,
+            taa: uses_taa.then(|| Taa::new(device, resolved_size)).transpose()?,
+            bloom: (post.bloom.mode != BloomMode::Off)
+                .then(|| Bloom::new(device, resolved_size))
+                .transpose()?,
+            exposure: Exposure::new(device)?,
             tone_map: ToneMap::new(device)?,
+            fsr: post.uses_fsr().then(|| Fsr::new(device, resolved_size, output_size)).transpose()?,
+            time_step: None,
+            jitter: [0.0; 2],
         })
+    }
+
+    /// Seconds between frames, for the eye's adaptation. Without, each frame is exposed by itself.
+    pub fn set_time_step(&mut self, seconds: f32) {
+        self.time_step = Some(seconds);
     }
 
     /// Records one frame.
@@ -69,7 +105,12 @@ impl FullFrame {
             self.images.swap();
         }
         let images = &self.images;
-        let camera = params.gbuffer.with_lens(camera_record(camera, images.size()));
+        let gbuffer = GbufferParams {
+            texture_lod_bias: params.gbuffer.texture_lod_bias + params.post.mip_bias(),
+            ..params.gbuffer.clone()
+        };
+        self.jitter = frame_jitter(gbuffer.jitter, frame.index());
+        let camera = gbuffer.with_lens(camera_record(camera, images.size()));
         let uniforms = FrameRecord {
             camera,
             camera_prev: self.previous_camera.replace(camera).unwrap_or(camera),
@@ -81,9 +122,9 @@ impl FullFrame {
         };
         self.uniforms.upload(frame, &uniforms)?;
 
-        self.primary.record(frame, scene, &self.uniforms, images, &params.gbuffer)?;
-        for bounce in 0..params.gbuffer.reflect_refract {
-            self.reflect_refract.record(frame, scene, &self.uniforms, images, &params.gbuffer, bounce)?;
+        self.primary.record(frame, scene, &self.uniforms, images, &gbuffer)?;
+        for bounce in 0..gbuffer.reflect_refract {
+            self.reflect_refract.record(frame, scene, &self.uniforms, images, &gbuffer, bounce)?;
         }
         self.direct.record(frame, scene, lights, &self.uniforms, images, &params.lights)?;
         self.composite.record(frame, images, &params.denoise)?;
@@ -91,7 +132,24 @@ impl FullFrame {
         if let Some(accumulate) = &self.accumulate {
             accumulate.record(frame, images, frame.index() == 0)?;
         }
-        self.tone_map.record(frame, images, self.radiance(), &params.post)
+        if let Some(taa) = &mut self.taa {
+            let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
+            taa.record(frame, color, motion, self.jitter, &params.post.taa)?;
+        }
+        let radiance = radiance(images, &self.accumulate, &self.taa);
+        let bloomed = match &self.bloom {
+            Some(bloom) => bloom.record(frame, radiance, &params.post.bloom)?,
+            None => radiance,
+        };
+        self.exposure.record(frame, bloomed, self.time_step, &params.post)?;
+        let encoding = params.post.encoding;
+        let picture = images.current(encoding.channel());
+        let Some(fsr) = &self.fsr else {
+            return self.tone_map.record(frame, bloomed, &self.exposure, picture, encoding, &params.post);
+        };
+        let codes = Fsr::input_encoding(encoding);
+        self.tone_map.record(frame, bloomed, &self.exposure, fsr.codes(), codes, &params.post)?;
+        fsr.record(frame, picture, &params.post)
     }
 
     /// All channels, as the last frame left them.
@@ -99,16 +157,34 @@ impl FullFrame {
         &self.images
     }
 
-    /// Where the picture is as linear scene radiance.
-    pub fn radiance(&self) -> Radiance {
-        if self.accumulate.is_some() { Radiance::Accumulated } else { Radiance::Frame }
+    /// The picture as linear scene radiance, before bloom and exposure. With FSR 1 it has the size of the frame.
+    pub fn radiance(&self) -> &Image {
+        radiance(&self.images, &self.accumulate, &self.taa)
     }
 
-    /// Exposure value that the last frame was shown with; waits for it.
+    /// Where in its pixels the last frame was sampled, from the centre, pixels.
+    pub fn jitter(&self) -> [f32; 2] {
+        self.jitter
+    }
+
+    /// The exposure that the last frame was shown with; waits for it.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn ev100(&self) -> Result<f32> {
-        Ok(self.tone_map.exposure()?.ev100)
+    pub fn exposure(&self) -> Result<ExposureRecord> {
+        self.exposure.read()
+    }
+}
+
+/// The anti-aliased frame, the mean of the frames or the frame itself.
+fn radiance<'a>(
+    images: &'a ChannelImages,
+    accumulate: &Option<Accumulate>,
+    taa: &'a Option<Taa>,
+) -> &'a Image {
+    match taa {
+        Some(taa) => taa.resolved(),
+        None if accumulate.is_some() => images.current(ACCUMULATED),
+        None => images.current(FLAT_COLOR),
     }
 }

@@ -3,6 +3,7 @@
 pub mod aov;
 pub mod bake;
 pub mod bench;
+pub mod bench_post;
 pub mod cli;
 pub mod compare;
 mod font;
@@ -10,6 +11,7 @@ pub mod frame;
 pub mod info;
 pub mod params;
 pub mod passes;
+pub mod post_args;
 pub mod progress;
 pub mod render;
 pub mod scene_stats;

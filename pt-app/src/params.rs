@@ -41,8 +41,15 @@ pub const PROFILES: &[(&str, &str, &str)] = &[
     ),
     (
         "realtime",
-        "input for temporal stages: one Halton offset a frame, no lens",
-        "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n",
+        "temporal anti-aliasing: one Halton offset a frame, no lens",
+        "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n[post.taa]\nenabled = true\n",
+    ),
+    (
+        "q2rtx",
+        "post-processing in the manner of Quake II RTX: temporal anti-aliasing, bloom, noise-aware tone curve",
+        "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n[post]\ntonemap = \"noise-aware\"\n\
+         centre_weight = 1.0\n[post.taa]\nenabled = true\npq_scale = 128.0\n[post.bloom]\nmode = \"gaussian\"\n\
+         [post.fsr]\nsharpness = 0.2\n",
     ),
 ];
 

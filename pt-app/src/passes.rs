@@ -8,24 +8,24 @@ use anyhow::Result;
 use pt_core::Recorder;
 use std::io::Write;
 
-/// Runs the command: records one frame of `cornell` and prints what was declared.
+/// Runs the command: records two frames of the scene, the second a sixtieth of a second later, and prints what was declared.
 ///
 /// # Errors
 /// Unknown keys, a device that can't do it.
 pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let params = params::resolve(None, &args.set)?;
-    let scene = pt_scene::open("cornell", &Default::default())?;
+    let scene = pt_scene::open(&args.scene, &Default::default())?;
     let camera = scene.default_camera();
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
     let mut session = Session::open(&device, scene)?;
     let size = [args.size.width, args.size.height];
-    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate)?;
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
     // The second frame has no set-up uploads.
-    for _ in 0..2 {
+    for time in [0.0, 1.0 / 60.0] {
         let mut frame = recorder.begin()?;
-        session.gpu.update(&mut frame, &session.scene)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &camera, 0, &params)?;
+        session.update(&mut frame, time, 0.0)?;
+        full.record(&mut frame, &session.gpu, &session.lights, &camera.at(time), 0, &params)?;
         frame.submit()?;
     }
     recorder.finish()?;

@@ -6,17 +6,18 @@ use crate::frame::FullFrame;
 use crate::params::{self, FrameParams};
 use crate::progress::Progress;
 use crate::session::{Session, choose_camera};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use pt_core::Recorder;
 use pt_core::atomic_file::write_atomic;
 use pt_core::capture::{keys, read_layer};
 use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
-use pt_core::image_file::{Layer, LayeredImage, OutputFormat, PixelLayout, write_png};
+use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::trace::TraceBackend;
+use pt_post::Upscale;
 use pt_scene::Camera;
-use pt_shaders::channels::{self, ChannelId};
+use pt_shaders::channels::ChannelId;
 use serde_json::json;
 use std::io::Write;
 use std::path::Path;
@@ -27,7 +28,19 @@ use std::path::Path;
 /// Unknown names, files that can't be read or written, a device that can't do it.
 pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let formats = args.check_outputs()?;
-    let params = params::resolve(args.profile.as_deref(), &args.set)?;
+    let params = params::resolve(args.profile.as_deref(), &[args.post.sets(), args.set.clone()].concat())?;
+    let encoding = params.post.encoding;
+    for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
+        encoding.check_file(path)?;
+    }
+    ensure!(
+        !(args.accumulate && params.post.upscale == Upscale::Taau),
+        "--accumulate averages frames of the picture's own size; upscale is taau, choose none or fsr1"
+    );
+    ensure!(
+        args.aov.is_none() || params.post.render_scale == 1.0,
+        "--aov: the channels have the size of the frame, not of the picture; render scale 1 is needed"
+    );
     let scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
@@ -35,7 +48,11 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let camera = choose_camera(&scene, &args.camera)?;
     let mut session = Session::open(&args.device, scene)?;
     let size = [args.size.width, args.size.height];
-    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate)?;
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
+    if !args.accumulate {
+        full.set_time_step((1.0 / args.scene.fps) as f32);
+    }
+    session.load.mark("kernels and images");
     let aovs = aov::select(args.aov.as_ref(), full.images())?;
 
     let timings = render(args, &params, &camera, &mut session, &mut full)?;
@@ -44,14 +61,15 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let metadata = Metadata { args, params: &params, session: &session, camera: &camera };
     for (path, format) in args.output.iter().zip(formats) {
         match format {
-            OutputFormat::Png => write_display(path, &full)?,
+            OutputFormat::Png => pt_post::write_picture(path, full.images(), encoding)?,
             OutputFormat::Exr => write_exr(path, &full, &aovs, &metadata)?,
         }
     }
     if let Some(path) = &args.timings {
         write_timings(path, &timings, &metadata)?;
+        writeln!(out, "{}", load_line(&session))?;
     }
-    summary(&timings, &session, size, out)
+    summary(&timings, &session, size, full.images().size(), out)
 }
 
 fn render(
@@ -72,11 +90,14 @@ fn render(
         } else {
             args.scene.time + f64::from(index) / args.scene.fps
         };
-        session.scene.set_time(time, previous);
         let mut frame = recorder.begin()?;
-        session.gpu.update(&mut frame, &session.scene)?;
+        session.update(&mut frame, time, previous)?;
         full.record(&mut frame, &session.gpu, &session.lights, &camera.at(time), seed, params)?;
         frame.submit()?;
+        if index == 0 && args.timings.is_some() {
+            session.device.wait_idle()?;
+            session.load.mark("first frame");
+        }
         previous = time;
         progress.step();
     }
@@ -85,11 +106,10 @@ fn render(
     Ok(timings)
 }
 
-fn write_display(path: &Path, full: &FullFrame) -> Result<()> {
-    let [width, height] = full.images().size();
-    let bytes = full.images().current(channels::DISPLAY).read()?;
-    let rgb: Vec<u8> = bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-    Ok(write_png(path, width, height, PixelLayout::Rgb, &rgb)?)
+/// Whether a file is for the eye: a PNG always, an EXR when that is asked for.
+fn holds_picture(path: &Path, params: &FrameParams) -> bool {
+    params.post.output == pt_post::Output::Display
+        || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
 }
 
 struct Metadata<'a> {
@@ -100,21 +120,16 @@ struct Metadata<'a> {
 }
 
 fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metadata<'_>) -> Result<()> {
-    let display = metadata.params.post.output == pt_post::Output::Display;
-    let [width, height] = full.images().size();
-    let mut file = LayeredImage::new(width, height)?;
-    let channel = if display { channels::DISPLAY } else { full.radiance().channel() };
-    file.layers.push(Layer::from_interleaved(
-        "",
-        &["R", "G", "B"],
-        4,
-        &full.images().current(channel).read_f32()?,
-    ));
+    let mut file = if holds_picture(path, metadata.params) {
+        pt_post::picture_layers(full.images(), metadata.params.post.encoding)?
+    } else {
+        let [width, height] = full.radiance().extent();
+        let mut file = LayeredImage::new(width, height)?;
+        file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
+        file
+    };
     for &id in aovs {
         file.layers.push(read_layer(full.images(), id)?);
-    }
-    if display {
-        file.metadata.insert(keys::IMAGE_STATE.into(), "display".into());
     }
     let Metadata { args, params, session, camera } = metadata;
     let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
@@ -125,7 +140,11 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     put(keys::ACCUMULATE, args.accumulate.to_string());
     put(keys::SEED, args.seed.to_string());
     put(keys::PARAMS, serde_json::to_string(params)?);
-    put(keys::EV100, full.ev100()?.to_string());
+    let exposure = full.exposure()?;
+    put(keys::EV100, exposure.ev100.to_string());
+    put(keys::EXPOSURE, exposure.scale.to_string());
+    let [x, y] = full.jitter();
+    put(keys::JITTER, format!("{x},{y}"));
     put(keys::DEVICE, session.device.info().name.clone());
     put(keys::DRIVER, session.device.info().driver_line());
     // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
@@ -162,6 +181,13 @@ fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) 
         "device": info.name,
         "driver": info.driver_line(),
         "backend": metadata.session.gpu.backend().to_string(),
+        "load": {
+            "phases": metadata.session.load.list(),
+            "total_ms": metadata.session.load.total_ms(),
+            "texture_bytes": metadata.session.gpu.texture_bytes(),
+            "texture_bytes_uncompressed": metadata.session.uncompressed_texture_bytes(),
+            "peak_memory_bytes": peak_memory(),
+        },
         "warm_up_frames": timings.len() - counted.len(),
         "frame": frame,
         "passes": passes,
@@ -171,12 +197,40 @@ fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) 
     write_atomic(path, text.as_bytes()).with_context(|| "cannot write the timings".to_owned())
 }
 
-fn summary(timings: &[FrameTiming], session: &Session, size: [u32; 2], out: &mut impl Write) -> Result<bool> {
+/// Where the time before the first picture went.
+fn load_line(session: &Session) -> String {
+    let load = &session.load;
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let phases: Vec<_> = load.list().iter().map(|p| format!("{} {:.0} ms", p.name, p.ms)).collect();
+    let peak = peak_memory().map_or(String::new(), |bytes| format!("; peak memory {:.0} MiB", mib(bytes)));
+    format!(
+        "loaded in {:.2} s: {}; textures {:.1} MiB ({:.1} MiB without compression){peak}",
+        load.total_ms() * 1e-3,
+        phases.join(", "),
+        mib(session.gpu.texture_bytes()),
+        mib(session.uncompressed_texture_bytes()),
+    )
+}
+
+/// The most memory that this process has held, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? << 10)
+}
+
+fn summary(
+    timings: &[FrameTiming],
+    session: &Session,
+    size: [u32; 2],
+    frame_size: [u32; 2],
+    out: &mut impl Write,
+) -> Result<bool> {
     let counted = warm(timings);
     let frame_ms = Spread::of(counted.iter().map(|f| f.gpu_ms).collect()).median_ms;
     let primary =
         counted.iter().flat_map(|f| &f.passes).filter(|p| p.pass == "primary rays").map(|p| p.ms).collect();
-    let rays = f64::from(2 * pt_core::channels::field_width(size[0])) * f64::from(size[1]);
+    let rays = f64::from(2 * pt_core::channels::field_width(frame_size[0])) * f64::from(frame_size[1]);
     let mrays = rays / Spread::of(primary).median_ms.max(1e-9) * 1e-3;
     writeln!(
         out,

@@ -17,7 +17,10 @@ use std::io::Write;
 
 use anyhow::Result;
 use pt_lights::{LightLists, luminance};
-use pt_scene::{AlphaMode, Clusters, Environment, Light, LightKind, Material, Projection, Scene, Texture};
+use pt_scene::{
+    AlphaMode, Clusters, Environment, Light, LightKind, Material, Projection, Scene, Support, Texels,
+    Texture, support,
+};
 use pt_shaders::glam::Vec3;
 use serde::Serialize;
 
@@ -48,6 +51,12 @@ pub struct SceneStats {
     pub lights: Vec<LightPower>,
     /// Cameras.
     pub cameras: Vec<CameraStats>,
+    /// Animations.
+    pub animations: Vec<AnimationStats>,
+    /// Names of the scenes in the file.
+    pub file_scenes: Vec<String>,
+    /// Names of the material variants in the file.
+    pub variants: Vec<String>,
     /// Extensions that the file names.
     pub extensions: Vec<ExtensionStats>,
     /// The division into clusters.
@@ -74,14 +83,12 @@ pub struct Triangles {
 pub struct Textures {
     /// How many.
     pub count: usize,
-    /// Of these, sRGB-encoded 8-bit RGBA (colours).
-    pub rgba8_srgb: usize,
-    /// Of these, linear 8-bit RGBA (data).
-    pub rgba8_linear: usize,
-    /// Decoded texels on the host, bytes.
-    pub decoded_bytes: usize,
+    /// How many of each format: RGBA8 or a block format, with " sRGB" where colours are sRGB-encoded.
+    pub formats: BTreeMap<String, usize>,
+    /// Texels as they are held on the host, bytes.
+    pub host_bytes: u64,
     /// On the device with all mip levels, bytes.
-    pub gpu_bytes: usize,
+    pub gpu_bytes: u64,
 }
 
 /// A light and its power.
@@ -114,6 +121,19 @@ pub struct CameraStats {
     pub path_s: f64,
 }
 
+/// An animation of the file.
+#[derive(Clone, Debug, Serialize)]
+pub struct AnimationStats {
+    /// Name; may be empty.
+    pub name: String,
+    /// Seconds.
+    pub duration_s: f64,
+    /// Properties of nodes that it moves.
+    pub channels: usize,
+    /// Whether it plays unless another is asked for.
+    pub plays: bool,
+}
+
 /// An extension that a file names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ExtensionStats {
@@ -123,6 +143,18 @@ pub struct ExtensionStats {
     pub required: bool,
     /// supported, ignored (the scene is shown without it) or refused (so is the file).
     pub status: &'static str,
+}
+
+impl ExtensionStats {
+    /// What becomes of an extension.
+    pub fn of(name: &str, required: bool) -> Self {
+        let status = match (support(name), required) {
+            (Support::Supported, _) => "supported",
+            (Support::Refused, true) => "refused",
+            (Support::Ignored, _) | (Support::Refused, false) => "ignored",
+        };
+        Self { name: name.into(), required, status }
+    }
 }
 
 /// The division into clusters.
@@ -141,8 +173,8 @@ pub struct ClusterStats {
 }
 
 impl SceneStats {
-    /// Looks through a scene; `extensions` are those of its file, `clusters` how many to divide it into.
-    pub fn of(scene: &Scene, extensions: Vec<ExtensionStats>, clusters: usize) -> Self {
+    /// Looks through a scene and divides it into `clusters`.
+    pub fn of(scene: &Scene, clusters: usize) -> Self {
         let s = scene.statistics();
         let clusters = Clusters::new(scene, clusters).statistics(scene);
         Self {
@@ -151,7 +183,11 @@ impl SceneStats {
             bounds: scene.bounds().map(|b| [b.min.to_array(), b.max.to_array()]),
             meshes: scene.meshes.len(),
             instances: scene.instances.len(),
-            moving_instances: scene.instances.iter().filter(|i| !i.is_static()).count(),
+            moving_instances: scene
+                .instances
+                .iter()
+                .filter(|i| !i.is_static(&scene.meshes[i.mesh as usize]))
+                .count(),
             triangles: Triangles {
                 stored: s.triangles,
                 instanced: s.instanced_triangles,
@@ -176,7 +212,19 @@ impl SceneStats {
                     path_s: c.path.as_ref().map_or(0.0, pt_scene::CameraPath::duration),
                 })
                 .collect(),
-            extensions,
+            animations: scene
+                .animations
+                .iter()
+                .map(|a| AnimationStats {
+                    name: a.name.clone(),
+                    duration_s: a.duration,
+                    channels: a.channels,
+                    plays: a.plays,
+                })
+                .collect(),
+            file_scenes: scene.scenes.clone(),
+            variants: scene.variants.clone(),
+            extensions: scene.extensions.iter().map(|e| ExtensionStats::of(&e.name, e.required)).collect(),
             clusters: ClusterStats {
                 count: clusters.count,
                 occupied: clusters.occupied,
@@ -215,18 +263,11 @@ impl SceneStats {
         let kinds: Vec<_> = self.material_kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
         line("materials", format!("{}: {}", self.materials, kinds.join(", ")))?;
         let x = &self.textures;
-        let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
-        line(
-            "textures",
-            format!(
-                "{}: {} RGBA8 sRGB, {} RGBA8 linear; {:.1} MiB decoded, {:.1} MiB on the device",
-                x.count,
-                x.rgba8_srgb,
-                x.rgba8_linear,
-                mib(x.decoded_bytes),
-                mib(x.gpu_bytes)
-            ),
-        )?;
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let formats: Vec<_> = x.formats.iter().map(|(format, n)| format!("{n} {format}")).collect();
+        let bytes =
+            format!("{:.1} MiB on the host, {:.1} MiB on the device", mib(x.host_bytes), mib(x.gpu_bytes));
+        line("textures", format!("{}: {}; {bytes}", x.count, formats.join(", ")))?;
         const SHOWN: usize = 16;
         for light in self.lights.iter().take(SHOWN) {
             let unit = match light.kind {
@@ -248,6 +289,15 @@ impl SceneStats {
             let [p, f] = [c.position, c.forward].map(|v| format!("({:.3}, {:.3}, {:.3})", v[0], v[1], v[2]));
             let path = if c.path_s > 0.0 { format!(", path of {} s", c.path_s) } else { String::new() };
             line("camera", format!("{}: {} at {p}, looks along {f}{path}", c.name, c.projection))?;
+        }
+        for a in &self.animations {
+            let rests = if a.plays { "" } else { ", does not play" };
+            line("animation", format!("{}: {:.3} s, {} channels{rests}", a.name, a.duration_s, a.channels))?;
+        }
+        for (what, names) in [("scenes", &self.file_scenes), ("variants", &self.variants)] {
+            if names.len() > usize::from(what == "scenes") {
+                line(what, names.join(", "))?;
+            }
         }
         for e in &self.extensions {
             line("extension", extension_line(e))?;
@@ -299,9 +349,14 @@ fn material_kinds(materials: &[Material]) -> BTreeMap<&'static str, usize> {
 fn textures(textures: &[Texture]) -> Textures {
     let mut sum = Textures { count: textures.len(), ..Textures::default() };
     for t in textures {
-        *(if t.usage.is_srgb() { &mut sum.rgba8_srgb } else { &mut sum.rgba8_linear }) += 1;
-        sum.decoded_bytes += t.bytes();
-        sum.gpu_bytes += t.uncompressed_bytes() as usize;
+        let (format, gpu_bytes) = match &t.texels {
+            Texels::Rgba8(_) => ("RGBA8".into(), t.uncompressed_bytes()),
+            Texels::Blocks { format, .. } => (format!("{format:?}").to_uppercase(), t.bytes() as u64),
+        };
+        let encoding = if t.usage.is_srgb() { " sRGB" } else { "" };
+        *sum.formats.entry(format + encoding).or_insert(0) += 1;
+        sum.host_bytes += t.bytes() as u64;
+        sum.gpu_bytes += gpu_bytes;
     }
     sum
 }
@@ -378,7 +433,7 @@ mod tests {
     use pt_scene::builtin;
 
     fn stats(name: &str) -> SceneStats {
-        SceneStats::of(&builtin(name).unwrap(), Vec::new(), 64)
+        SceneStats::of(&builtin(name).unwrap(), 64)
     }
 
     fn light<'a>(stats: &'a SceneStats, kind: &str) -> &'a LightPower {
@@ -413,9 +468,9 @@ mod tests {
     #[test]
     fn double_sided_lamps_count_twice() {
         let mut scene = builtin("cornell").unwrap();
-        let once = SceneStats::of(&scene, Vec::new(), 8);
+        let once = SceneStats::of(&scene, 8);
         scene.materials.iter_mut().filter(|m| m.is_emissive()).for_each(|m| m.double_sided = true);
-        let twice = SceneStats::of(&scene, Vec::new(), 8);
+        let twice = SceneStats::of(&scene, 8);
         let [once, twice] = [&once, &twice].map(|s| light(s, "emissive"));
         assert!(
             (twice.power_w / once.power_w - 2.0).abs() < 1e-9
@@ -432,9 +487,9 @@ mod tests {
             assert_eq!(s.material_kinds.get(kind), Some(&1), "{kind}");
         }
         assert!(s.material_kinds["solid transmission"] == 4 && s.material_kinds["absorbing"] == 1);
-        assert_eq!((s.textures.count, s.textures.rgba8_srgb), (2, 2));
-        assert_eq!(s.textures.decoded_bytes, 4 * (128 * 128 + 256 * 256));
-        let chain = |n: usize| -> usize { (0..=n.ilog2()).map(|l| 4 * (n >> l) * (n >> l)).sum() };
+        assert_eq!((s.textures.count, s.textures.formats.get("RGBA8 sRGB")), (2, Some(&2)));
+        assert_eq!(s.textures.host_bytes, 4 * (128 * 128 + 256 * 256));
+        let chain = |n: u64| -> u64 { (0..=n.ilog2()).map(|l| 4 * (n >> l) * (n >> l)).sum() };
         assert_eq!(s.textures.gpu_bytes, chain(128) + chain(256));
         assert_eq!(s.clusters.count, 64);
         let mut text = Vec::new();

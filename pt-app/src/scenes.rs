@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use pt_scene::{BUILTIN, LoadOptions, Support, support};
+use pt_scene::{BUILTIN, LoadOptions};
 use serde_json::{Value, json};
 
 use crate::cli::ScenesArgs;
@@ -40,12 +40,11 @@ fn list() -> Value {
 }
 
 fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
-    let builtin = BUILTIN.iter().any(|(known, _)| *known == name);
-    let extensions = if builtin { Vec::new() } else { named_extensions(Path::new(name)) };
     let scene = match pt_scene::open(name, &LoadOptions::default()) {
         Ok(scene) => scene,
         Err(error) => {
             // Which extensions a refused file names is what its owner wants to know.
+            let extensions = named_extensions(Path::new(name));
             if args.json && !extensions.is_empty() {
                 let document = json!({ "scene": name, "error": error.to_string(), "extensions": extensions });
                 writeln!(out, "{}", serde_json::to_string_pretty(&document)?)?;
@@ -57,7 +56,7 @@ fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
             return Err(error.into());
         }
     };
-    let stats = SceneStats::of(&scene, extensions, args.clusters as usize);
+    let stats = SceneStats::of(&scene, args.clusters as usize);
     if args.json {
         writeln!(out, "{}", serde_json::to_string_pretty(&stats)?)?;
         Ok(())
@@ -66,7 +65,7 @@ fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
     }
 }
 
-/// The extensions that a file names, also one that is refused; none where its JSON cannot be found.
+/// The extensions that a refused file names; none where its JSON cannot be found.
 fn named_extensions(file: &Path) -> Vec<ExtensionStats> {
     let bytes = std::fs::read(file).unwrap_or_default();
     // GLB: a header of 12 bytes, then length and type of the JSON chunk.
@@ -86,13 +85,7 @@ fn named_extensions(file: &Path) -> Vec<ExtensionStats> {
     let mut all: Vec<ExtensionStats> = Vec::new();
     for name in names("extensionsUsed").into_iter().chain(required.clone()) {
         if all.iter().all(|e| e.name != name) {
-            let required = required.contains(&name);
-            let status = match (support(&name) == Support::Supported, required) {
-                (true, _) => "supported",
-                (false, false) => "ignored",
-                (false, true) => "refused",
-            };
-            all.push(ExtensionStats { name, required, status });
+            all.push(ExtensionStats::of(&name, required.contains(&name)));
         }
     }
     all

@@ -2,11 +2,12 @@
 
 use crate::cli::{BackendChoice, CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
+use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
-use pt_core::{Device, DeviceOptions};
+use pt_core::{Device, DeviceOptions, Frame};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
-use pt_scene::{Camera, Scene};
+use pt_scene::{Camera, Scene, Texture};
 use pt_shaders::glam::Vec3;
 
 /// A scene on a device, ready to be rendered.
@@ -19,6 +20,8 @@ pub struct Session {
     pub gpu: GpuScene,
     /// Its light lists.
     pub lights: LightTables,
+    /// Where the time went since the scene's file was opened; runs on.
+    pub load: Phases,
 }
 
 impl Session {
@@ -27,12 +30,33 @@ impl Session {
     /// # Errors
     /// No device, or a scene that does not fit.
     pub fn open(args: &DeviceArgs, scene: Scene) -> Result<Self> {
+        let mut load = Phases::start();
+        load.include(&scene.load_phases);
         let DeviceArgs { backend, device, validation } = args.clone();
         let device = Device::open(&DeviceOptions { device, validation })?;
+        load.mark("device");
         let mut gpu = GpuScene::new(&device, &scene, backend.into())?;
+        load.include(gpu.load_phases());
         let lights = LightTables::new(&device, &scene)?;
         lights.fill(gpu.record_mut());
-        Ok(Self { device, scene, gpu, lights })
+        load.mark("lights");
+        Ok(Self { device, scene, gpu, lights, load })
+    }
+
+    /// What the scene's textures would take without compression, with mips, the environment included.
+    pub fn uncompressed_texture_bytes(&self) -> u64 {
+        let environment = 16 * self.scene.environment.image.texels.len() as u64;
+        self.scene.textures.iter().map(Texture::uncompressed_bytes).sum::<u64>() + environment
+    }
+
+    /// Brings the scene to `time`, and what was there in the frame before to `previous` (seconds): on the host, then on the device.
+    ///
+    /// # Errors
+    /// When the frame can't take the uploads.
+    pub fn update(&mut self, frame: &mut Frame<'_>, time: f64, previous: f64) -> pt_core::Result<()> {
+        self.scene.set_time(time, previous);
+        self.lights.update(frame, &self.scene, self.gpu.record_mut())?;
+        self.gpu.update(frame, &self.scene)
     }
 
     /// Device and driver in one line.

@@ -154,7 +154,7 @@ fn the_smaller_commands() {
     }
     assert!(Info::try_parse_from(["info", "--json"]).unwrap().args.json);
     let bench = Bench::try_parse_from(["bench", "trace", "gallery", "--json", "rows.json"]).unwrap();
-    let BenchCommand::Trace(trace) = bench.args.command;
+    let BenchCommand::Trace(trace) = bench.args.command else { panic!("another benchmark") };
     assert_eq!((trace.scene.as_str(), trace.json), ("gallery", Some("rows.json".into())));
     Bench::try_parse_from(["bench", "rays", "gallery"]).unwrap_err();
 }

@@ -132,7 +132,7 @@ fn sheets_have_a_tile_for_each_image() {
 
     refused(at, &["sheet", "blue.png", "-o", "t.png"], &["blue.png"]);
     refused(at, &["sheet", "red.png", "-o", "t.exr"], &["t.exr", "PNG"]);
-    refused(at, &["sheet", "red.png", "-o", "t.png", "--tile", "16384x16384"], &["16388", "out of range"]);
+    refused(at, &["sheet", "red.png", "-o", "t.png", "--tile", "16384x16384"], &["16392", "out of range"]);
     refused(at, &["sheet", "-o", "t.png"], &["IMAGES"]);
     assert!(!at.join("t.png").exists());
 }

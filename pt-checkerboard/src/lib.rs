@@ -6,6 +6,7 @@
 
 pub mod oracle;
 mod records;
+pub mod study;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));

@@ -14,6 +14,7 @@ pub mod image_file;
 pub mod kernel;
 pub mod metrics;
 pub mod pack;
+pub mod phases;
 pub mod rng;
 pub mod settings;
 pub mod split;

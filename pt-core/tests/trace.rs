@@ -24,6 +24,7 @@ struct Mesh {
     indices: Vec<UVec3>,
     alphas: Vec<u8>,
     first_masked: u32,
+    deforms: bool,
 }
 
 impl Mesh {
@@ -37,11 +38,24 @@ impl Mesh {
             .collect();
         let indices = (0..triangles).map(|t| UVec3::new(3 * t, 3 * t + 1, 3 * t + 2)).collect();
         let alphas = (0..triangles * 3).map(|i| (random(stream + 2, i).x * 255.0) as u8).collect();
-        Self { positions, indices, alphas, first_masked }
+        Self { positions, indices, alphas, first_masked, deforms: false }
     }
 
     fn geometry(&self) -> MeshGeometry<'_> {
-        MeshGeometry { positions: &self.positions, indices: &self.indices, first_masked: self.first_masked }
+        MeshGeometry {
+            positions: &self.positions,
+            indices: &self.indices,
+            first_masked: self.first_masked,
+            deforms: self.deforms,
+        }
+    }
+
+    /// The same triangles, twisted about +Y, stretched and shifted by `amount`.
+    fn twist(&mut self, amount: f32) {
+        for p in &mut self.positions {
+            let turn = Quat::from_rotation_y(4.0 * amount * p.y);
+            *p = turn * *p * Vec3::new(1.0, 1.0 + amount, 1.0 - 0.8 * amount) + Vec3::X * amount;
+        }
     }
 
     fn alpha(&self, triangle: u32, bary: Vec2) -> f32 {
@@ -158,10 +172,13 @@ impl Tracer {
         }
     }
 
-    /// Records one frame: moves the instances, traces the rays both ways.
-    fn record(&mut self, placements: &[InstancePlacement], mask: u32) {
+    /// Records one frame: moves the vertices of meshes that deform and the instances, traces the rays both ways.
+    fn record(&mut self, meshes: &[Mesh], placements: &[InstancePlacement], mask: u32) {
         let visibility = Visibility { mask, seed: SEED };
         let mut frame = self.recorder.begin().unwrap();
+        let moved: Vec<_> =
+            (0..).zip(meshes).filter(|(_, m)| m.deforms).map(|(i, m)| (i, &m.positions[..])).collect();
+        self.scene.deform(&mut frame, &moved).unwrap();
         self.scene.place(&mut frame, placements).unwrap();
         for (query, hits) in [Query::Closest, Query::Occluded].into_iter().zip(&self.hits) {
             self.scene.trace(&mut frame, query, &self.rays, hits, [RAYS, 100], visibility).unwrap();
@@ -169,8 +186,13 @@ impl Tracer {
         frame.submit().unwrap();
     }
 
-    fn trace(&mut self, placements: &[InstancePlacement], mask: u32) -> (Vec<Hit>, Vec<bool>) {
-        self.record(placements, mask);
+    fn trace(
+        &mut self,
+        meshes: &[Mesh],
+        placements: &[InstancePlacement],
+        mask: u32,
+    ) -> (Vec<Hit>, Vec<bool>) {
+        self.record(meshes, placements, mask);
         let occluded = self.hits[1].read::<Hit>().unwrap().iter().map(|h| h.instance != NONE).collect();
         (self.hits[0].read().unwrap(), occluded)
     }
@@ -206,20 +228,25 @@ fn assert_agree(what: &str, a: &[Hit], b: &[Hit]) {
     );
 }
 
-fn compare(meshes: &[Mesh], instances: u32, frames: u32, ray_mask: u32, least_hits: usize) {
+/// Traces some frames with every backend. After the first, the meshes that deform are twisted a little more in each.
+fn compare(meshes: &mut [Mesh], instances: u32, frames: u32, ray_mask: u32, least_hits: usize) {
     let device = TestDevice::open();
     let mut tracers: Vec<_> = TraceBackend::available(&device)
         .into_iter()
         .map(|backend| (backend, Tracer::new(&device, meshes, instances as usize, backend)))
         .collect();
     for frame in 0..frames {
+        if frame > 0 {
+            meshes.iter_mut().filter(|m| m.deforms).for_each(|m| m.twist(0.3));
+        }
+        let meshes = &*meshes;
         let placed = placements(meshes.len() as u32, instances, frame);
         let native = native_hits(meshes, &placed, ray_mask);
         let found = native.iter().filter(|h| h.instance != NONE).count();
         assert!(found >= least_hits, "the test's rays must hit something: {found}");
         let mut first: Option<Vec<Hit>> = None;
         for (backend, tracer) in &mut tracers {
-            let (hits, occluded) = tracer.trace(&placed, ray_mask);
+            let (hits, occluded) = tracer.trace(meshes, &placed, ray_mask);
             assert_agree(&format!("{backend} and native, frame {frame}"), &native, &hits);
             for (hit, native) in
                 hits.iter().zip(&native).filter(|(a, b)| a.instance != NONE && same_triangle(a, b))
@@ -261,7 +288,7 @@ fn mean_of_stochastic_transparency_is_over() {
     let positions: Vec<_> = [50.0, 0.0, 51.0, -1.0].into_iter().flat_map(sheet).collect();
     let alphas: Vec<_> = [255u8, 102, 255, 51].into_iter().flat_map(|a| [a; 3]).collect();
     let indices = (0..4).map(|t| UVec3::new(3 * t, 3 * t + 1, 3 * t + 2)).collect();
-    let meshes = [Mesh { positions, indices, alphas, first_masked: 0 }];
+    let meshes = [Mesh { positions, indices, alphas, first_masked: 0, deforms: false }];
     let place = |z| InstancePlacement {
         mesh: 0,
         mask: 1,
@@ -276,7 +303,7 @@ fn mean_of_stochastic_transparency_is_over() {
     let mut first: Option<Vec<Hit>> = None;
     for backend in TraceBackend::available(&device) {
         let mut tracer = Tracer::with_rays(&device, &meshes, 2, backend, &rays);
-        let (hits, occluded) = tracer.trace(&placed, 1);
+        let (hits, occluded) = tracer.trace(&meshes, &placed, 1);
         let n = f64::from(RAYS);
         let is = |want: f64, count: usize, what: &str| {
             let sigma = (want * (1.0 - want) / n).sqrt();
@@ -302,15 +329,33 @@ fn mean_of_stochastic_transparency_is_over() {
 
 #[test]
 fn moving_instances_with_masks_and_alpha() {
-    let empty = Mesh { positions: vec![], indices: vec![], alphas: vec![], first_masked: 0 };
-    let meshes =
+    let empty = Mesh { positions: vec![], indices: vec![], alphas: vec![], first_masked: 0, deforms: false };
+    let mut meshes =
         [Mesh::soup(10, 1500, 1000, 0.2), Mesh::soup(20, 200, 0, 0.5), empty, Mesh::soup(30, 40, 40, 0.8)];
-    compare(&meshes, 24, 3, 0b011, 500);
+    compare(&mut meshes, 24, 3, 0b011, 500);
 }
 
 #[test]
 fn lone_instance() {
-    compare(&[Mesh::soup(40, 5000, 4000, 0.3)], 1, 2, 0xff, 60);
+    compare(&mut [Mesh::soup(40, 5000, 4000, 0.3)], 1, 2, 0xff, 60);
+}
+
+#[test]
+fn deforming_meshes_are_refitted() {
+    let deforming = |mesh: Mesh| Mesh { deforms: true, ..mesh };
+    let mut meshes = [
+        deforming(Mesh::soup(110, 3000, 2500, 0.2)),
+        Mesh::soup(120, 200, 100, 0.5),
+        // The smallest trees: a root with one leaf, and with less than eight.
+        deforming(Mesh::soup(130, 1, 1, 0.9)),
+        deforming(Mesh::soup(140, 7, 3, 0.9)),
+    ];
+    compare(&mut meshes, 12, 4, 0b011, 400);
+}
+
+#[test]
+fn lone_deforming_instance() {
+    compare(&mut [Mesh { deforms: true, ..Mesh::soup(150, 2000, 2000, 0.3) }], 1, 4, 0xff, 60);
 }
 
 #[test]
@@ -320,10 +365,10 @@ fn hidden_lone_instance_and_no_instance() {
     for backend in TraceBackend::available(&device) {
         let mut tracer = Tracer::new(&device, &meshes, 1, backend);
         for (placed, mask) in [(placements(1, 1, 0), 0b10), (Vec::new(), 0xff)] {
-            let (hits, occluded) = tracer.trace(&placed, mask);
+            let (hits, occluded) = tracer.trace(&meshes, &placed, mask);
             assert!(hits.iter().all(|h| h.instance == NONE) && !occluded.contains(&true), "{backend}");
         }
-        let (hits, _) = tracer.trace(&placements(1, 1, 0), 0b01);
+        let (hits, _) = tracer.trace(&meshes, &placements(1, 1, 0), 0b01);
         assert!(hits.iter().any(|h| h.instance != NONE), "{backend}");
     }
 }
@@ -331,11 +376,12 @@ fn hidden_lone_instance_and_no_instance() {
 #[test]
 fn frames_in_their_stride_create_nothing() {
     let device = TestDevice::open();
-    let meshes = [Mesh::soup(60, 300, 200, 0.3)];
+    let mut meshes = [Mesh { deforms: true, ..Mesh::soup(60, 300, 200, 0.3) }];
     for backend in TraceBackend::available(&device) {
         let mut tracer = Tracer::new(&device, &meshes, 9, backend);
         for frame in 0..6 {
-            tracer.record(&placements(1, 9, frame), 0xff);
+            meshes[0].twist(0.1);
+            tracer.record(&meshes, &placements(1, 9, frame), 0xff);
         }
         for timing in tracer.recorder.finish().unwrap().iter().filter(|t| t.frame > 2) {
             assert_eq!((timing.created.pipelines, timing.created.allocations), (0, 0), "{backend}");
@@ -371,7 +417,7 @@ fn bad_geometry_is_an_error() {
     let device = TestDevice::open();
     let positions = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let outside = [UVec3::new(0, 1, 3)];
-    let bad = MeshGeometry { positions: &positions, indices: &outside, first_masked: 1 };
+    let bad = MeshGeometry { positions: &positions, indices: &outside, first_masked: 1, deforms: false };
     for backend in TraceBackend::available(&device) {
         let error =
             RayScene::new(&device, &[bad], 1, backend, Coverage::Opaque).err().expect("an error").to_string();
@@ -380,7 +426,7 @@ fn bad_geometry_is_an_error() {
     // Vertices that are not finite are left out by the trees.
     let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NAN];
     let indices = [UVec3::new(0, 1, 3), UVec3::new(0, 1, 2)];
-    let mesh = MeshGeometry { positions: &positions, indices: &indices, first_masked: 2 };
+    let mesh = MeshGeometry { positions: &positions, indices: &indices, first_masked: 2, deforms: false };
     let placed = [InstancePlacement { mesh: 0, mask: 1, world_from_object: Affine3A::IDENTITY }];
     let native = NativeScene::new(&[mesh], &placed, BvhQuality::Medium).unwrap();
     let ray = Ray { origin: Vec3::new(0.2, 0.2, 1.0), t_min: 0.0, direction: Vec3::NEG_Z, t_max: 9.0 };

@@ -14,7 +14,7 @@ mod primary;
 pub mod records;
 mod reflect_refract;
 
-pub use jitter::halton;
+pub use jitter::{frame_jitter, halton, r2};
 pub use params::{GbufferParams, Jitter, MAX_REFLECT_REFRACT};
 pub use primary::PrimaryRays;
 pub use reflect_refract::ReflectRefract;

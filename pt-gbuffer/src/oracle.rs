@@ -48,9 +48,11 @@ pub fn project(camera: &CameraRecord, position: DVec3) -> DVec3 {
     DVec3::new(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y, distance)
 }
 
-/// The first surface behind UV `uv`; `None`: the environment.
+/// The first surface behind UV `uv`; `None`: the environment. `before` is the scene with its meshes in the previous pose; the same as
+/// `scene` where none deforms.
 pub fn primary(
     scene: &Scene,
+    before: &Scene,
     native: &NativeScene,
     camera: &CameraRecord,
     camera_prev: &CameraRecord,
@@ -69,7 +71,8 @@ pub fn primary(
     let blend = |values: &[Vec3]| (0..3).map(|k| values[corners[k]] * weights[k]).sum::<Vec3>();
     let local = blend(&mesh.positions);
     let position = instance.world_from_object.transform_point3(local).as_dvec3();
-    let before = instance.world_from_object_prev.transform_point3(local).as_dvec3();
+    let local_before = blend(&before.meshes[instance.mesh as usize].positions);
+    let before = instance.world_from_object_prev.transform_point3(local_before).as_dvec3();
 
     let to_world = instance.world_from_object.matrix3.inverse().transpose();
     let [a, b, c] = corners.map(|i| mesh.positions[i]);

@@ -12,6 +12,8 @@ pub enum Jitter {
     None,
     /// One offset for the whole frame: Halton (2, 3), period 128. What temporal anti-aliasing wants.
     Halton,
+    /// One offset for the whole frame: R2 sequence, period 128.
+    R2,
     /// A random offset for every pixel: the box filter, when frames are averaged.
     #[default]
     Pixel,
@@ -21,7 +23,7 @@ pub enum Jitter {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GbufferParams {
-    /// `none`, `halton` or `pixel`. Default `pixel`.
+    /// `none`, `halton`, `r2` or `pixel`. Default `pixel`.
     pub jitter: Jitter,
     /// Depth of field with the camera's thin lens. Default true; without effect while the lens radius is 0.
     pub depth_of_field: bool,

@@ -1,5 +1,5 @@
 use crate::records::PrimaryPush;
-use crate::{GbufferParams, Jitter, halton, kernels};
+use crate::{GbufferParams, Jitter, frame_jitter, kernels};
 use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, Frame, Kernel};
@@ -48,10 +48,7 @@ impl PrimaryRays {
     ) -> pt_core::Result<()> {
         let [width, height] = images.size();
         let push = PrimaryPush {
-            jitter: match params.jitter {
-                Jitter::Halton => halton(frame.index()).into(),
-                Jitter::None | Jitter::Pixel => glam::Vec2::ZERO,
-            },
+            jitter: frame_jitter(params.jitter, frame.index()).into(),
             jitter_per_pixel: u32::from(params.jitter == Jitter::Pixel),
             lod_scale: params.texture_lod_bias.exp2(),
             mask: MASK_OPAQUE | MASK_TRANSMISSIVE,

@@ -93,7 +93,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
                 (f64::from(y) + 0.5) / f64::from(SIZE[1]),
             );
             let expected =
-                oracle::primary(&scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
+                oracle::primary(&scene, &scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
             let at = Vec3::from_slice(&positions[4 * i..4 * i + 3]);
             let cluster = if visibility[2 * i] == u32::MAX { 0xffff } else { division.find(at) };
             assert_eq!(clusters[i], cluster, "({x},{y}) at {at}");

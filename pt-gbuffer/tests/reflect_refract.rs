@@ -36,6 +36,7 @@ fn rectangle(scene: &mut Scene, half: Vec2, material: Material, place: Affine3A)
         indices: vec![[0, 1, 2], [0, 2, 3]],
         triangle_materials: vec![scene.materials.len() as u32; 2],
         first_masked: 2,
+        ..Mesh::default()
     });
     scene.materials.push(material);
     scene.instances.push(Instance::new("rectangle", scene.meshes.len() as u32 - 1, place));

@@ -20,8 +20,12 @@ pub struct EmissiveTriangle {
     pub weight: f64,
 }
 
+/// Least share of its mesh's mean area that a triangle of a mesh that deforms counts with.
+const LEAST_SHARE: f64 = 0.01;
+
 /// All triangles that can emit, by instance and triangle. Left out are materials with KHR_materials_unlit, which emit
-/// nothing, triangles without area, and triangles of which the emissive texture shows black parts only.
+/// nothing, triangles without area unless they may gain some because their mesh deforms, and triangles of which the
+/// emissive texture shows black parts only.
 pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
     let mut means: BTreeMap<u32, TextureMeans> = BTreeMap::new();
     for material in scene.materials.iter().filter(|m| emits(m)) {
@@ -33,6 +37,13 @@ pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
     let mut list = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
+        let least = match mesh.deformation {
+            Some(_) => {
+                let sum: f64 = (0..mesh.triangle_count()).map(|t| area(instance, mesh, t)).sum();
+                (LEAST_SHARE * sum / mesh.triangle_count().max(1) as f64).max(f64::MIN_POSITIVE)
+            }
+            None => 0.0,
+        };
         for t in 0..mesh.triangle_count() {
             let material = &scene.materials[instance.material_at(mesh, t) as usize];
             if !emits(material) {
@@ -42,7 +53,7 @@ pub(crate) fn triangles(scene: &Scene) -> Vec<EmissiveTriangle> {
                 Some(slot) => material.emissive * texture_mean(mesh, t, slot, &means[&slot.texture]),
                 None => material.emissive,
             };
-            let weight = area(instance, mesh, t) * luminance(radiance);
+            let weight = area(instance, mesh, t).max(least) * luminance(radiance);
             if weight > 0.0 {
                 list.push(EmissiveTriangle { instance: i as u32, triangle: t as u32, weight });
             }
@@ -114,6 +125,7 @@ mod tests {
             triangle_materials: vec![0, 0],
             first_masked: 2,
             name: "square".into(),
+            ..Mesh::default()
         };
         let place = |scale| Instance::new("square", 0, Affine3A::from_scale(Vec3::splat(scale)));
         Scene {

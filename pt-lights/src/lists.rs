@@ -27,8 +27,9 @@ pub struct LightLists {
 }
 
 impl LightLists {
-    /// Lists the lights of a scene where its instances are now. Rigid motion leaves all probabilities right; instances that
-    /// are scaled later keep the probability of their first size, and stay unbiased.
+    /// Lists the lights of a scene where its instances are now. Rigid motion leaves all probabilities right; triangles that
+    /// are scaled or deformed later keep the probability of their first size, and stay unbiased: the density of a sample
+    /// is made from this probability and the area that the triangle has by then.
     pub fn new(scene: &Scene) -> Self {
         let (lights, sun_count) = punctual::records(&scene.lights);
         let emissives = emissive::triangles(scene);
@@ -46,6 +47,14 @@ impl LightLists {
             environment_intensity: if environment_alias.is_some() { environment.intensity } else { 0.0 },
             environment_alias,
         }
+    }
+
+    /// Lists the punctual lights anew; whether anything has changed.
+    pub fn update_lights(&mut self, scene: &Scene) -> bool {
+        let (lights, sun_count) = punctual::records(&scene.lights);
+        let changed = lights != self.lights;
+        (self.lights, self.sun_count) = (lights, sun_count);
+        changed
     }
 
     /// The emissive triangles as the GPU sees them.

@@ -1,7 +1,7 @@
 use crate::lists::LightLists;
-use pt_core::{Buffer, Device, Result};
+use pt_core::{Buffer, Device, Frame, Location, Result};
 use pt_scene::Scene;
-use pt_shaders::records::SceneRecord;
+use pt_shaders::records::{LightRecord, SceneRecord};
 
 /// The light lists of a scene on the GPU (`lights.glsl` reads them).
 ///
@@ -23,8 +23,12 @@ impl LightTables {
     pub fn new(device: &Device, scene: &Scene) -> Result<Self> {
         let lists = LightLists::new(scene);
         let entries = |table: &Option<_>| table.as_ref().map_or(&[][..], crate::AliasTable::entries).to_vec();
+        // Room for lights that are dark now.
+        let bytes = (scene.lights.len() * size_of::<LightRecord>()) as u64;
+        let lights = Buffer::new(device, "lights", bytes, Location::Device)?;
+        lights.write_through_staging(bytemuck::cast_slice(&lists.lights))?;
         Ok(Self {
-            lights: Buffer::from_slice(device, "lights", &lists.lights)?,
+            lights,
             emissives: Buffer::from_slice(device, "emissive triangles", &lists.emissive_records())?,
             emissive_alias: Buffer::from_slice(device, "emissive alias", &entries(&lists.emissive_alias))?,
             environment_alias: Buffer::from_slice(
@@ -39,6 +43,20 @@ impl LightTables {
     /// The same on the host.
     pub fn lists(&self) -> &LightLists {
         &self.lists
+    }
+
+    /// Brings the punctual lights to where the scene has them now, and their counts into `record`, which the scene's next update
+    /// uploads. Without change it records nothing; takes no device memory. Lights may move, change and go dark; their
+    /// number is that of the scene that the tables were made from.
+    ///
+    /// # Errors
+    /// When the upload can't be recorded.
+    pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene, record: &mut SceneRecord) -> Result<()> {
+        if self.lists.update_lights(scene) {
+            frame.upload(&self.lights, bytemuck::cast_slice(&self.lists.lights))?;
+        }
+        self.fill(record);
+        Ok(())
     }
 
     /// Sets the addresses and counts of lights, emissive triangles and environment, and the environment's size, rotation

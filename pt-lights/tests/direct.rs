@@ -13,6 +13,7 @@ use pt_core::{ChannelImages, Recorder};
 use pt_lights::oracle::brdf::Brdf;
 use pt_lights::oracle::sampling::basis_around;
 use pt_lights::{DirectLighting, DirectParams};
+use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::{Environment, EnvironmentImage, Light, Material, Scene};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR_HF, COLOR_SPEC, GEO_NORMAL, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION,
@@ -20,6 +21,7 @@ use pt_shaders::channels::{
 };
 use pt_shaders::records::FrameRecord;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const SIZE: [u32; 2] = [32, 32];
 /// Texel without a surface.
@@ -64,8 +66,22 @@ fn render(
     frames: u32,
     point: impl Fn(usize) -> Point,
 ) -> Light4 {
+    render_after(device, scene, |_| (), backend, params, frames, point)
+}
+
+/// As [`render`]; the scene changes by `step` after its tables have been made.
+fn render_after(
+    device: &TestDevice,
+    scene: Scene,
+    step: impl FnOnce(&mut Scene),
+    backend: TraceBackend,
+    params: &DirectParams,
+    frames: u32,
+    point: impl Fn(usize) -> Point,
+) -> Light4 {
     let stage = DirectLighting::new(device, backend).unwrap();
     let mut uploaded = Uploaded::new(device, scene, backend);
+    step(&mut uploaded.scene);
     let images =
         ChannelImages::new(device, SIZE, DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied())
             .unwrap();
@@ -100,7 +116,9 @@ fn render(
         record.field_width = field_width(SIZE[0]);
         record.seed = 4;
         uniforms.upload(&mut frame, &record).unwrap();
-        uploaded.gpu.update(&mut frame, &uploaded.scene).unwrap();
+        let Uploaded { scene, lights, gpu } = &mut uploaded;
+        lights.update(&mut frame, scene, gpu.record_mut()).unwrap();
+        gpu.update(&mut frame, scene).unwrap();
         stage.record(&mut frame, &uploaded.gpu, &uploaded.lights, &uniforms, &images, params).unwrap();
         frame.submit().unwrap();
         recorder.finish().unwrap();
@@ -233,6 +251,59 @@ fn extended_lights_have_their_closed_forms() {
     let turn = |d: DVec3| basis * DVec3::new(d.x, d.z, d.y);
     let expected = cosine_mean(|d| f64::from(gradient.environment.radiance(turn(d).as_vec3()).y));
     assert_mean("gradient sky from the side", &render(open, tilted), expected, 2e-2);
+}
+
+/// The tables are made once: lights that move, go dark and light up reach the device all the same.
+#[test]
+fn moved_lights_are_where_they_are_now() {
+    let device = TestDevice::open();
+    let mut scene = floor();
+    scene.lights.push(Light::point("goes dark", Vec3::Y, Vec3::splat(10.0)));
+    scene.lights.push(Light::point("moves", Vec3::new(0.0, 1.0, 5.0), Vec3::splat(10.0)));
+    scene.lights.push(Light::directional("lights up", Vec3::NEG_Y, Vec3::ZERO));
+    let step = |scene: &mut Scene| {
+        scene.lights[0].intensity = Vec3::ZERO;
+        scene.lights[1].position = Vec3::new(0.0, 2.0, 0.0);
+        scene.lights[2].intensity = Vec3::splat(3.0);
+    };
+    let params = DirectParams::default();
+    let light = render_after(&device, scene, step, TraceBackend::Compute, &params, 1, |_| LAMBERTIAN);
+    for hf in &light.hf {
+        let expected = (10.0 / 4.0 + 3.0) / PI;
+        assert!((hf.y / expected - 1.0).abs() < 2e-4, "{} {expected}", hf.y);
+    }
+}
+
+/// A lamp whose mesh deforms, with probabilities from its first shape, in which one of its two triangles has no area.
+#[test]
+fn deformed_lamp_has_its_closed_form() {
+    let device = TestDevice::open();
+    let corners =
+        [(-0.5, -0.4), (0.5, -0.4), (0.5, 0.4), (-0.5, 0.4)].map(|(x, z)| Vec3::new(x + 0.8, 1.0, z));
+    let mut scene = floor();
+    polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lamp("lamp", Vec3::splat(4.0)));
+    let mesh = &mut scene.meshes[1];
+    [0, 0, 1, 1].into_iter().for_each(|joint| mesh.influences.push([Influence { joint, weight: 1.0 }]));
+    let skin = Skin { joints: vec![0, 1], inverse_bind: vec![Affine3A::IDENTITY; 2] };
+    let mut deformation = Deformation::new(mesh, 0, Some(Arc::new(skin)), &[]);
+    deformation.joints[1] = Affine3A::from_scale(Vec3::new(0.0, 1.0, 1.0));
+    mesh.deformation = Some(Box::new(deformation));
+    scene.pose_meshes();
+    assert_eq!(scene.meshes[1].positions[2], scene.meshes[1].positions[3]);
+    let far = Affine3A::from_translation(Vec3::new(0.3, 0.0, 0.9));
+    let step = |scene: &mut Scene| {
+        if let Some(deformation) = &mut scene.meshes[1].deformation {
+            deformation.joints[1] = far;
+        }
+    };
+    let [a, b, c, d] = corners;
+    let now = [a, b, far.transform_point3(c), far.transform_point3(d)];
+    for backend in backends(&device) {
+        let params = DirectParams::default();
+        // The second triangle is picked once in a hundred samples.
+        let hf = render_after(&device, scene.clone(), step, backend, &params, 60, |_| LAMBERTIAN).hf;
+        assert_mean("deformed lamp", &hf, 4.0 * lambert(&now) / PI, 5e-2);
+    }
 }
 
 /// Irradiance at the origin (normal +Y) from a polygon of radiance 1 (Lambert).

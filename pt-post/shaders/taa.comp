@@ -2,8 +2,9 @@
 // history. After Karis 2014, "High-Quality Temporal Supersampling" (jitter, longest motion, neighbourhood) and Salvi 2016,
 // "An Excursion in Temporal Supersampling" (variance clipping), in the PQ space of Quake II RTX.
 //
-// History holds PQ codes of the radiance (16 bit unorm: steps of 0.1 % and less from 1e-3 cd/m2 up), a = weight of what it
-// holds x push.blend. Pixels that are not finite count as missing: they reach neither neighbours nor history.
+// History holds PQ codes of the radiance (16 bit unorm: steps of 0.1 % and less from 1e-3 cd/m2 up). Its a packs two bytes:
+// the weight of what it holds x push.blend, and the square root of the mean absolute deviation of the samples from it, in
+// codes: a line that is thinner than a pixel is missed by most frames, whose neighbourhoods would then clip it away. Pixels that are not finite count as missing: they reach neither neighbours nor history.
 #include "finite.glsl"
 #include "math.glsl"
 #include "post_records.glsl"
@@ -54,11 +55,11 @@ vec2 input_position(ivec2 p, vec2 scale) { return (vec2(p) + 0.5) * scale - 0.5;
 ivec2 nearest_sample(ivec2 p, vec2 scale) { return ivec2(floor(input_position(p, scale) - push.jitter + 0.5)); }
 
 // Catmull-Rom interpolation from nine bilinear taps (the two middle texels of each axis in one).
-vec4 sample_history(vec2 position, vec2 size) {
+vec3 sample_history(vec2 position, vec2 size) {
     vec2 centre = floor(position - 0.5) + 0.5;
     vec2 f = position - centre;
     // On a texel centre, as with a camera that stands still, the filter is the texel.
-    if (all(lessThan(abs(f), vec2(1e-4)))) return texelFetch(history, ivec2(centre), 0);
+    if (all(lessThan(abs(f), vec2(1e-4)))) return texelFetch(history, ivec2(centre), 0).rgb;
     vec2 w0 = f * (-0.5 + f * (1.0 - 0.5 * f));
     vec2 w1 = 1.0 + f * f * (-2.5 + 1.5 * f);
     vec2 w3 = f * f * (-0.5 + 0.5 * f);
@@ -66,14 +67,28 @@ vec4 sample_history(vec2 position, vec2 size) {
     vec2 w12 = w1 + w2;
     vec2 at[3] = vec2[3]((centre - 1.0) / size, (centre + w2 / w12) / size, (centre + 2.0) / size);
     vec2 weight[3] = vec2[3](w0, w12, w3);
-    vec4 sum = vec4(0.0);
+    vec3 sum = vec3(0.0);
     for (int y = 0; y < 3; ++y) {
         for (int x = 0; x < 3; ++x) {
-            sum += weight[x].x * weight[y].y * textureLod(history, vec2(at[x].x, at[y].y), 0.0);
+            sum += weight[x].x * weight[y].y * textureLod(history, vec2(at[x].x, at[y].y), 0.0).rgb;
         }
     }
     return clamp(sum, 0.0, 1.0);
 }
+
+uint pack_state(float weight, float deviation) {
+    uvec2 bytes = uvec2(clamp(vec2(weight, sqrt(deviation)), 0.0, 1.0) * 255.0 + 0.5);
+    return bytes.x << 8 | bytes.y;
+}
+
+// x = weight, y = deviation.
+vec2 unpack_state(float a) {
+    uint word = uint(a * 65535.0 + 0.5);
+    vec2 state = vec2(word >> 8, word & 255u) / 255.0;
+    return vec2(state.x, state.y * state.y);
+}
+
+float code_luma(vec3 c) { return 0.25 * c.r + 0.5 * c.g + 0.25 * c.b; }
 
 vec3 rectify(vec3 c, vec3 mean, vec3 extent) {
     if (push.rectify == RECTIFY_OFF) return c;
@@ -146,20 +161,36 @@ void main() {
     float sigma = push.sigma * (flags == SPLIT_FLAGS ? push.split_sigma : 1.0);
 
     vec2 previous = vec2(p) + 0.5 + longest * vec2(output_size);
-    vec4 old = vec4(0.0);
+    vec3 past = vec3(0.0);
+    vec2 state = vec2(0.0);
     bool inside = all(greaterThan(previous, vec2(0.0))) && all(lessThan(previous, vec2(output_size)));
-    if (push.reset == 0u && inside) old = sample_history(previous, vec2(output_size));
-    vec3 past = push.space == SPACE_RGB ? decode(old.rgb) : old.rgb;
-    past = from_clip_space(rectify(to_clip_space(past), mean, sigma * deviation));
+    if (push.reset == 0u && inside) {
+        past = sample_history(previous, vec2(output_size));
+        state = unpack_state(texelFetch(history, ivec2(previous), 0).a);
+    }
+    float change = abs(code_luma(push.space == SPACE_RGB ? encode(centre) : centre) - code_luma(past));
+    if (push.space == SPACE_RGB) past = decode(past);
+    vec3 extent = sigma * deviation;
+    if (push.space == SPACE_PQ) extent = max(extent, push.temporal * state.y);
+    if (push.space == SPACE_YCOCG) extent = max(extent, push.temporal * state.y * vec3(1.0, 0.5, 0.5));
+    past = from_clip_space(rectify(to_clip_space(past), mean, extent));
 
     // A sample weighs by its distance from the pixel's centre, in output pixels; when things move every sample counts.
     vec2 offset = (vec2(clamp(sampled, ivec2(0), input_size - 1)) + push.jitter - input_position(p, scale)) / scale;
     float moved = smoothstep(0.0, 1.0, length(longest * vec2(output_size)));
     float weight = clamp(max(moved, 1.0 - dot(offset, offset)), MIN_WEIGHT, 1.0);
-    float total = min(old.a / push.blend + weight, 1.0 / push.blend);
-    vec3 blended = max(mix(past, centre, min(weight / total, 1.0)), 0.0);
-
-    vec3 code = push.space == SPACE_RGB ? encode(blended) : min(blended, 1.0);
-    imageStore(new_history, p, vec4(code, total * push.blend));
-    imageStore(resolved, p, vec4(push.space == SPACE_RGB ? blended : decode(code), 1.0));
+    float total = min(state.x / push.blend + weight, 1.0 / push.blend);
+    float share = min(weight / total, 1.0);
+    // The first sample has nothing to deviate from.
+    float deviation_now = state.x > 0.0 ? mix(state.y, change, share) : 0.0;
+    // Codes are mixed as they are, or decoded first.
+    bool codes = push.space != SPACE_RGB && push.blend_linear == 0u;
+    if (push.space != SPACE_RGB && !codes) {
+        past = decode(clamp(past, 0.0, 1.0));
+        centre = decode(centre);
+    }
+    vec3 blended = max(mix(past, centre, share), 0.0);
+    vec3 code = codes ? min(blended, 1.0) : encode(blended);
+    imageStore(new_history, p, vec4(code, float(pack_state(total * push.blend, deviation_now)) / 65535.0));
+    imageStore(resolved, p, vec4(codes ? decode(code) : blended, 1.0));
 }

@@ -167,12 +167,16 @@ gpu_struct! {
         pub jitter: Vec2,
         /// `SPACE_*`.
         pub space: u32,
+        /// 1 = new and old are mixed as linear radiance, 0 = as the codes of `space`.
+        pub blend_linear: u32,
         /// `RECTIFY_*`.
         pub rectify: u32,
         /// Half width of the box that history must lie in, standard deviations.
         pub sigma: f32,
         /// Factor on it where reflection and refraction share the pixel.
         pub split_sigma: f32,
+        /// Half width that the pixel's own changes over time give the box at least, mean absolute deviations.
+        pub temporal: f32,
         /// Most that a pixel may exceed the mean of its neighbours, as a factor; 0 = no limit.
         pub sparkle_limit: f32,
         /// Weight of a new frame once history is full.

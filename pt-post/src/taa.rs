@@ -39,16 +39,22 @@ pub struct TaaParams {
     pub enabled: bool,
     /// `pq`, `ycocg` or `rgb`. Default `pq`.
     pub space: ClipSpace,
+    /// Whether new and old are mixed as linear radiance: the mean over frames is then that of the light. Else they are mixed
+    /// as PQ codes, which is darker at edges of high contrast, and smoother. Default true; Quake II RTX: false.
+    pub blend_linear: bool,
     /// `off`, `clamp` or `clip`. Default `clamp`.
     pub rectify: Rectify,
     /// Half width of the neighbourhood's box in standard deviations, 0 to 8. Default 1.
     pub sigma: f32,
+    /// How far what a pixel has shown from frame to frame widens its box, in mean absolute deviations, 0 to 8: keeps lines that
+    /// are thinner than a pixel, which most frames miss. Not for space `rgb`. Default 1.5; Quake II RTX: 0.
+    pub temporal: f32,
     /// Factor on `sigma` where reflection and refraction share the pixel, 1 to 8. Default 2.
     pub split_sigma: f32,
     /// How bright a pixel may be beside its neighbours: at most x^-0.25 times their mean, in the blended space. 0 (no
-    /// limit) to 1. Default 0.25: 1.41 times.
+    /// limit) to 1. Default 0: thin bright lines keep their light; Quake II RTX: 0.25, that is 1.41 times.
     pub anti_sparkle: f32,
-    /// Weight of a new frame once history is full, 0.001 to 1; before, history is a running mean. Default 0.1.
+    /// Weight of a new frame once history is full, 0.01 to 1; before, history is a running mean. Default 0.1.
     pub blend: f32,
     /// Luminance of radiance 1 on the PQ scale, which ends at 10000, 1e-3 to 1e5 cd/m2. Default 1.
     pub pq_scale: f32,
@@ -59,10 +65,12 @@ impl Default for TaaParams {
         Self {
             enabled: false,
             space: ClipSpace::Pq,
+            blend_linear: true,
             rectify: Rectify::Clamp,
             sigma: 1.0,
+            temporal: 1.5,
             split_sigma: 2.0,
-            anti_sparkle: 0.25,
+            anti_sparkle: 0.0,
             blend: 0.1,
             pq_scale: 1.0,
         }
@@ -74,7 +82,8 @@ impl Validate for TaaParams {
         check_range("sigma", self.sigma, 0.0..=8.0, "")?;
         check_range("split_sigma", self.split_sigma, 1.0..=8.0, "")?;
         check_range("anti_sparkle", self.anti_sparkle, 0.0..=1.0, "")?;
-        check_range("blend", self.blend, 0.001..=1.0, "")?;
+        check_range("temporal", self.temporal, 0.0..=8.0, "")?;
+        check_range("blend", self.blend, 0.01..=1.0, "")?;
         check_range("pq_scale", self.pq_scale, 1e-3..=1e5, "cd/m2")
     }
 }
@@ -93,6 +102,7 @@ impl TaaParams {
                 ClipSpace::Ycocg => SPACE_YCOCG,
                 ClipSpace::Rgb => SPACE_RGB,
             },
+            blend_linear: self.blend_linear.into(),
             rectify: match self.rectify {
                 Rectify::Off => RECTIFY_OFF,
                 Rectify::Clamp => RECTIFY_CLAMP,
@@ -100,6 +110,7 @@ impl TaaParams {
             },
             sigma: self.sigma,
             split_sigma: self.split_sigma,
+            temporal: self.temporal,
             sparkle_limit: self.sparkle_limit(),
             blend: self.blend,
             pq_scale: self.pq_scale,
@@ -172,7 +183,7 @@ impl Taa {
         &self.resolved
     }
 
-    /// What the last frame left for the next: PQ codes; a = weight of what they hold x `blend`.
+    /// What the last frame left for the next: PQ codes; a = weight of what they hold x `blend` and deviation (see `taa.comp`).
     pub fn history(&self) -> &Image {
         self.history.current()
     }

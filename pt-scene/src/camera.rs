@@ -1,5 +1,7 @@
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 
+use crate::animation::NodeMotion;
+
 /// How a camera maps directions or positions to the image. The width follows the aspect of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
@@ -30,6 +32,8 @@ pub struct Camera {
     pub focus_distance: f32,
     /// The way the camera goes; [`Camera::at`] evaluates it.
     pub path: Option<CameraPath>,
+    /// The node of a file that carries it, if it moves; [`Camera::at`] evaluates it.
+    pub motion: Option<NodeMotion>,
 }
 
 impl Camera {
@@ -42,6 +46,7 @@ impl Camera {
             lens_radius: 0.0,
             focus_distance: eye.distance(target).max(1e-3),
             path: None,
+            motion: None,
         }
     }
 
@@ -51,9 +56,12 @@ impl Camera {
         Self { path: Some(path), ..Self::look_at(name, eye, target, yfov) }
     }
 
-    /// The camera at `time` seconds; itself when it has no path.
+    /// The camera at `time` seconds; itself when it has neither path nor motion.
     pub fn at(&self, time: f64) -> Self {
         let mut camera = self.clone();
+        if let Some(motion) = &self.motion {
+            camera.world_from_camera = without_scale(&motion.at(time));
+        }
         if let Some(path) = &self.path {
             let (eye, target) = path.at(time);
             camera.world_from_camera = looking(eye, target);
@@ -71,6 +79,15 @@ impl Camera {
     pub fn forward(&self) -> Vec3 {
         (-self.world_from_camera.matrix3.z_axis).normalize_or(Vec3A::NEG_Z).into()
     }
+}
+
+/// The position and the direction of view of a camera, however its node is scaled; +Y is kept as far up as it was.
+pub(crate) fn without_scale(world: &Affine3A) -> Affine3A {
+    let m = world.matrix3;
+    let back = m.z_axis.normalize_or(Vec3A::Z);
+    let side = m.y_axis.cross(back).try_normalize();
+    let right = side.unwrap_or_else(|| back.any_orthonormal_vector());
+    Affine3A { matrix3: Mat3A::from_cols(right, back.cross(right), back), translation: world.translation }
 }
 
 /// Rigid transform of something at `eye` whose -Z points at `target`, +Y as far up as that allows.

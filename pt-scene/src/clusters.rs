@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 use glam::{DVec3, Vec3};
 use pt_shaders::records::ClusterNode;
 
-use crate::{Bounds, Instance, Scene};
+use crate::{Bounds, Scene};
 
 /// Surface samples for each cluster that is asked for.
 const SAMPLES_PER_CLUSTER: usize = 64;
@@ -279,8 +279,11 @@ fn bounds_of(points: &[Vec3]) -> Option<Bounds> {
 
 /// Triangles of everything that stands still, world space.
 fn for_each_triangle(scene: &Scene, mut act: impl FnMut([Vec3; 3])) {
-    for instance in scene.instances.iter().filter(|i| Instance::is_static(i)) {
+    for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh as usize];
+        if !instance.is_static(mesh) {
+            continue;
+        }
         for t in 0..mesh.triangle_count() {
             act(mesh.triangle(t).map(|p| instance.world_from_object.transform_point3(p)));
         }

@@ -60,13 +60,15 @@ impl Environment {
 
     /// Reads a lat-long image: Radiance `.hdr` or OpenEXR (first layer with R, G and B), told apart by content.
     ///
-    /// Errors name the file and, for texels that are negative or not finite, the pixel (column, row).
+    /// Errors name the file and, for texels that are negative or not finite, their number and the first of them (column,
+    /// row).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         let path = path.as_ref();
         Self::from_bytes(&read_file(path)?, path)
     }
 
-    /// As [`Environment::load`], from the bytes of a file; `name` stands for the file in messages.
+    /// As [`Environment::load`], from the bytes of a file; `name` stands for the file in messages. Memory is bounded by a
+    /// multiple of the length of `bytes`.
     pub fn from_bytes(bytes: &[u8], name: impl AsRef<Path>) -> Result<Self, SceneError> {
         let path = name.as_ref();
         let image = match bytes {
@@ -118,9 +120,15 @@ impl Environment {
         if *width == 0 || *height == 0 || texels.len() != *width as usize * *height as usize {
             return Err(format!("{} texels for {width}x{height}", texels.len()));
         }
-        if let Some(i) = texels.iter().position(|t| !t.is_finite() || t.min_element() < 0.0) {
+        let bad = |t: &Vec3| !t.is_finite() || t.min_element() < 0.0;
+        if let Some(i) = texels.iter().position(bad) {
             let (x, y) = (i % *width as usize, i / *width as usize);
-            return Err(format!("pixel ({x}, {y}) is negative or not finite: {}", texels[i]));
+            let count = texels.iter().filter(|t| bad(t)).count();
+            return Err(format!(
+                "{count} of {} pixels are negative or not finite, the first at ({x}, {y}): {}",
+                texels.len(),
+                texels[i]
+            ));
         }
         if !self.rotation.is_finite() || !(0.0..f32::INFINITY).contains(&self.intensity) {
             return Err(format!(
@@ -132,10 +140,16 @@ impl Environment {
     }
 }
 
-fn check_size(width: u64, height: u64) -> Result<(), String> {
+/// `most` texels a byte is more than the file's compression can reach on a picture: a short file with a huge header is no
+/// reason to allocate.
+fn check_size(width: u64, height: u64, bytes: &[u8], most: u64) -> Result<(), String> {
     let limit = u64::from(MAX_ENVIRONMENT_SIDE);
     if width == 0 || height == 0 || width > limit || height > limit {
         return Err(format!("{width}x{height} is outside 1x1 .. {limit}x{limit}"));
+    }
+    if width * height > most * bytes.len() as u64 {
+        let bytes = bytes.len();
+        return Err(format!("{width}x{height} texels cannot be in {bytes} bytes; the file is cut short"));
     }
     Ok(())
 }
@@ -144,14 +158,7 @@ fn read_hdr(bytes: &[u8]) -> Result<EnvironmentImage, String> {
     use image::ImageDecoder;
     let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
     let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into())?;
-    // Run-length coding cannot shrink further than this: a short file with a huge header is no reason to allocate.
-    if u64::from(width) * u64::from(height) > 256 * bytes.len() as u64 {
-        return Err(format!(
-            "{width}x{height} texels cannot be in {} bytes; the file is cut short",
-            bytes.len()
-        ));
-    }
+    check_size(width.into(), height.into(), bytes, 64)?;
     let pixels = image::DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?.into_rgb32f();
     let texels = pixels.pixels().map(|p| Vec3::from_array(p.0)).collect();
     Ok(EnvironmentImage { width, height, texels })
@@ -161,7 +168,7 @@ fn read_exr(bytes: &[u8]) -> Result<EnvironmentImage, String> {
     use exr::prelude::*;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
-        check_size(header.layer_size.width() as u64, header.layer_size.height() as u64)?;
+        check_size(header.layer_size.width() as u64, header.layer_size.height() as u64, bytes, 512)?;
     }
     let image = read()
         .no_deep_data()

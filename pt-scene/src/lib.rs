@@ -8,6 +8,7 @@
 //! one to one. Colours are linear with Rec. 709 primaries.
 #![deny(missing_docs)]
 
+pub mod animation;
 pub mod bake;
 mod builtin;
 mod camera;
@@ -27,6 +28,7 @@ mod scene;
 mod sky;
 mod texture;
 
+pub use animation::{AnimationChoice, AnimationInfo};
 pub use builtin::{BUILTIN, builtin};
 pub use camera::{Camera, CameraKey, CameraPath, Projection};
 pub use clusters::{ClusterContents, ClusterStatistics, Clusters};
@@ -43,7 +45,7 @@ pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};
 pub use mesh::Mesh;
 pub use motion::{Blink, LightMotion, Motion};
-pub use scene::{Bounds, Instance, Scene, Statistics};
+pub use scene::{Attachment, Bounds, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};
 pub use texture::{
     BlockFormat, Filter, MipFilter, MipLevel, Sampler, Texels, Texture, TextureUsage, Wrap, linear_from_srgb,

@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 
 use crate::LightMotion;
 
@@ -38,6 +38,13 @@ pub struct Light {
     pub angular_radius: f32,
     /// How it moves and blinks; [`Light::at`] evaluates it.
     pub motion: Option<LightMotion>,
+    /// Node of [`crate::Scene::rig`] that carries it, if it moves.
+    pub node: Option<u32>,
+}
+
+/// Direction in which a light shines that a node carries (KHR_lights_punctual).
+pub(crate) fn shines(world_from_node: &Affine3A) -> Vec3 {
+    world_from_node.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z)
 }
 
 impl Light {
@@ -52,6 +59,7 @@ impl Light {
             radius: 0.0,
             angular_radius: 0.0,
             motion: None,
+            node: None,
         }
     }
 
@@ -61,7 +69,7 @@ impl Light {
         if let Some(motion) = &self.motion {
             let world_from_light = motion.path.at(time);
             light.position = world_from_light.translation.into();
-            light.direction = world_from_light.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z);
+            light.direction = shines(&world_from_light);
             light.intensity = motion.peak * motion.blink.at(time);
         }
         light

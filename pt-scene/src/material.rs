@@ -190,7 +190,7 @@ pub struct Material {
     /// Lobes of further extensions; `None` when there are none.
     pub lobes: Option<Box<Lobes>>,
     /// Which solid is there where several overlap: the one of the highest priority, 0..=[`MAX_PRIORITY`] (Schmidt and Budge
-    /// 2002, "Simple Nested Dielectrics in Ray Traced Images", with the order of numbers turned round). Among equal
+    /// 2002, "Simple Nested Dielectrics in Ray Traced Images"). Among equal
     /// priorities the higher `ior` wins, then the lower material index. glTF has no such property: files have 0 everywhere,
     /// so that a glass wall wins over the liquid that reaches into it.
     pub priority: u32,

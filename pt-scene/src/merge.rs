@@ -7,8 +7,10 @@ impl Scene {
     /// overlapping parts. Instances that move, and those that transmit light (shadow rays pass them by as a whole), stay.
     /// Meshes that no instance uses any more are dropped. Triangles are stored once per instance afterwards.
     pub fn merge_static(&mut self, name: &str) {
-        let stays =
-            |i: &Instance| i.motion.is_some() || i.transmits(&self.meshes[i.mesh as usize], &self.materials);
+        let stays = |i: &Instance| {
+            let mesh = &self.meshes[i.mesh as usize];
+            !i.is_static(mesh) || i.transmits(mesh, &self.materials)
+        };
         let (kept, merged): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.instances).into_iter().partition(stays);
         let mut world = Mesh { name: name.into(), ..Mesh::default() };

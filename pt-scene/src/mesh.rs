@@ -1,5 +1,6 @@
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::animation::{Deformation, Influence, MorphDelta, VertexLists};
 use crate::{Material, SceneError};
 
 /// Triangles with their vertices, in object space. All vertex arrays have the same length.
@@ -25,6 +26,12 @@ pub struct Mesh {
     pub triangle_materials: Vec<u32>,
     /// Triangles from here on have alpha to be looked at ([`Material::is_masked`]); those before have none.
     pub first_masked: usize,
+    /// Joints that move each vertex; empty without a skin.
+    pub influences: VertexLists<Influence>,
+    /// What morph targets do to each vertex; empty without any.
+    pub morphs: VertexLists<MorphDelta>,
+    /// Vertices at rest and the pose now, of a mesh that changes its shape.
+    pub deformation: Option<Box<Deformation>>,
 }
 
 impl Mesh {
@@ -60,6 +67,8 @@ impl Mesh {
     /// Appends another mesh's vertices and triangles; both count as unsorted afterwards.
     pub(crate) fn append(&mut self, other: &Mesh) {
         let base = self.positions.len() as u32;
+        self.influences.append(&other.influences, self.vertex_count(), other.vertex_count());
+        self.morphs.append(&other.morphs, self.vertex_count(), other.vertex_count());
         self.positions.extend_from_slice(&other.positions);
         self.normals.extend_from_slice(&other.normals);
         self.tangents.extend_from_slice(&other.tangents);
@@ -83,6 +92,12 @@ impl Mesh {
         pick(&mut self.uv0, sources);
         pick(&mut self.uv1, sources);
         pick(&mut self.colors, sources);
+        if !self.influences.is_empty() {
+            self.influences = self.influences.select(sources);
+        }
+        if !self.morphs.is_empty() {
+            self.morphs = self.morphs.select(sources);
+        }
     }
 
     /// Gives every triangle its own three vertices and the geometric normal, as glTF wants where normals are missing.
@@ -95,6 +110,9 @@ impl Mesh {
             .chunks_exact(3)
             .flat_map(|p| [(p[1] - p[0]).cross(p[2] - p[0]).normalize_or(Vec3::Y); 3])
             .collect();
+        if !self.morphs.is_empty() {
+            self.flat_morphs();
+        }
     }
 
     /// Tangents from the derivatives of the first texture coordinates, for shapes made by code, whose vertices are split
@@ -135,6 +153,17 @@ impl Mesh {
         }
         if self.triangle_materials.len() != self.indices.len() || self.first_masked > self.indices.len() {
             return Err(fail(format!("mesh {name}: per-triangle arrays differ in length")));
+        }
+        let listed = |empty, length| empty || length == vertices;
+        let targets = self.deformation.as_ref().map_or(0, |d| d.weights.len());
+        let joints = self.deformation.as_ref().map_or(0, |d| d.joints.len());
+        if !listed(self.influences.is_empty(), self.influences.len())
+            || !listed(self.morphs.is_empty(), self.morphs.len())
+            || self.influences.items().iter().any(|i| i.joint as usize >= joints)
+            || self.morphs.items().iter().any(|m| m.target as usize >= targets)
+            || self.deformation.as_ref().is_some_and(|d| d.rest.positions.len() != vertices)
+        {
+            return Err(fail(format!("mesh {name}: joints or morph targets do not fit its vertices")));
         }
         for v in 0..vertices {
             let finite = self.positions[v].is_finite()

@@ -1,8 +1,13 @@
 use glam::{Affine3A, Vec3};
+use pt_core::phases::Phase;
 
+use std::sync::Arc;
+
+use crate::animation::{Pose, Rig, visible};
+use crate::light::shines;
 use crate::{
-    AlphaMode, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY, Material, Mesh,
-    Motion, Projection, SceneError, Texture,
+    AlphaMode, AnimationInfo, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY,
+    Material, Mesh, Motion, Projection, SceneError, Texture,
 };
 
 /// Everything that is to be rendered.
@@ -24,8 +29,18 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Light from infinitely far away.
     pub environment: Environment,
+    /// Animations of the file.
+    pub animations: Vec<AnimationInfo>,
+    /// The nodes that move instances, lights and joints; `None` when nothing does.
+    pub rig: Option<Arc<Rig>>,
+    /// Where the rig's nodes are, since the last [`Scene::set_time`].
+    pub pose: Pose,
+    /// Where they were in the previous frame.
+    pub pose_prev: Pose,
     /// What the loader left out or changed, one sentence each.
     pub notices: Vec<String>,
+    /// How long the steps of loading took; empty for scenes made by code.
+    pub load_phases: Vec<Phase>,
     /// Names of the scenes in the file that this one was chosen from.
     pub scenes: Vec<String>,
     /// Names of the material variants in the file.
@@ -47,9 +62,20 @@ pub struct Instance {
     pub world_from_object_prev: Affine3A,
     /// How it moves; [`Scene::set_time`] applies it.
     pub motion: Option<Motion>,
+    /// The node of [`Scene::rig`] that carries it, if that moves; [`Scene::set_time`] applies it.
+    pub attachment: Option<Attachment>,
     /// Stands in for the materials of all triangles, so that shapes of several colours are stored once. Only where
     /// neither it nor the mesh's own materials look at alpha.
     pub material: Option<u32>,
+}
+
+/// Hangs an instance on a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attachment {
+    /// Index of the node.
+    pub node: u32,
+    /// Node-from-object transform.
+    pub offset: Affine3A,
 }
 
 impl Instance {
@@ -61,6 +87,7 @@ impl Instance {
             world_from_object,
             world_from_object_prev: world_from_object,
             motion: None,
+            attachment: None,
             material: None,
         }
     }
@@ -83,9 +110,9 @@ impl Instance {
         Self { motion: Some(motion), ..Self::new(name, mesh, motion.at(0.0)) }
     }
 
-    /// Whether it never moves.
-    pub fn is_static(&self) -> bool {
-        self.motion.is_none()
+    /// Whether neither it nor any vertex of `mesh`, which must be the instance's own, ever moves.
+    pub fn is_static(&self, mesh: &Mesh) -> bool {
+        self.motion.is_none() && self.attachment.is_none() && mesh.deformation.is_none()
     }
 }
 
@@ -142,9 +169,9 @@ impl Scene {
         )
     }
 
-    /// Moves instances with a [`Motion`] to where they are at `now`, and their previous transforms to where they
-    /// were at `previous` (seconds); lights are as they are at `now`, see [`Light::at`]. Cameras are evaluated by
-    /// [`Camera::at`].
+    /// Moves instances, lights and the joints of deforming meshes to where they are at `now`, and the instances' previous
+    /// transforms to where they were at `previous` (seconds); lights blink too, see [`Light::at`]. Cameras are evaluated by
+    /// [`Camera::at`], vertices on the device or by [`Scene::pose_meshes`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
         for light in &mut self.lights {
             *light = light.at(now);
@@ -158,6 +185,31 @@ impl Scene {
                 None => instance.world_from_object_prev = instance.world_from_object,
             }
         }
+        let Some(rig) = &self.rig else { return };
+        rig.evaluate(now, &mut self.pose);
+        rig.evaluate(previous, &mut self.pose_prev);
+        for instance in &mut self.instances {
+            if let Some(Attachment { node, offset }) = instance.attachment {
+                let place = |pose: &Pose| visible(pose.world[node as usize] * offset);
+                instance.world_from_object = place(&self.pose);
+                instance.world_from_object_prev = place(&self.pose_prev);
+            }
+        }
+        for light in &mut self.lights {
+            if let Some(world) = light.node.map(|node| self.pose.world[node as usize]) {
+                light.position = world.translation.into();
+                light.direction = shines(&world);
+            }
+        }
+        for deformation in self.meshes.iter_mut().filter_map(|mesh| mesh.deformation.as_mut()) {
+            deformation.set_pose(&self.pose);
+        }
+    }
+
+    /// Puts the vertices of deforming meshes where they are now, for everything that reads them on the CPU: bounds, the automatic
+    /// camera, acceleration structures that are built, the reference.
+    pub fn pose_meshes(&mut self) {
+        self.meshes.iter_mut().for_each(Mesh::pose);
     }
 
     /// The first camera of the scene, or one that frames it by the rule of [`crate::automatic_camera`].

@@ -45,6 +45,17 @@ fn enclosed_volume(triangles: impl Iterator<Item = [Vec3; 3]>) -> Result<f64, St
     }
 }
 
+#[test]
+fn a_missing_or_displaced_triangle_is_noticed() {
+    let scene = scene("glass");
+    let mesh = scene.meshes.iter().find(|m| m.name == "ice").unwrap();
+    let mut triangles: Vec<_> = triangles_of(mesh, |_| true).collect();
+    enclosed_volume(triangles.iter().copied()).unwrap();
+    enclosed_volume(triangles[1..].iter().copied()).unwrap_err();
+    triangles[0][0].x = triangles[0][0].x.next_up();
+    enclosed_volume(triangles.into_iter()).unwrap_err();
+}
+
 fn triangles_of(mesh: &Mesh, keep: impl Fn(u32) -> bool) -> impl Iterator<Item = [Vec3; 3]> {
     (0..mesh.triangle_count()).filter(move |&t| keep(mesh.triangle_materials[t])).map(|t| mesh.triangle(t))
 }

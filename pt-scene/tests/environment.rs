@@ -78,11 +78,31 @@ fn exr_files_load_and_bad_texels_are_named() {
         })
         .unwrap();
         let text = Environment::load(&file).unwrap_err().to_string();
-        assert!(text.contains("(5, 3)") && text.contains("e.exr"), "{text}");
+        assert!(text.contains("1 of 128") && text.contains("(5, 3)") && text.contains("e.exr"), "{text}");
     }
     std::fs::write(&file, b"not a picture").unwrap();
     assert!(Environment::load(&file).unwrap_err().to_string().contains("e.exr"));
     assert!(Environment::load(temp.path()).unwrap_err().to_string().contains("folder"));
+}
+
+#[test]
+fn huge_headers_are_refused_before_anything_is_allocated() {
+    for header in ["-Y 16384 +X 16384", "-Y 4000000000 +X 4000000000", "-Y 1 +X 70000"] {
+        let bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{header}\n").into_bytes();
+        Environment::from_bytes(&bytes, "e.hdr").expect_err(header);
+    }
+    let temp = tempfile::tempdir().unwrap();
+    let file = temp.path().join("e.exr");
+    exr::prelude::write_rgb_file(&file, 64, 32, |_, _| (1.0f32, 1.0f32, 1.0f32)).unwrap();
+    let mut bytes = std::fs::read(&file).unwrap();
+    Environment::from_bytes(&bytes, "e.exr").unwrap();
+    // Both windows become 16384 x 16384.
+    for name in [b"dataWindow\0box2i\0".as_slice(), b"displayWindow\0box2i\0"] {
+        let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4 + 8;
+        bytes[at..at + 8].copy_from_slice(&[0xff, 0x3f, 0, 0, 0xff, 0x3f, 0, 0]);
+    }
+    let text = Environment::from_bytes(&bytes, "e.exr").unwrap_err().to_string();
+    assert!(text.contains("16384x16384"), "{text}");
 }
 
 #[test]

@@ -49,6 +49,47 @@ fn colour_is_averaged_in_linear_light() {
 }
 
 #[test]
+fn coverage_weights_colour() {
+    // Opaque red beside transparent green: what shows is red, half of it.
+    let texels = [[255u8, 0, 0, 255], [0, 255, 0, 0]].repeat(2).concat();
+    let mip = |usage| Texture::rgba8("leaf", [2, 2], usage, texels.clone()).mips()[1].texels.clone();
+    let [r, g, _, a] = mip(TextureUsage::Cutout)[..] else { panic!("one texel") };
+    assert!(r >= 254 && g <= 12 && a == 128, "{r} {g} {a}");
+    // Where alpha means nothing, colour does not depend on it.
+    assert_eq!(mip(TextureUsage::Color), [188, 188, 0, 128]);
+    // Wholly transparent texels keep their colour.
+    let clear = Texture::rgba8("clear", [2, 2], TextureUsage::Cutout, [[0u8, 255, 0, 0]; 4].concat());
+    assert_eq!(clear.mips()[1].texels, [0, 255, 0, 0]);
+}
+
+#[test]
+fn normals_are_averaged_as_vectors() {
+    // Two slopes against each other: upwards, of unit length again.
+    let texels = [[218u8, 128, 218, 255], [38, 128, 218, 255]].repeat(2).concat();
+    let mips = Texture::rgba8("ridge", [2, 2], TextureUsage::Normal, texels).mips();
+    let [x, y, z, a] = mips[1].texels[..] else { panic!("one texel") };
+    assert!(x.abs_diff(128) <= 1 && y.abs_diff(128) <= 1 && z == 255 && a == 255, "{x} {y} {z} {a}");
+    for level in noise_normals().mips() {
+        for t in level.texels.chunks_exact(4) {
+            let [x, y, z] = [0, 1, 2].map(|c| f32::from(t[c]) / 127.5 - 1.0);
+            assert!((x * x + y * y + z * z - 1.0).abs() < 0.03, "({x}, {y}, {z})");
+        }
+    }
+}
+
+/// Unit vectors about +Z.
+fn noise_normals() -> Texture {
+    let texels = noise(19, 7, false).mips().swap_remove(0).texels;
+    let unit = texels.chunks_exact(4).flat_map(|t| {
+        let v = [f32::from(t[0]) / 255.0 - 0.5, f32::from(t[1]) / 255.0 - 0.5, 0.7];
+        let length = v.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let [x, y, z] = v.map(|x| ((x / length * 0.5 + 0.5) * 255.0).round() as u8);
+        [x, y, z, 255]
+    });
+    Texture::rgba8("normals", [19, 7], TextureUsage::Normal, unit.collect())
+}
+
+#[test]
 fn srgb_inverts() {
     for i in 0..=255u8 {
         let x = f32::from(i) / 255.0;

@@ -27,6 +27,12 @@ vec3 unpack_unit_vector(uint word) {
 }
 
 // Tangent with the bitangent's sign in the top bit: x 16 bit, y 15 bit.
+uint pack_tangent(vec4 tangent) {
+    vec2 p = clamp(octahedral_encode(tangent.xyz), -1.0, 1.0);
+    uint x = uint(round(p.x * 32767.0) + 32768.0), y = uint(round(p.y * 16383.0) + 16384.0);
+    return x | y << 16 | (tangent.w < 0.0 ? 0x80000000u : 0u);
+}
+
 vec4 unpack_tangent(uint word) {
     vec2 p = vec2((float(word & 0xffffu) - 32768.0) / 32767.0, (float((word >> 16) & 0x7fffu) - 16384.0) / 16383.0);
     return vec4(octahedral_decode(p), (word & 0x80000000u) != 0u ? -1.0 : 1.0);

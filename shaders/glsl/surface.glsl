@@ -56,13 +56,16 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
     PositionTable position = PositionTable(mesh.positions);
     VertexTable vertex = VertexTable(mesh.vertices);
     vec3 w = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    PositionTable position_prev = PositionTable(mesh.positions_prev);
     vec3 p0 = position.at[index.x], p1 = position.at[index.y], p2 = position.at[index.z];
-    vec3 object_position = w.x * p0 + w.y * p1 + w.z * p2;
+    precise vec3 object_position = w.x * p0 + w.y * p1 + w.z * p2;
+    precise vec3 object_position_prev =
+        w.x * position_prev.at[index.x] + w.y * position_prev.at[index.y] + w.z * position_prev.at[index.z];
 
     Surface s;
     s.material = material_of(instance, mesh, triangle);
     s.position = transform_point(instance.world_from_object, object_position);
-    s.position_prev = transform_point(instance.world_from_object_prev, object_position);
+    s.position_prev = transform_point(instance.world_from_object_prev, object_position_prev);
     s.e1 = transform_vector(instance.world_from_object, p1 - p0);
     s.e2 = transform_vector(instance.world_from_object, p2 - p0);
     float side = instance.mirrored != 0u ? -1.0 : 1.0;

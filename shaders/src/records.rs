@@ -137,6 +137,8 @@ gpu_struct! {
         pub bvh_triangles: u64,
         /// `vec3[]`, object space.
         pub positions: u64,
+        /// The same in the last frame; the same address for a mesh that does not change its shape.
+        pub positions_prev: u64,
         /// `VertexRecord[]`.
         pub vertices: u64,
         /// `uvec3[triangle_count]`.

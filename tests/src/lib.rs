@@ -1,6 +1,6 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::cli::BackendChoice;
+use pt_app::cli::{BackendChoice, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
@@ -28,7 +28,7 @@ pub fn builtin(name: &str) -> Scene {
     pt_scene::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A scene that is rendered frame by frame with default parameters. Its methods panic where a test has to fail.
+/// A scene that is rendered frame by frame. Its methods panic where a test has to fail.
 pub struct Frames {
     session: Session,
     full: FullFrame,
@@ -36,6 +36,7 @@ pub struct Frames {
     camera: Camera,
     seed: u32,
     time: f64,
+    params: FrameParams,
 }
 
 impl Frames {
@@ -49,24 +50,36 @@ impl Frames {
         seed: u32,
         accumulate: bool,
     ) -> Self {
+        Self::with_params(scene, camera, backend, size, seed, accumulate, FrameParams::default())
+    }
+
+    /// As [`Frames::new`], with other parameters than the default ones.
+    pub fn with_params(
+        scene: Scene,
+        camera: &Camera,
+        backend: BackendChoice,
+        size: [u32; 2],
+        seed: u32,
+        accumulate: bool,
+        params: FrameParams,
+    ) -> Self {
         let device = std::env::var("PT_TEST_DEVICE").ok();
-        let session =
-            Session::open(device.as_deref(), true, scene, backend).unwrap_or_else(|e| panic!("{e:#}"));
-        let full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate)
+        let device = DeviceArgs { backend, device, validation: true };
+        let session = Session::open(&device, scene).unwrap_or_else(|e| panic!("{e:#}"));
+        let full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate, &params)
             .unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
-        Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0 }
+        Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0, params }
     }
 
     /// Renders the next frame, at `time` seconds.
     pub fn render(&mut self, time: f64) {
-        self.session.scene.set_time(time, self.time);
-        self.time = time;
         let mut frame = self.recorder.begin().unwrap();
-        self.session.gpu.update(&mut frame, &self.session.scene).unwrap();
+        self.session.update(&mut frame, time, self.time).unwrap();
+        self.time = time;
         let (gpu, lights) = (&self.session.gpu, &self.session.lights);
         let camera = self.camera.at(time);
-        self.full.record(&mut frame, gpu, lights, &camera, self.seed, &FrameParams::default()).unwrap();
+        self.full.record(&mut frame, gpu, lights, &camera, self.seed, &self.params).unwrap();
         frame.submit().unwrap();
     }
 

@@ -1,13 +1,16 @@
 //! Runs the interleave alone: an image is sorted into its checkerboard fields on the host and put together again on the
-//! device. Exit codes: 0 done, 1 pixels of regular surfaces came back altered, 2 usage or environment.
+//! device. With a second image, the schemes for surfaces that reflect one and refract the other are compared. Exit codes: 0
+//! done, 1 pixels of regular surfaces came back altered, 2 usage or environment.
 
 #![forbid(unsafe_code)]
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Parser;
+use pt_checkerboard::study::{Scheme, SplitSurface};
 use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::StageArgs;
 use pt_core::image_file::LinearImage;
+use pt_core::metrics::{Metric, compare};
 use pt_core::split::to_split;
 use pt_core::{ChannelImages, console};
 use pt_shaders::channels::{COLOR, FLAT_COLOR};
@@ -24,6 +27,10 @@ struct Args {
     /// Checkerboard flags of every pixel: 1 primary, 2 reflection, 4 refraction; with more than one, fields are blended.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..8))]
     flags: u8,
+    /// Second image of the same size: prints the error of each scheme for a surface that reflects the first and refracts this
+    /// one, at equal numbers of rays.
+    #[arg(long, value_name = "IMAGE")]
+    refraction: Option<PathBuf>,
     #[command(flatten)]
     stage: StageArgs,
 }
@@ -36,6 +43,20 @@ fn run(args: &Args, out: &mut impl Write) -> Result<bool> {
     let params: CheckerboardParams = args.stage.params()?;
     let image = LinearImage::read(&args.input)?;
     let size = [image.width, image.height];
+    if let Some(path) = &args.refraction {
+        let refraction = LinearImage::read(path)?;
+        ensure!(
+            size == [refraction.width, refraction.height],
+            "{}: {}x{} pixels, the first image has {}x{}",
+            path.display(),
+            refraction.width,
+            refraction.height,
+            size[0],
+            size[1]
+        );
+        compare_schemes(&image, &refraction, out)?;
+        return Ok(true);
+    }
     let flags = f32::from(args.flags);
     let texels: Vec<[f32; 4]> = image.pixels.iter().map(|c| [c[0], c[1], c[2], flags]).collect();
 
@@ -66,4 +87,38 @@ fn run(args: &Args, out: &mut impl Write) -> Result<bool> {
     )?;
     let blended = params.blend_split && args.flags.count_ones() > 1;
     Ok(blended || altered == 0)
+}
+
+/// Shares of the reflection that stand for a mirror-like, an even and a clear surface.
+const SHARES: [(&str, f32); 3] = [("reflections", 0.9), ("both alike", 0.5), ("refractions", 0.1)];
+/// Rays for each pixel.
+const BUDGETS: [u32; 4] = [1, 2, 8, 32];
+
+fn compare_schemes(reflection: &LinearImage, refraction: &LinearImage, out: &mut impl Write) -> Result<()> {
+    let size = [reflection.width, reflection.height];
+    let image = |pixels| LinearImage { pixels, ..reflection.clone() };
+    let error = |a: Vec<[f32; 3]>, b: &LinearImage| -> Result<f64> {
+        Ok(compare(&image(a), b, &[Metric::RelMse])?[0].value)
+    };
+    writeln!(
+        out,
+        "relMSE against the sum of both paths, by rays for each pixel; flicker: relMSE of two successive frames"
+    )?;
+    write!(out, "{:<12}  {:<16}", "surface", "scheme")?;
+    BUDGETS.iter().try_for_each(|rays| write!(out, "  {rays:>10}"))?;
+    writeln!(out, "  {:>10}", "flicker")?;
+    for (name, share) in SHARES {
+        let surface =
+            SplitSurface { size, reflection: &reflection.pixels, refraction: &refraction.pixels, share };
+        let truth = image(surface.truth());
+        for scheme in Scheme::ALL {
+            write!(out, "{name:<12}  {:<16}", scheme.name())?;
+            for rays in BUDGETS {
+                write!(out, "  {:>10.2e}", error(surface.shown(scheme, rays, 0), &truth)?)?;
+            }
+            let flicker = error(surface.shown(scheme, 1, 1), &image(surface.shown(scheme, 1, 0)))?;
+            writeln!(out, "  {flicker:>10.2e}")?;
+        }
+    }
+    Ok(writeln!(out, "diffuse and other regular surfaces: 0 with every scheme, they have one path")?)
 }

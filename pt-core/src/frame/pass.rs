@@ -184,6 +184,12 @@ impl<'f, 'r> Pass<'f, 'r> {
         self
     }
 
+    /// A buffer that the kernel reads and writes through its device address.
+    pub fn addresses_updated(mut self, buffer: &Buffer) -> Self {
+        self.addressed.push((buffer.into(), Use::Update));
+        self
+    }
+
     /// A driver's acceleration structure, in the buffer that holds it.
     pub(crate) fn traces(mut self, buffer: &Buffer) -> Self {
         self.addressed.push((buffer.into(), Use::Trace));

@@ -4,9 +4,11 @@
 //! put [`StageArgs`] and [`measure`] together themselves. A bench is one call of [`bench()`].
 
 mod bench;
+mod copy;
 mod measure;
 
 pub use bench::bench;
+pub use copy::copy_bandwidth;
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
 use crate::atomic_file::check_writable;

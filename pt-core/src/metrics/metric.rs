@@ -78,7 +78,7 @@ impl Metric {
             Self::HdrFlip => format!(
                 "mean over pixels of the maximum over exposures c of LDR FLIP(T(2^c b), T(2^c a)), negative values as 0, \
                  T: ACES curve, T(2^c Y_b) = 0.85 for the largest (start) and the median (stop) luminance of b, \
-                 max(2, ceil(stop - start)) exposures, {PIXELS_PER_DEGREE} pixels per degree, median >= {EXPOSURE_LUMINANCE_FLOOR:.3e}"
+                 max(2, ceil(stop - start)) exposures, {PIXELS_PER_DEGREE} pixels per degree, median >= epsilon = {EXPOSURE_LUMINANCE_FLOOR:.3e}"
             ),
             Self::Energy => "mean(a) / mean(b)".into(),
             Self::ZTest => format!(

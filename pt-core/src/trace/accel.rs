@@ -1,7 +1,10 @@
 //! What a backend needs to find hits in a scene.
 
+use super::refit::Refit;
 use super::vulkan_as::DriverStructures;
-use super::{BvhQuality, InstancePlacement, MeshBvh, MeshGeometry, TopLevel, TraceBackend, TraceError, bvh};
+use super::{
+    BvhQuality, InstancePlacement, MeshBvh, MeshGeometry, MovedMesh, TopLevel, TraceBackend, TraceError, bvh,
+};
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -9,7 +12,8 @@ use crate::frame::{Frame, Pass};
 use obvhs::aabb::Aabb;
 use pt_shaders::records::{BvhNode, MeshRecord, SceneRecord};
 
-/// The acceleration structure of a scene for one backend: meshes fixed, instances moving.
+/// The acceleration structure of a scene for one backend. Instances move, and so do the vertices of meshes that were announced to
+/// deform; triangles stay what they are.
 pub struct AccelStructure {
     backend: TraceBackend,
     meshes: usize,
@@ -25,6 +29,7 @@ enum Kind {
 /// Trees of the compute backend.
 struct Trees {
     meshes: Vec<MeshTree>,
+    refit: Option<Refit>,
     top: TopLevel,
     top_nodes: Buffer,
     top_instances: Buffer,
@@ -32,6 +37,7 @@ struct Trees {
 
 struct MeshTree {
     bounds: Option<Aabb>,
+    deforms: bool,
     nodes: Buffer,
     triangles: Buffer,
 }
@@ -107,6 +113,27 @@ impl AccelStructure {
         }
     }
 
+    /// Fits the structures of all deforming meshes to new vertices, for the passes that follow in this and later frames;
+    /// [`Self::update`] comes next. Takes no memory.
+    ///
+    /// `moved` lists every mesh that deforms, `meshes` is the `MeshRecord` table that holds the same addresses on the
+    /// device, `geometry` are the buffers of positions and indices.
+    ///
+    /// # Errors
+    /// When the passes can't be recorded.
+    pub fn refit(
+        &mut self,
+        frame: &mut Frame<'_>,
+        moved: &[MovedMesh],
+        meshes: &Buffer,
+        geometry: &[&Buffer],
+    ) -> Result<()> {
+        match &mut self.kind {
+            Kind::Compute(trees) => trees.refit(frame, moved, meshes, geometry),
+            Kind::Driver(structures) => structures.refit(frame, moved, geometry),
+        }
+    }
+
     /// Declares to a pass what its rays read.
     pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         match &self.kind {
@@ -121,21 +148,29 @@ impl AccelStructure {
 
 impl Trees {
     fn new(device: &Device, meshes: &[MeshGeometry], instances: usize, quality: BvhQuality) -> Result<Self> {
+        let mut deforming = Vec::new();
         let meshes = meshes
             .iter()
-            .map(|m| {
+            .zip(0..)
+            .map(|(m, index)| {
                 let tree = MeshBvh::build(m.positions, m.indices, quality)?;
+                if m.deforms {
+                    deforming.push((index, tree.bvh.clone()));
+                }
                 Ok(MeshTree {
                     bounds: tree.bounds(),
+                    deforms: m.deforms,
                     nodes: Buffer::from_slice(device, "BVH nodes", &bvh::gpu_nodes(&tree.bvh))?,
                     triangles: Buffer::from_slice(device, "BVH triangles", &tree.triangles)?,
                 })
             })
             .collect::<Result<_>>()?;
+        let refit = Refit::new(device, deforming.iter().map(|(index, tree)| (*index, tree)))?;
         // Inner nodes of a tree with single-entry leaves are fewer than its leaves; the root is there in any case.
         let nodes = (instances.max(1) * size_of::<BvhNode>()) as u64;
         Ok(Self {
             meshes,
+            refit,
             top: TopLevel::default(),
             top_nodes: Buffer::new(device, "top-level BVH nodes", nodes, Location::Device)?,
             top_instances: Buffer::new(
@@ -147,6 +182,22 @@ impl Trees {
         })
     }
 
+    fn refit(
+        &mut self,
+        frame: &mut Frame<'_>,
+        moved: &[MovedMesh],
+        meshes: &Buffer,
+        geometry: &[&Buffer],
+    ) -> Result<()> {
+        for m in moved {
+            let tree = &mut self.meshes[m.mesh as usize];
+            tree.bounds = tree.bounds.map(|_| Aabb::new(m.bounds.0.into(), m.bounds.1.into()));
+        }
+        let Some(refit) = &self.refit else { return Ok(()) };
+        let deforming = self.meshes.iter().filter(|m| m.deforms).flat_map(|m| [&m.nodes, &m.triangles]);
+        refit.record(frame, meshes, geometry, deforming)
+    }
+
     fn update(&mut self, frame: &mut Frame<'_>, placements: &[InstancePlacement]) -> Result<()> {
         // A lone instance is entered without a top level.
         if placements.len() == 1 {
@@ -156,5 +207,123 @@ impl Trees {
             .rebuild(placements.iter().map(|p| (self.meshes[p.mesh as usize].bounds, p.world_from_object)));
         frame.upload(&self.top_nodes, bytemuck::cast_slice(&bvh::gpu_nodes(&self.top.bvh)))?;
         frame.upload(&self.top_instances, bytemuck::cast_slice(&self.top.bvh.primitive_indices))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Recorder;
+    use crate::rng::random4;
+    use crate::test_support::TestDevice;
+    use glam::{UVec3, Vec3};
+    use pt_shaders::records::BvhTriangle;
+
+    /// Box of each child slot, decoded from the node's grid, and the size of the grid's steps.
+    fn decode(words: &[u64; 9], slot: u32) -> (Vec3, Vec3, Vec3) {
+        let float = |bits: u64| f32::from_bits(bits as u32);
+        let origin = Vec3::new(float(words[0]), float(words[0] >> 32), float(words[1]));
+        let byte = |word: usize, slot: u32| (words[word] >> (8 * slot)) as u8;
+        let step = |axis: u32| f32::from_bits(u32::from(byte(1, 4 + axis)) << 23);
+        let step = Vec3::new(step(0), step(1), step(2));
+        let plane = |offset: usize| Vec3::from_array([3, 5, 7].map(|w| f32::from(byte(w + offset, slot))));
+        (origin + step * plane(0), origin + step * plane(1), step)
+    }
+
+    /// Checks the boxes below a node against its triangles and returns the bounds of these.
+    fn check(
+        nodes: &[BvhNode],
+        triangles: &[BvhTriangle],
+        corners: &[[Vec3; 3]],
+        node: usize,
+    ) -> (Vec3, Vec3) {
+        let words = &nodes[node].words;
+        let (inner, leaf) = ((words[1] >> 56) as u8, (words[2] >> 28 & 0xf | words[2] >> 60 << 4) as u8);
+        let base = [words[2] as usize & 0xfff_ffff, (words[2] >> 32) as usize & 0xfff_ffff];
+        let mut all = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for slot in (0..8).filter(|slot| (inner | leaf) >> slot & 1 == 1) {
+            let before = |set: u8| (set & ((1u8 << slot) - 1)).count_ones() as usize;
+            let (low, high) = if leaf >> slot & 1 == 1 {
+                let t = &triangles[base[1] + before(leaf)];
+                let [a, b, c] = corners[t.triangle as usize];
+                assert_eq!([t.v0, t.e1, t.e2], [a, b - a, c - a], "triangle {}", t.triangle);
+                (a.min(b).min(c), a.max(b).max(c))
+            } else {
+                check(nodes, triangles, corners, base[0] + before(inner))
+            };
+            let (box_low, box_high, step) = decode(words, slot);
+            // The traversal widens boxes by more than that.
+            let slack = step * 1e-4;
+            assert!(
+                box_low.cmple(low + slack).all() && box_high.cmpge(high - slack).all(),
+                "node {node} is too small"
+            );
+            let loose = step * 1.001;
+            assert!(
+                box_low.cmpge(low - loose).all() && box_high.cmple(high + loose).all(),
+                "node {node} is too large"
+            );
+            all = (all.0.min(low), all.1.max(high));
+        }
+        all
+    }
+
+    #[test]
+    fn refitted_boxes_hold_their_triangles_closely() {
+        let device = TestDevice::open();
+        let random = |i: u32| Vec3::from_slice(&random4([i, 0], 0, 0, 0)[..3]);
+        let indices: Vec<_> = (0..2000).map(|t| UVec3::new(3 * t, 3 * t + 1, 3 * t + 2)).collect();
+        let at = |twist: f32| -> Vec<Vec3> {
+            let vertex = |i: u32| {
+                let p = 10.0 * random(i / 3) + random(i);
+                glam::Quat::from_rotation_y(twist * p.y) * p + Vec3::X * 100.0 * twist
+            };
+            // One triangle has no extent along y, one none at all.
+            (0..6000)
+                .map(vertex)
+                .enumerate()
+                .map(|(i, p)| {
+                    if i < 3 {
+                        p.with_y(2.0)
+                    } else if i < 6 {
+                        Vec3::ONE
+                    } else {
+                        p
+                    }
+                })
+                .collect()
+        };
+        let rest = at(0.0);
+        let mesh = MeshGeometry { positions: &rest, indices: &indices, first_masked: 2000, deforms: true };
+        let mut accel =
+            AccelStructure::new(&device, &[mesh], 1, TraceBackend::Compute, BvhQuality::Medium).unwrap();
+        let moved = at(0.4);
+        let positions = Buffer::from_slice(&device, "positions", &moved).unwrap();
+        let index_buffer = Buffer::from_slice(&device, "indices", &indices).unwrap();
+        let mut record = MeshRecord {
+            positions: positions.address(),
+            indices: index_buffer.address(),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        accel.fill_mesh(0, &mut record);
+        let table = Buffer::from_slice(&device, "meshes", &[record]).unwrap();
+        let mut recorder = Recorder::new(&device).unwrap();
+        let mut frame = recorder.begin().unwrap();
+        let work = MovedMesh {
+            mesh: 0,
+            positions: positions.address(),
+            indices: index_buffer.address(),
+            bounds: (Vec3::ZERO, Vec3::ONE),
+        };
+        accel.refit(&mut frame, &[work], &table, &[&positions, &index_buffer]).unwrap();
+        frame.submit().unwrap();
+        recorder.finish().unwrap();
+        let Kind::Compute(trees) = &accel.kind else { panic!("another backend") };
+        let nodes: Vec<BvhNode> = trees.meshes[0].nodes.read().unwrap();
+        let triangles: Vec<BvhTriangle> = trees.meshes[0].triangles.read().unwrap();
+        let corners: Vec<_> = indices.iter().map(|i| i.to_array().map(|v| moved[v as usize])).collect();
+        let (low, high) = check(&nodes, &triangles, &corners, 0);
+        assert_eq!(low, moved.iter().copied().reduce(Vec3::min).unwrap());
+        assert_eq!(high, moved.iter().copied().reduce(Vec3::max).unwrap());
     }
 }

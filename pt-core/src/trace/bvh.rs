@@ -85,7 +85,7 @@ impl MeshBvh {
         );
         ReinsertionOptimizer::default().run(&mut bvh2, reinsertion, None);
         let mut bvh = bvh2_to_cwbvh(&bvh2, LEAF_ENTRIES, true, false);
-        let depth = depth(&bvh.nodes);
+        let depth = levels(&bvh.nodes).into_iter().max().unwrap_or(0);
         if depth > MAX_MESH_DEPTH {
             return Err(TraceError::BvhDepth { depth, limit: MAX_MESH_DEPTH });
         }
@@ -190,16 +190,14 @@ fn world_bounds(bounds: &Aabb, world_from_object: &Affine3A) -> Aabb {
     Aabb::new(center - half - pad, center + half + pad)
 }
 
-/// Number of levels. Children come after their parent in `nodes`.
-fn depth(nodes: &[CwBvhNode]) -> u32 {
+/// Level of every node, the root's is 1. Children come after their parent in `nodes`.
+pub(super) fn levels(nodes: &[CwBvhNode]) -> Vec<u32> {
     let mut levels = vec![1u32; nodes.len()];
-    let mut deepest = 0;
     for (index, node) in nodes.iter().enumerate() {
         let level = levels[index];
-        deepest = deepest.max(level);
         for child in 0..node.imask.count_ones() {
             levels[(node.child_base_idx + child) as usize] = level + 1;
         }
     }
-    deepest
+    levels
 }

@@ -13,6 +13,7 @@ pub mod bvh;
 pub mod native;
 mod push;
 pub mod ray_list;
+mod refit;
 mod vulkan_as;
 
 pub use accel::AccelStructure;
@@ -79,6 +80,21 @@ pub struct MeshGeometry<'a> {
     pub indices: &'a [UVec3],
     /// Triangles from here on get the alpha test; the number of triangles when none does.
     pub first_masked: u32,
+    /// Whether its vertices will move ([`AccelStructure::refit`]).
+    pub deforms: bool,
+}
+
+/// New vertices of a mesh that deforms.
+#[derive(Clone, Copy, Debug)]
+pub struct MovedMesh {
+    /// Index of the mesh.
+    pub mesh: u32,
+    /// Device address of its positions.
+    pub positions: u64,
+    /// Device address of its indices.
+    pub indices: u64,
+    /// Smallest and largest corner of a box, object space, that holds all its positions.
+    pub bounds: (Vec3, Vec3),
 }
 
 /// A mesh placed in the world.

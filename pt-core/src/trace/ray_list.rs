@@ -1,7 +1,7 @@
 //! Bare triangles on the device and kernels that trace a list of rays through them: for the bench, `auto` and tests.
 
 use super::push::RayListPush;
-use super::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
+use super::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, MovedMesh, TraceBackend};
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::Result;
@@ -9,7 +9,7 @@ use crate::frame::{Frame, Uniforms};
 use crate::kernel::Kernel;
 use crate::kernels;
 use crate::texture::TextureTable;
-use glam::{Affine3A, Vec4};
+use glam::{Affine3A, Vec3, Vec4};
 use pt_shaders::records::{Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord};
 
 /// What is asked about the rays.
@@ -77,6 +77,7 @@ impl RayScene {
             let indices = Buffer::from_slice(device, "indices", mesh.indices)?;
             let mut record = MeshRecord {
                 positions: positions.address(),
+                positions_prev: positions.address(),
                 indices: indices.address(),
                 first_masked: mesh.first_masked,
                 triangle_count: mesh.indices.len() as u32,
@@ -136,6 +137,31 @@ impl RayScene {
         frame.upload(&self.instances, bytemuck::cast_slice(&records))?;
         self.record.instance_count = placements.len() as u32;
         self.uniforms.upload(frame, &self.record)
+    }
+
+    /// Gives meshes that deform new vertices, for the traces that follow; [`RayScene::place`] comes next. `moved` holds the index
+    /// and the positions of every mesh that deforms.
+    ///
+    /// # Errors
+    /// As [`AccelStructure::refit`].
+    pub fn deform(&mut self, frame: &mut Frame<'_>, moved: &[(u32, &[Vec3])]) -> Result<()> {
+        let mut meshes = Vec::new();
+        let mut geometry = Vec::new();
+        for &(mesh, vertices) in moved {
+            let [positions, indices] = [0, 1].map(|part| &self.geometry[2 * mesh as usize + part]);
+            frame.upload(positions, bytemuck::cast_slice(vertices))?;
+            let low = vertices.iter().copied().reduce(Vec3::min).unwrap_or_default();
+            let high = vertices.iter().copied().reduce(Vec3::max).unwrap_or_default();
+            let (positions_at, indices_at) = (positions.address(), indices.address());
+            geometry.extend([positions, indices]);
+            meshes.push(MovedMesh {
+                mesh,
+                positions: positions_at,
+                indices: indices_at,
+                bounds: (low, high),
+            });
+        }
+        self.accel.refit(frame, &meshes, &self.meshes, &geometry)
     }
 
     /// Traces the first `count` rays of `rays` (a `Ray` table, `width` a row of the launch) into `hits` (a `Hit` table).

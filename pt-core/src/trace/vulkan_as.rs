@@ -1,9 +1,10 @@
 //! The driver's acceleration structures (`VK_KHR_acceleration_structure`) for the ray-query and rt-pipeline backends.
 //!
-//! Bottom level: one structure a mesh, geometry 0 the opaque triangles, geometry 1 those with the alpha test; built once.
+//! Bottom level: one structure a mesh, geometry 0 the opaque triangles, geometry 1 those with the alpha test; built once, and
+//! updated inside the frame (the topology stays) when the mesh deforms.
 //! Top level: rebuilt inside the frame; all its memory is taken for the number of instances given at the start.
 
-use super::{InstancePlacement, MeshGeometry};
+use super::{InstancePlacement, MeshGeometry, MovedMesh};
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
@@ -49,9 +50,21 @@ impl Drop for Structure {
     }
 }
 
+/// The structure of a mesh and what an update of it needs.
+struct MeshStructure {
+    structure: Structure,
+    /// Triangles without and with the alpha test.
+    counts: [u32; 2],
+    vertices: u32,
+    deforms: bool,
+    update_scratch: u64,
+}
+
 /// Bottom and top levels of a scene.
 pub(super) struct DriverStructures {
-    meshes: Vec<Option<Structure>>,
+    meshes: Vec<Option<MeshStructure>>,
+    /// For the updates of all deforming meshes, side by side.
+    update_scratch: Option<Buffer>,
     top: Structure,
     instances: Buffer,
     scratch: Buffer,
@@ -61,6 +74,13 @@ pub(super) struct DriverStructures {
 impl DriverStructures {
     pub(super) fn new(device: &Device, meshes: &[MeshGeometry], instances: usize) -> Result<Self> {
         let meshes = meshes.iter().map(|m| build_mesh(device, m)).collect::<Result<Vec<_>>>()?;
+        let updates: u64 = meshes
+            .iter()
+            .flatten()
+            .filter(|m| m.deforms)
+            .map(|m| scratch_size(device, m.update_scratch))
+            .sum();
+        let update_scratch = if updates > 0 { Some(scratch(device, updates)?) } else { None };
         let capacity = instances as u32;
         let instance_bytes = (instances * size_of::<vk::AccelerationStructureInstanceKHR>()) as u64;
         // The build wants the instances on a 16-byte boundary, which every buffer's start is.
@@ -71,7 +91,7 @@ impl DriverStructures {
         let ty = vk::AccelerationStructureTypeKHR::TOP_LEVEL;
         let top = Structure::new(device, "top-level structure", ty, sizes.acceleration_structure_size)?;
         let scratch = scratch(device, sizes.build_scratch_size)?;
-        Ok(Self { meshes, top, instances, scratch, capacity })
+        Ok(Self { meshes, update_scratch, top, instances, scratch, capacity })
     }
 
     /// Address that `SceneRecord::tlas` takes.
@@ -81,7 +101,7 @@ impl DriverStructures {
 
     /// Buffers that a traversal reads.
     pub(super) fn buffers(&self) -> impl Iterator<Item = &Buffer> {
-        self.meshes.iter().flatten().map(|m| &m.buffer).chain([&self.top.buffer])
+        self.meshes.iter().flatten().map(|m| &m.structure.buffer).chain([&self.top.buffer])
     }
 
     /// Rebuilds the top level for the passes that follow in this and later frames.
@@ -97,7 +117,7 @@ impl DriverStructures {
         use vk::AccessFlags2 as A;
         let stage = vk::PipelineStageFlags2::ACCELERATION_STRUCTURE_BUILD_KHR;
         let touch = |access, write| Touch { stage, access, write };
-        let touches = [
+        let mut touches = vec![
             (self.instances.id(), touch(A::SHADER_READ, false)),
             (self.top.buffer.id(), touch(A::ACCELERATION_STRUCTURE_WRITE_KHR, true)),
             (
@@ -105,6 +125,9 @@ impl DriverStructures {
                 touch(A::ACCELERATION_STRUCTURE_READ_KHR | A::ACCELERATION_STRUCTURE_WRITE_KHR, true),
             ),
         ];
+        let deforming = self.meshes.iter().flatten().filter(|m| m.deforms);
+        let read = touch(A::ACCELERATION_STRUCTURE_READ_KHR, false);
+        touches.extend(deforming.map(|m| (m.structure.buffer.id(), read)));
         let info = PassInfo {
             name: "top-level structure".into(),
             kernel: "(build)".into(),
@@ -123,6 +146,68 @@ impl DriverStructures {
         frame.encode_other(info, &touches, &keep, |_, cmd| {
             // SAFETY: recording; sizes were asked for with at least this many instances; the slot keeps the buffers.
             unsafe { extension.cmd_build_acceleration_structures(cmd, &build, &[&range]) };
+        })
+    }
+
+    /// Updates the bottom levels of deforming meshes, all in one command.
+    pub(super) fn refit(
+        &mut self,
+        frame: &mut Frame<'_>,
+        moved: &[MovedMesh],
+        geometry: &[&Buffer],
+    ) -> Result<()> {
+        let Some(scratch) = &self.update_scratch else { return Ok(()) };
+        let device = self.top.device.clone();
+        let extension = extension(&device)?;
+        use vk::AccessFlags2 as A;
+        let stage = vk::PipelineStageFlags2::ACCELERATION_STRUCTURE_BUILD_KHR;
+        let update = A::ACCELERATION_STRUCTURE_READ_KHR | A::ACCELERATION_STRUCTURE_WRITE_KHR;
+        let mut touches = vec![(scratch.id(), Touch { stage, access: update, write: true })];
+        let mut keep = vec![scratch.clone()];
+        for buffer in geometry {
+            touches.push((buffer.id(), Touch { stage, access: A::SHADER_READ, write: false }));
+            keep.push((*buffer).clone());
+        }
+        let mut address = aligned(&device, scratch);
+        let mut triangles = 0;
+        let mut works = Vec::with_capacity(moved.len());
+        for m in moved {
+            let Some(mesh) = self.meshes.get(m.mesh as usize).and_then(Option::as_ref) else { continue };
+            touches.push((mesh.structure.buffer.id(), Touch { stage, access: update, write: true }));
+            keep.push(mesh.structure.buffer.clone());
+            triangles += mesh.counts[0] + mesh.counts[1];
+            works.push((
+                mesh,
+                geometries(mesh.vertices, m.positions, m.indices),
+                ranges(mesh.counts),
+                address,
+            ));
+            // SAFETY: all variants are plain addresses.
+            unsafe { address.device_address += scratch_size(&device, mesh.update_scratch) };
+        }
+        let builds: Vec<_> = works
+            .iter()
+            .map(|(mesh, geometries, _, scratch)| {
+                mesh_build(&geometries[..used(mesh.counts)], true)
+                    .mode(vk::BuildAccelerationStructureModeKHR::UPDATE)
+                    .src_acceleration_structure(mesh.structure.handle)
+                    .dst_acceleration_structure(mesh.structure.handle)
+                    .scratch_data(*scratch)
+            })
+            .collect();
+        let ranges: Vec<_> = works.iter().map(|(mesh, _, ranges, _)| &ranges[..used(mesh.counts)]).collect();
+        let info = PassInfo {
+            name: "refit".into(),
+            kernel: "(update)".into(),
+            extent: [triangles, 1, 1],
+            reads: geometry.iter().map(|b| b.name().into()).collect(),
+            writes: vec!["bottom-level structure".into()],
+            bytes: geometry.iter().map(|b| b.size()).sum(),
+        };
+        frame.encode_other(info, &touches, &keep, |_, cmd| {
+            // SAFETY: recording; geometry and flags are those of the builds but for the positions; scratch ranges do not overlap
+            // and are as large as was asked for; the slot keeps the buffers.
+            unsafe { extension.cmd_build_acceleration_structures(cmd, &builds, &ranges) };
         })
     }
 
@@ -152,7 +237,7 @@ impl DriverStructures {
             instance_shader_binding_table_record_offset_and_flags: vk::Packed24_8::new(0, flags),
             // Address 0: an inactive instance, for a mesh without triangles.
             acceleration_structure_reference: vk::AccelerationStructureReferenceKHR {
-                device_handle: mesh.map_or(0, |m| m.address),
+                device_handle: mesh.map_or(0, |m| m.structure.address),
             },
         }
     }
@@ -163,52 +248,80 @@ fn extension(device: &Device) -> Result<&khr::acceleration_structure::Device> {
     device.inner().acceleration_structure.as_ref().ok_or_else(missing)
 }
 
-fn build_mesh(device: &Device, mesh: &MeshGeometry) -> Result<Option<Structure>> {
+fn build_mesh(device: &Device, mesh: &MeshGeometry) -> Result<Option<MeshStructure>> {
     if mesh.indices.is_empty() {
         return Ok(None);
     }
     let positions = Buffer::from_slice(device, "positions for the build", mesh.positions)?;
     let indices = Buffer::from_slice(device, "indices for the build", mesh.indices)?;
-    let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
-        .vertex_format(vk::Format::R32G32B32_SFLOAT)
-        .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: positions.address() })
-        .vertex_stride(size_of::<Vec3>() as u64)
-        .max_vertex(mesh.positions.len() as u32 - 1)
-        .index_type(vk::IndexType::UINT32)
-        .index_data(vk::DeviceOrHostAddressConstKHR { device_address: indices.address() });
-    let geometry = |flags| {
-        vk::AccelerationStructureGeometryKHR::default()
-            .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
-            .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
-            .flags(flags)
-    };
-    let geometries = [geometry(vk::GeometryFlagsKHR::OPAQUE), geometry(vk::GeometryFlagsKHR::empty())];
     let total = mesh.indices.len() as u32;
     let opaque = mesh.first_masked.min(total);
     let counts = [opaque, total - opaque];
-    let used = if counts[1] > 0 { 2 } else { 1 };
-    let build = vk::AccelerationStructureBuildGeometryInfoKHR::default()
-        .ty(vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL)
-        .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
-        .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
-        .geometries(&geometries[..used]);
-    let sizes = build_sizes(device, &build, &counts[..used])?;
+    let vertices = mesh.positions.len() as u32;
+    let geometries = geometries(vertices, positions.address(), indices.address());
+    let build = mesh_build(&geometries[..used(counts)], mesh.deforms);
+    let sizes = build_sizes(device, &build, &counts[..used(counts)])?;
     let ty = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
     let structure = Structure::new(device, "bottom-level structure", ty, sizes.acceleration_structure_size)?;
     let scratch = scratch(device, sizes.build_scratch_size)?;
     let build = [build.dst_acceleration_structure(structure.handle).scratch_data(aligned(device, &scratch))];
+    let extension = extension(device)?;
+    // SAFETY: all buffers live until the wait inside submit_once is over.
+    device.submit_once(|cmd| unsafe {
+        extension.cmd_build_acceleration_structures(cmd, &build, &[&ranges(counts)[..used(counts)]]);
+    })?;
+    let update_scratch = sizes.update_scratch_size;
+    Ok(Some(MeshStructure { structure, counts, vertices, deforms: mesh.deforms, update_scratch }))
+}
+
+/// Number of geometries: the masked one is there only when it has triangles.
+fn used(counts: [u32; 2]) -> usize {
+    if counts[1] > 0 { 2 } else { 1 }
+}
+
+fn geometries(
+    vertices: u32,
+    positions: u64,
+    indices: u64,
+) -> [vk::AccelerationStructureGeometryKHR<'static>; 2] {
+    let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+        .vertex_format(vk::Format::R32G32B32_SFLOAT)
+        .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: positions })
+        .vertex_stride(size_of::<Vec3>() as u64)
+        .max_vertex(vertices - 1)
+        .index_type(vk::IndexType::UINT32)
+        .index_data(vk::DeviceOrHostAddressConstKHR { device_address: indices });
+    [vk::GeometryFlagsKHR::OPAQUE, vk::GeometryFlagsKHR::empty()].map(|flags| {
+        vk::AccelerationStructureGeometryKHR::default()
+            .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+            .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+            .flags(flags)
+    })
+}
+
+fn ranges(counts: [u32; 2]) -> [vk::AccelerationStructureBuildRangeInfoKHR; 2] {
     let range = |first: u32, count| {
         vk::AccelerationStructureBuildRangeInfoKHR::default()
             .primitive_count(count)
             .primitive_offset(first * size_of::<UVec3>() as u32)
     };
-    let ranges = [range(0, counts[0]), range(opaque, counts[1])];
-    let extension = extension(device)?;
-    // SAFETY: all buffers live until the wait inside submit_once is over.
-    device.submit_once(|cmd| unsafe {
-        extension.cmd_build_acceleration_structures(cmd, &build, &[&ranges[..used]]);
-    })?;
-    Ok(Some(structure))
+    [range(0, counts[0]), range(counts[0], counts[1])]
+}
+
+fn mesh_build<'a>(
+    geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],
+    deforms: bool,
+) -> vk::AccelerationStructureBuildGeometryInfoKHR<'a> {
+    let update = if deforms {
+        vk::BuildAccelerationStructureFlagsKHR::ALLOW_UPDATE
+    } else {
+        vk::BuildAccelerationStructureFlagsKHR::empty()
+    };
+    vk::AccelerationStructureBuildGeometryInfoKHR::default()
+        .ty(vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL)
+        .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE | update)
+        .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+        .geometries(geometries)
 }
 
 fn top_geometry(instances: &Buffer) -> vk::AccelerationStructureGeometryKHR<'static> {
@@ -244,6 +357,11 @@ fn build_sizes(
 fn scratch(device: &Device, size: u64) -> Result<Buffer> {
     let slack = u64::from(device.info().capabilities.scratch_alignment);
     Buffer::new(device, "acceleration structure scratch", size + slack, Location::Device)
+}
+
+/// Scratch memory of one update, so that the next one's is aligned too.
+fn scratch_size(device: &Device, size: u64) -> u64 {
+    size.max(1).next_multiple_of(u64::from(device.info().capabilities.scratch_alignment).max(1))
 }
 
 fn aligned(device: &Device, scratch: &Buffer) -> vk::DeviceOrHostAddressKHR {

@@ -151,15 +151,15 @@ fn features(image: &Image, ppd: f64) -> Vec<[f64; 2]> {
 
 /// LDR FLIP of linear display values.
 pub fn ldr_flip(reference: &Image, test: &Image, ppd: f64) -> Vec<f64> {
-    let colours = resolved(reference, ppd).into_iter().zip(resolved(test, ppd));
-    let features = features(reference, ppd).into_iter().zip(features(test, ppd));
-    let error = |(colours, features): (([f64; 3], [f64; 3]), ([f64; 2], [f64; 2]))| {
-        let colour = colour_error(colours.0, colours.1);
-        let (a, b) = features;
-        let feature = ((a[0] - b[0]).abs().max((a[1] - b[1]).abs()) / 2.0f64.sqrt()).sqrt();
+    let (colours_a, colours_b) = (resolved(reference, ppd), resolved(test, ppd));
+    let (features_a, features_b) = (features(reference, ppd), features(test, ppd));
+    let error = |at: usize| {
+        let colour = colour_error(colours_a[at], colours_b[at]);
+        let difference = |kind: usize| (features_a[at][kind] - features_b[at][kind]).abs();
+        let feature = (difference(0).max(difference(1)) / 2.0f64.sqrt()).sqrt();
         colour.powf(1.0 - feature)
     };
-    colours.zip(features).map(error).collect()
+    (0..reference.pixels.len()).map(error).collect()
 }
 
 fn aces(x: f64) -> f64 {

@@ -69,6 +69,30 @@ fn ssim_is_equation_13() {
     }
 }
 
+/// Where the window lies inside, the values are those of scikit-image 0.26 (`structural_similarity` with Gaussian weights of
+/// sigma 1.5, population covariance, range 1), which drops the border.
+#[test]
+fn ssim_away_from_the_border_is_that_of_scikit_image() {
+    let (width, height) = (40, 32);
+    let codes = |of: fn(u32, u32) -> f32| {
+        let pixels: Vec<_> = (0..width * height).map(|i| [of(i % width, i / width); 3]).collect();
+        of_codes(width, &pixels)
+    };
+    let a = codes(|x, y| ((7 * x + 13 * y + x * y) % 17) as f32 / 16.0);
+    let b = codes(|x, y| {
+        ((7 * x + 13 * y + x * y) % 17) as f32 / 16.0 * 0.8 + ((5 * x + 3 * y) % 11) as f32 / 50.0
+    });
+    let map = measure(Metric::Ssim, &a, &b).map;
+    let value = |x: u32, y: u32| 1.0 - f64::from(map[(y * width + x) as usize]);
+    let inside = (5..height - 5).flat_map(|y| (5..width - 5).map(move |x| (x, y)));
+    let mean = inside.map(|(x, y)| value(x, y)).sum::<f64>() / f64::from((width - 10) * (height - 10));
+    for (found, expected) in
+        [(mean, 0.952_496_55), (value(20, 16), 0.934_802_16), (value(5, 5), 0.965_219_02)]
+    {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
 #[test]
 fn ssim_of_flat_images_compares_their_luminance() {
     let (a, b) = (of_codes(4, &[[0.6; 3]; 12]), of_codes(4, &[[0.3; 3]; 12]));

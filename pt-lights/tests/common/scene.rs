@@ -38,6 +38,7 @@ pub fn polygon(scene: &mut Scene, corners: &[Vec3], transform: Affine3A, materia
         indices: (1..n as u32 - 1).map(|i| [0, i, i + 1]).collect(),
         triangle_materials: vec![scene.materials.len() as u32; n - 2],
         first_masked: n - 2,
+        ..Mesh::default()
     };
     scene.materials.push(material);
     scene.instances.push(Instance::new("polygon", scene.meshes.len() as u32, transform));

@@ -21,8 +21,9 @@ pub struct TaaFrame<'a> {
 #[derive(Clone, Debug)]
 pub struct TaaOracle {
     size: [u32; 2],
-    /// PQ codes, and the weight of what they hold times `blend`; `None` before the first frame.
-    history: Option<(Image, Vec<f64>)>,
+    /// PQ codes, and for each pixel the weight of what it holds times `blend` and the deviation of its samples; `None` before
+    /// the first frame.
+    history: Option<(Image, Vec<[f64; 2]>)>,
 }
 
 impl TaaOracle {
@@ -31,14 +32,15 @@ impl TaaOracle {
         Self { size, history: None }
     }
 
-    /// The history's codes and weights, before the rounding of the image that the kernel keeps them in.
-    pub fn history(&self) -> Option<&(Image, Vec<f64>)> {
-        self.history.as_ref()
-    }
-
-    /// Replaces the history, for example by what the kernel has rounded.
-    pub fn set_history(&mut self, codes: Image, weights: Vec<f64>) {
-        self.history = Some((codes, weights));
+    /// Replaces the history by the texels of the image that the kernel keeps it in.
+    pub fn set_history(&mut self, texels: &[f32]) {
+        let pixels = texels.chunks_exact(4).map(|c| [c[0], c[1], c[2]].map(f64::from)).collect();
+        let state = |a: f32| {
+            let word = (a * 65535.0).round() as u32;
+            [f64::from(word >> 8) / 255.0, (f64::from(word & 255) / 255.0).powi(2)]
+        };
+        let states = texels.chunks_exact(4).map(|c| state(c[3])).collect();
+        self.history = Some((Image { size: self.size, pixels }, states));
     }
 
     /// The next anti-aliased frame.
@@ -53,7 +55,7 @@ impl TaaOracle {
         let scale = [0, 1].map(|i| f64::from(frame.color.size[i]) / f64::from(self.size[i]));
 
         let mut codes = Vec::new();
-        let mut weights = Vec::new();
+        let mut states = Vec::new();
         let resolved = Image::from_fn(self.size, |x, y| {
             let at = [x, y];
             let position = [0, 1].map(|i| (f64::from(at[i]) + 0.5) * scale[i] - 0.5);
@@ -102,13 +104,24 @@ impl TaaOracle {
             let moved = [0, 1].map(|i| longest[i] * f64::from(self.size[i]));
             let previous = [0, 1].map(|i| f64::from(at[i]) + 0.5 + moved[i]);
             let inside = (0..2).all(|i| previous[i] > 0.0 && previous[i] < f64::from(self.size[i]));
-            let (past, held) = match &self.history {
-                Some((image, weights)) if inside => catmull_rom(image, weights, previous),
-                _ => ([0.0; 3], 0.0),
+            let (past, [held, spread]) = match &self.history {
+                Some((image, states)) if inside => {
+                    let [column, row] = previous.map(|v| v as usize);
+                    (catmull_rom(image, previous), states[row * self.size[0] as usize + column])
+                }
+                _ => ([0.0; 3], [0.0; 2]),
             };
+            let luma = |c: Rgb| 0.25 * c[0] + 0.5 * c[1] + 0.25 * c[2];
+            let change = (luma(if linear { encode(centre) } else { centre }) - luma(past)).abs();
             let past = clip_space(if linear { decode(past) } else { past });
-            let past =
-                from_clip_space(rectify(past, mean, scaled(deviation, sigma), params.rectify), params.space);
+            let temporal = f64::from(params.temporal) * spread;
+            let widened = match params.space {
+                ClipSpace::Pq => [temporal; 3],
+                ClipSpace::Ycocg => [temporal, 0.5 * temporal, 0.5 * temporal],
+                ClipSpace::Rgb => [0.0; 3],
+            };
+            let extent = zip(scaled(deviation, sigma), widened, f64::max);
+            let past = from_clip_space(rectify(past, mean, extent, params.rectify), params.space);
 
             let sampled = [sx.clamp(0, width - 1) as f64, sy.clamp(0, height - 1) as f64];
             let offset = [0, 1].map(|i| (sampled[i] + frame.jitter[i] - position[i]) / scale[i]);
@@ -116,14 +129,16 @@ impl TaaOracle {
             let near = 1.0 - offset[0] * offset[0] - offset[1] * offset[1];
             let weight = (t * t * (3.0 - 2.0 * t)).max(near).clamp(0.02, 1.0);
             let total = (held / blend + weight).min(1.0 / blend);
-            let blended = mix(past, centre, (weight / total).min(1.0)).map(|v| v.max(0.0));
-
-            let code = if linear { encode(blended) } else { blended.map(|v| v.min(1.0)) };
+            let as_codes = !linear && !params.blend_linear;
+            let light = |c: Rgb| if linear || as_codes { c } else { decode(c.map(|v| v.clamp(0.0, 1.0))) };
+            let share = (weight / total).min(1.0);
+            let blended = mix(light(past), light(centre), share).map(|v| v.max(0.0));
+            let code = if as_codes { blended.map(|v| v.min(1.0)) } else { encode(blended) };
             codes.push(code);
-            weights.push(total * blend);
-            if linear { blended } else { decode(code) }
+            states.push([total * blend, if held > 0.0 { spread + (change - spread) * share } else { 0.0 }]);
+            if as_codes { decode(code) } else { blended }
         });
-        self.history = Some((Image { size: self.size, pixels: codes }, weights));
+        self.history = Some((Image { size: self.size, pixels: codes }, states));
         resolved
     }
 }
@@ -156,7 +171,7 @@ fn rectify(c: Rgb, mean: Rgb, extent: Rgb, how: Rectify) -> Rgb {
 }
 
 /// Catmull-Rom interpolation at a place in pixels, centres at halves.
-fn catmull_rom(image: &Image, weights: &[f64], [x, y]: [f64; 2]) -> (Rgb, f64) {
+fn catmull_rom(image: &Image, [x, y]: [f64; 2]) -> Rgb {
     let cubic = |f: f64| {
         [
             f * (-0.5 + f * (1.0 - 0.5 * f)),
@@ -167,14 +182,11 @@ fn catmull_rom(image: &Image, weights: &[f64], [x, y]: [f64; 2]) -> (Rgb, f64) {
     };
     let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
     let (wx, wy) = (cubic(x - 0.5 - left), cubic(y - 0.5 - top));
-    let [width, height] = image.size.map(i64::from);
-    let (mut sum, mut held) = ([0.0; 3], 0.0);
+    let mut sum = [0.0; 3];
     for (row, wy) in (-1..).zip(wy) {
         for (column, wx) in (-1..).zip(wx) {
-            let (cx, cy) = (left as i64 + column, top as i64 + row);
-            add(&mut sum, wx * wy, image.at(cx, cy));
-            held += wx * wy * weights[(cy.clamp(0, height - 1) * width + cx.clamp(0, width - 1)) as usize];
+            add(&mut sum, wx * wy, image.at(left as i64 + column, top as i64 + row));
         }
     }
-    (sum.map(|v| v.clamp(0.0, 1.0)), held.clamp(0.0, 1.0))
+    sum.map(|v| v.clamp(0.0, 1.0))
 }

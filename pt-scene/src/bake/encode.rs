@@ -12,9 +12,9 @@ use crate::{Texture, TextureUsage};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
     /// About a third of the time.
+    #[default]
     Fast,
     /// About 2 dB better on hard images.
-    #[default]
     Best,
 }
 

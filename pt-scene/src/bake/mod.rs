@@ -83,10 +83,12 @@ fn one(
     max_texture_pixels: u64,
 ) -> Result<BakedTexture, SceneError> {
     let (label, bytes) = images.file(index)?;
-    let (extent, usage) = images.header(index, &label, &bytes, max_texture_pixels)?;
+    let usage = images.usage(index);
+    let invalid = |what| images.invalid(index, &label, what);
+    let extent = import::image_size(&bytes, max_texture_pixels).map_err(invalid)?;
     let known = folder.lookup(&bytes, usage);
     let mut baked = BakedTexture {
-        name: label,
+        name: label.clone(),
         usage,
         extent,
         outcome: Outcome::Unchanged,
@@ -103,7 +105,7 @@ fn one(
         return Ok(baked);
     }
     baked.outcome = if matches!(known, Ok(None)) { Outcome::Baked } else { Outcome::Rebuilt };
-    let texture = images.decode(index, &baked.name, &bytes)?;
+    let texture = Texture::from_bytes(&label, &bytes, usage, max_texture_pixels).map_err(invalid)?;
     if let Texels::Blocks { format, levels } = &texture.texels {
         let levels = levels.clone();
         baked.outcome = Outcome::AlreadyCompressed;

@@ -1,22 +1,31 @@
 //! The scene on the device: geometry, materials, textures, acceleration structure.
 
 mod camera;
+mod deform;
+mod deform_records;
 mod records;
 mod textures;
 
 pub use camera::camera_record;
 
+mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}
+
 use crate::{Clusters, Scene};
-use glam::{UVec3, Vec2};
+use deform::{Change, DeformingMeshes};
+use glam::{UVec3, Vec2, Vec3};
 use pt_core::frame::{Pass, Uniforms};
+use pt_core::phases::{Phase, Phases};
 use pt_core::texture::TextureTable;
 use pt_core::trace::bench::{Choice, choose};
 use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
 use pt_core::{Buffer, Device, Frame, Location, Result};
 use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
 
-/// A scene whose instances may move from frame to frame; everything else is fixed.
+/// A scene whose instances may move from frame to frame, and whose meshes may change their shape; everything else is fixed.
 pub struct GpuScene {
+    phases: Phases,
     choice: Option<Choice>,
     accel: AccelStructure,
     textures: TextureTable,
@@ -27,6 +36,10 @@ pub struct GpuScene {
     instance_records: Vec<InstanceRecord>,
     placements: Vec<InstancePlacement>,
     masks: Vec<u32>,
+    deforming: Option<DeformingMeshes>,
+    mesh_records: Vec<MeshRecord>,
+    mesh_buffer: Buffer,
+    index_buffer: Buffer,
     clusters: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
@@ -38,6 +51,7 @@ pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
         positions: &mesh.positions,
         indices: bytemuck::cast_slice(&mesh.indices),
         first_masked: mesh.first_masked as u32,
+        deforms: mesh.deformation.is_some(),
     });
     geometry.collect()
 }
@@ -76,9 +90,13 @@ impl<T: bytemuck::NoUninit> Arena<T> {
 impl GpuScene {
     /// Uploads the scene and builds its acceleration structures for `backend` (`Auto` measures on this scene).
     pub fn new(device: &Device, scene: &Scene, backend: TraceBackend) -> Result<Self> {
+        let mut phases = Phases::start();
         let meshes = &scene.meshes;
-        let positions = Arena::collect(meshes.iter().map(|m| m.positions.iter().copied()));
-        let vertices = Arena::collect(meshes.iter().map(records::vertices));
+        let deforming = DeformingMeshes::new(device, scene)?;
+        // The vertices of deforming meshes are elsewhere.
+        let rigid = |m: &crate::Mesh| if m.deformation.is_none() { m.vertex_count() } else { 0 };
+        let positions = Arena::collect(meshes.iter().map(|m| m.positions.iter().copied().take(rigid(m))));
+        let vertices = Arena::collect(meshes.iter().map(|m| records::vertices(m).take(rigid(m))));
         let indices = Arena::collect(meshes.iter().map(|m| m.indices.iter().map(|&i| UVec3::from_array(i))));
         let materials = Arena::collect(meshes.iter().map(|m| m.triangle_materials.iter().copied()));
         let position_buffer = positions.upload(device, "positions")?;
@@ -86,6 +104,7 @@ impl GpuScene {
         let index_buffer = indices.upload(device, "indices")?;
         let material_index_buffer = materials.upload(device, "triangle materials")?;
 
+        phases.mark("geometry: upload");
         let geometry = mesh_geometry(scene);
         let masks: Vec<_> = scene
             .instances
@@ -98,8 +117,10 @@ impl GpuScene {
         };
         let backend = choice.as_ref().map_or(backend, |choice| choice.backend);
         let count = scene.instances.len();
+        phases.mark("choice of backend");
         let accel = AccelStructure::new(device, &geometry, count, backend, BvhQuality::default())?;
-        let mesh_records: Vec<_> = meshes
+        phases.mark("BVH");
+        let mut mesh_records: Vec<_> = meshes
             .iter()
             .enumerate()
             .map(|(i, mesh)| {
@@ -107,6 +128,7 @@ impl GpuScene {
                     bvh_nodes: 0,
                     bvh_triangles: 0,
                     positions: position_buffer.address() + positions.offsets[i],
+                    positions_prev: position_buffer.address() + positions.offsets[i],
                     vertices: vertex_buffer.address() + vertices.offsets[i],
                     indices: index_buffer.address() + indices.offsets[i],
                     triangle_materials: material_index_buffer.address() + materials.offsets[i],
@@ -117,6 +139,9 @@ impl GpuScene {
                 record
             })
             .collect();
+        if let Some(deforming) = &deforming {
+            deforming.fill(&mut mesh_records);
+        }
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
         let (material_records, lobe_records) = records::materials(&scene.materials);
         let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
@@ -141,10 +166,14 @@ impl GpuScene {
         let clusters = Clusters::new(scene, Clusters::DEFAULT);
         let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
         record.clusters = clusters.address();
+        phases.mark("clusters");
+        let textures = textures::table(device, scene)?;
+        phases.mark("textures: mips and upload");
         Ok(Self {
+            phases,
             choice,
             accel,
-            textures: textures::table(device, scene)?,
+            textures,
             uniforms: Uniforms::new(device, "scene_uniforms")?,
             record,
             uploaded_record: None,
@@ -152,17 +181,31 @@ impl GpuScene {
             instance_records: Vec::new(),
             placements: Vec::new(),
             masks,
+            deforming,
+            mesh_records,
             clusters,
             tables: vec![
                 position_buffer,
                 vertex_buffer,
-                index_buffer,
+                index_buffer.clone(),
                 material_index_buffer,
-                mesh_buffer,
+                mesh_buffer.clone(),
                 material_buffer,
                 lobe_buffer,
             ],
+            mesh_buffer,
+            index_buffer,
         })
+    }
+
+    /// How long the steps of [`GpuScene::new`] took.
+    pub fn load_phases(&self) -> &[Phase] {
+        self.phases.list()
+    }
+
+    /// Bytes of all textures with their mips, and of the environment, on the device.
+    pub fn texture_bytes(&self) -> u64 {
+        self.textures.bytes()
     }
 
     /// The backend in use, never `Auto`.
@@ -187,11 +230,20 @@ impl GpuScene {
         Ok(())
     }
 
-    /// Brings the device up to date with the instances' transforms; without change it records nothing.
+    /// Brings the device up to date with the poses of deforming meshes and the instances' transforms; without change it records
+    /// nothing. What was there in the frame before is previous afterwards; in the first frame everything has been where it is.
     pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene) -> Result<()> {
-        let records = scene.instances.iter().zip(&self.masks).map(|(i, &mask)| records::instance(i, mask));
+        let deformed = self.deform(frame, scene)?;
+        let mirrored = |i: &crate::Instance| {
+            scene.meshes[i.mesh as usize].deformation.as_ref().is_some_and(|d| d.is_mirrored())
+        };
+        let records = scene.instances.iter().zip(&self.masks).map(|(i, &mask)| {
+            let record = records::instance(i, mask);
+            InstanceRecord { mirrored: record.mirrored ^ u32::from(mirrored(i)), ..record }
+        });
+        let mut moved = deformed;
         if !records.clone().eq(self.instance_records.iter().copied()) {
-            let moved = !self
+            moved |= !self
                 .instance_records
                 .iter()
                 .map(|r| r.world_from_object)
@@ -199,19 +251,46 @@ impl GpuScene {
             self.instance_records.clear();
             self.instance_records.extend(records);
             frame.upload(&self.instances, bytemuck::cast_slice(&self.instance_records))?;
-            if moved {
-                self.placements.clear();
-                self.placements.extend(scene.instances.iter().zip(&self.masks).map(|(i, &mask)| {
-                    InstancePlacement { mesh: i.mesh, mask, world_from_object: i.world_from_object }
-                }));
-                self.accel.update(frame, &self.placements)?;
-            }
+        }
+        if moved {
+            self.placements.clear();
+            self.placements.extend(scene.instances.iter().zip(&self.masks).map(|(i, &mask)| {
+                InstancePlacement { mesh: i.mesh, mask, world_from_object: i.world_from_object }
+            }));
+            self.accel.update(frame, &self.placements)?;
         }
         if self.uploaded_record != Some(self.record) {
             self.uniforms.upload(frame, &self.record)?;
             self.uploaded_record = Some(self.record);
         }
         Ok(())
+    }
+
+    /// Moves the vertices of deforming meshes and refits their acceleration structures; whether there was anything to do.
+    fn deform(&mut self, frame: &mut Frame<'_>, scene: &Scene) -> Result<bool> {
+        let Some(deforming) = &mut self.deforming else { return Ok(false) };
+        let change = deforming.update(frame, scene)?;
+        if change != Change::None {
+            deforming.fill(&mut self.mesh_records);
+            frame.upload(&self.mesh_buffer, bytemuck::cast_slice(&self.mesh_records))?;
+        }
+        if change == Change::Moved {
+            let geometry = [deforming.positions().clone(), self.index_buffer.clone()];
+            let moved = deforming.moved(scene, &self.mesh_records);
+            self.accel.refit(frame, moved, &self.mesh_buffer, &geometry.each_ref())?;
+        }
+        Ok(change == Change::Moved)
+    }
+
+    /// Positions of a mesh that deforms, in the frame recorded last and in the one before it; `None` for a rigid mesh. Waits: for
+    /// tests and tools.
+    pub fn read_positions(&self, scene: &Scene, mesh: usize) -> Option<Result<[Vec<Vec3>; 2]>> {
+        self.deforming.as_ref()?.read(mesh, scene.meshes[mesh].vertex_count())
+    }
+
+    /// The instances as the frame recorded last saw them. Waits: for tests and tools.
+    pub fn read_instances(&self) -> Result<Vec<InstanceRecord>> {
+        self.instances.read()
     }
 
     /// Binds everything that `scene.glsl` and `trace.glsl` need.
@@ -222,6 +301,10 @@ impl GpuScene {
             .addresses(&self.instances)
             .addresses(&self.clusters);
         let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
+        let pass = match &self.deforming {
+            Some(deforming) => deforming.bind(pass),
+            None => pass,
+        };
         self.accel.bind(pass)
     }
 }

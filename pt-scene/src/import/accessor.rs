@@ -1,6 +1,7 @@
 //! Checked reading of accessors: any component type, normalisation, strides, sparse substitution.
 
 use std::borrow::Cow;
+use std::sync::atomic::Ordering;
 
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
@@ -147,6 +148,15 @@ impl Document {
         }
         let count = self.count(index, used_at)?;
         let size = component.size() * components;
+        // A small file can have the same data read any number of times.
+        let bytes = 4 * components as u64 * count as u64;
+        if self.elements_read.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes)
+            > self.max_geometry_bytes
+        {
+            return Err(
+                self.invalid(used_at, format!("more than {} bytes of elements", self.max_geometry_bytes))
+            );
+        }
         let packed =
             |bytes| Elements { bytes, stride: size, size, count, component, normalized: accessor.normalized };
         if let Some(decoded) = decoded {

@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicU64;
 
 use gltf::json::{Index, Root, buffer, root::Get};
 use serde::de::DeserializeOwned;
@@ -25,6 +26,8 @@ pub(super) struct Document {
     /// Accessors that were compressed, by index.
     pub(super) decoded: BTreeMap<usize, Decoded>,
     pub(super) max_geometry_bytes: u64,
+    /// Bytes of all elements read so far.
+    pub(super) elements_read: AtomicU64,
 }
 
 impl Document {
@@ -54,6 +57,7 @@ impl Document {
             views: BTreeMap::new(),
             decoded: BTreeMap::new(),
             max_geometry_bytes: options.max_geometry_bytes,
+            elements_read: AtomicU64::new(0),
         };
         document.check_header()?;
         document.read_buffers(container.binary, notices)?;

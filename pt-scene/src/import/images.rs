@@ -7,6 +7,7 @@ use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use image::{ImageDecoder, ImageFormat};
 
 use crate::dds::DdsTexture;
+use crate::error::one_line;
 use crate::texture::{Texels, decode_texel, encode_normal};
 use crate::{MAX_TEXTURE_SIDE, TextureUsage};
 
@@ -53,6 +54,17 @@ impl<'a> Header<'a> {
         u64::from(self.width) * u64::from(self.height)
     }
 
+    /// Whether the image may be decoded.
+    pub fn check(&self, max_texels: u64) -> Result<(), String> {
+        if self.texel_count() > max_texels {
+            let (w, h) = (self.width, self.height);
+            return Err(format!(
+                "{w}x{h} texels are more than the limit of {max_texels}; see --max-texture-pixels"
+            ));
+        }
+        Ok(())
+    }
+
     /// Decodes the image. A normal map's texels become unit vectors.
     pub fn decode(self, usage: TextureUsage) -> Result<Texels, String> {
         let mut texels = match self.kind {
@@ -62,8 +74,8 @@ impl<'a> Header<'a> {
             }
             Kind::Ktx2 => transcode(self.bytes, self.width, self.height)?,
             Kind::Pixels(decoder) => {
-                let image =
-                    image::DynamicImage::from_decoder(BoxedDecoder(decoder)).map_err(|e| e.to_string())?;
+                let image = image::DynamicImage::from_decoder(BoxedDecoder(decoder))
+                    .map_err(|e| one_line(&e.to_string()))?;
                 image.into_rgba8().into_raw()
             }
         };
@@ -98,15 +110,16 @@ fn decoder<'a>(bytes: &'a [u8]) -> Result<Box<dyn ImageDecoder + 'a>, String> {
         ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP => {}
         other => return Err(format!("{other:?} images are not supported; it {unknown}")),
     }
-    let mut reader =
-        image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    let mut reader = image::ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|e| one_line(&e.to_string()))?;
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_TEXTURE_SIDE);
     limits.max_image_height = Some(MAX_TEXTURE_SIDE);
     // The budget of the scene's texels is checked by the caller, from the header.
     limits.max_alloc = Some(4 << 30);
     reader.limits(limits);
-    Ok(Box::new(reader.into_decoder().map_err(|e| e.to_string())?))
+    Ok(Box::new(reader.into_decoder().map_err(|e| one_line(&e.to_string()))?))
 }
 
 /// A KTX2 file in one of the Basis Universal codecs.

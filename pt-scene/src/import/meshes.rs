@@ -6,6 +6,7 @@ use gltf::json::validation::Checked;
 use rayon::prelude::*;
 use serde::Deserialize;
 
+use super::animation;
 use super::document::Document;
 use super::notices::{Notices, Remark};
 use super::tangents;
@@ -186,7 +187,8 @@ fn size(
     let splits = accessor(primitive, Semantic::Normals).is_none()
         || (accessor(primitive, Semantic::Tangents).is_none() && tangents::needed(material).is_some());
     let vertices = if splits { vertices.max(3 * triangles) } else { vertices };
-    Ok(vertices.saturating_mul(VERTEX).saturating_add(triangles.saturating_mul(TRIANGLE)))
+    let vertex = VERTEX.saturating_add(animation::bytes_per_vertex(primitive));
+    Ok(vertices.saturating_mul(vertex).saturating_add(triangles.saturating_mul(TRIANGLE)))
 }
 
 /// A primitive that is to be read.
@@ -225,6 +227,7 @@ impl Work<'_> {
             positions,
             ..Mesh::default()
         };
+        animation::read_vertices(document, self.primitive, &self.at, &mut mesh)?;
         let tangent_set = tangents::needed(&materials[self.material]);
         let Some(normals) = self.attribute::<3>(document, Semantic::Normals, vertices)? else {
             // glTF: without normals, flat ones, and tangents in the file are not to be used.

@@ -2,6 +2,7 @@
 //! reads bytes is checked here, because the crate's own accessors panic on files that break the format.
 
 mod accessor;
+mod animation;
 mod check;
 mod compression;
 mod document;
@@ -22,9 +23,12 @@ use std::path::{Path, PathBuf};
 pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
 pub use textures::MAX_TEXTURE_SIDE;
 
-use crate::{Environment, Scene, SceneError, builtin, default_sky, default_sun};
+use crate::{
+    AnimationChoice, Environment, Scene, SceneError, Texture, TextureUsage, builtin, default_sky, default_sun,
+};
 use document::Document;
 use notices::Notices;
+use pt_core::phases::Phases;
 
 /// What [`load`] and [`open`] do besides reading the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +41,10 @@ pub struct LoadOptions {
     pub environment_intensity: f32,
     /// Give a scene without any light [`default_sky`] and [`default_sun`].
     pub default_sky: bool,
+    /// Which animations of a glTF file play.
+    pub animation: AnimationChoice,
+    /// Time at which the scene is shown at first, seconds; [`Scene::set_time`] goes on from there.
+    pub time: f64,
     /// Which of a file's scenes, by name or by index from 0; `None`: its default one.
     pub scene: Option<String>,
     /// Which of a file's material variants (KHR_materials_variants), by name or by index from 0; `None`: no variant.
@@ -61,6 +69,8 @@ impl Default for LoadOptions {
             environment_rotation: 0.0,
             environment_intensity: 1.0,
             default_sky: true,
+            animation: AnimationChoice::default(),
+            time: 0.0,
             scene: None,
             variant: None,
             max_geometry_bytes: 16 << 30,
@@ -77,7 +87,13 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
             let what = "a built-in scene has no further scenes or variants to choose from";
             Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
         }
-        Some(scene) => finish(scene, options),
+        Some(scene) => match &options.animation {
+            AnimationChoice::Index(_) | AnimationChoice::Name(_) => {
+                let what = "a built-in scene has no animations to choose from";
+                Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
+            }
+            _ => finish(scene, options),
+        },
         None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
             load(name_or_path, options)
         }
@@ -91,13 +107,13 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 
 /// Loads a scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which may be embedded,
 /// or files in the folder of the scene or below.
-///
-/// Left for later, with a notice: animation, skins (shown in their bind pose), morph targets (shown undeformed).
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     let mut notices = Notices::default();
+    let mut phases = Phases::start();
     let document = Document::read(path, options, &mut notices)?;
-    fill(path, &document, notices, options)
+    phases.mark("read and parse");
+    fill(path, &document, notices, phases, options)
 }
 
 /// Loads a scene from the bytes of a `.gltf` or `.glb` file that embeds its buffers and images: no file is opened, unless
@@ -105,14 +121,17 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, Scen
 pub fn load_bytes(bytes: Vec<u8>, name: &str, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = Path::new(name);
     let mut notices = Notices::default();
+    let mut phases = Phases::start();
     let document = Document::parse(bytes, path, None, options, &mut notices)?;
-    fill(path, &document, notices, options)
+    phases.mark("read and parse");
+    fill(path, &document, notices, phases, options)
 }
 
 fn fill(
     path: &Path,
     document: &Document,
     mut notices: Notices,
+    mut phases: Phases,
     options: &LoadOptions,
 ) -> Result<Scene, SceneError> {
     let root = &document.root;
@@ -129,18 +148,25 @@ fn fill(
     let variant = variant.map_err(|what| {
         document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
     })?;
-    note_unsupported(document, &scene, &mut notices);
+    note_unsupported(&scene, &mut notices);
     materials::read(document, options, &mut scene)?;
+    phases.mark("textures: read and decode");
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
-    nodes::read(document, &meshes, options, &mut scene, &mut notices)?;
+    let rig = animation::read_rig(document, &options.animation, &mut scene, &mut notices)?;
+    nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
+    animation::attach(document, rig, &mut scene)?;
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }
+    phases.mark("geometry");
     scene.notices.splice(0..0, notices.into_lines());
-    finish(scene, options).map_err(|error| match error {
+    let mut scene = finish(scene, options).map_err(|error| match error {
         SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
         other => other,
-    })
+    })?;
+    phases.mark("environment and checks");
+    scene.load_phases = phases.list().to_vec();
+    Ok(scene)
 }
 
 /// The index of a name or, failing that, the number that the text is. The error says what there is to choose from.
@@ -194,39 +220,47 @@ impl Images<'_> {
         self.0.file(self.0.in_order[index])
     }
 
-    /// Size from the file's header, which must not exceed the limit, and what the image is used for.
-    pub fn header(
-        &self,
-        index: usize,
-        label: &str,
-        bytes: &[u8],
-        max_texels: u64,
-    ) -> Result<([u32; 2], crate::TextureUsage), SceneError> {
-        let u = self.0.in_order[index];
-        let header = images::Header::read(bytes).map_err(|what| self.0.invalid(u, label, what))?;
-        if header.texel_count() > max_texels {
-            let what = format!(
-                "{}x{} texels are more than the limit of {max_texels}; see --max-texture-pixels",
-                header.width, header.height
-            );
-            return Err(self.0.invalid(u, label, what));
-        }
-        Ok(([header.width, header.height], u.usage))
+    /// What an image is used for.
+    pub fn usage(&self, index: usize) -> TextureUsage {
+        self.0.in_order[index].usage
     }
 
-    /// The decoded texture.
-    pub fn decode(&self, index: usize, label: &str, bytes: &[u8]) -> Result<crate::Texture, SceneError> {
-        let u = self.0.in_order[index];
-        let invalid = |what: String| self.0.invalid(u, label, what);
-        let header = images::Header::read(bytes).map_err(invalid)?;
-        let mut texture = self.0.texture(u, label.to_owned(), [header.width, header.height]);
-        texture.texels = header.decode(u.usage).map_err(invalid)?;
-        Ok(texture)
+    /// An error in an image.
+    pub fn invalid(&self, index: usize, label: &str, what: String) -> SceneError {
+        self.0.invalid(self.0.in_order[index], label, what)
     }
 }
 
-fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
-    let root = &document.root;
+/// The size of an image file, from its header.
+///
+/// # Errors
+/// No image file, or more texels than `max_texels`.
+pub(crate) fn image_size(bytes: &[u8], max_texels: u64) -> Result<[u32; 2], String> {
+    let header = images::Header::read(bytes)?;
+    header.check(max_texels)?;
+    Ok([header.width, header.height])
+}
+
+impl Texture {
+    /// A texture from the content of an image file: PNG, JPEG, WebP, DDS or KTX2, told apart by the first bytes.
+    ///
+    /// # Errors
+    /// What is wrong, in one line without the file's name. An image of more than `max_texels` texels is refused before
+    /// it is decoded.
+    pub fn from_bytes(
+        name: &str,
+        bytes: &[u8],
+        usage: TextureUsage,
+        max_texels: u64,
+    ) -> Result<Self, String> {
+        let header = images::Header::read(bytes)?;
+        header.check(max_texels)?;
+        let size = [header.width, header.height];
+        Ok(Self { texels: header.decode(usage)?, ..Self::rgba8(name, size, usage, Vec::new()) })
+    }
+}
+
+fn note_unsupported(scene: &Scene, notices: &mut Notices) {
     for extension in scene.extensions.iter().filter(|e| e.support == Support::Ignored) {
         notices.add("extensionsUsed", format!("extension {} is ignored", extension.name));
     }
@@ -234,15 +268,6 @@ fn note_unsupported(document: &Document, scene: &Scene, notices: &mut Notices) {
         if names.iter().enumerate().any(|(i, name)| names[..i].contains(name)) {
             notices.add(what, "names are not unique; a name stands for the first of its bearers");
         }
-    }
-    if !root.animations.is_empty() {
-        notices.add("animations", format!("{} animation(s) ignored; nodes rest", root.animations.len()));
-    }
-    if !root.skins.is_empty() {
-        notices.add("skins", format!("{} skin(s) ignored; meshes keep their bind pose", root.skins.len()));
-    }
-    if root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()) {
-        notices.add("meshes", "morph targets ignored; meshes are undeformed");
     }
 }
 
@@ -257,6 +282,8 @@ fn finish(mut scene: Scene, options: &LoadOptions) -> Result<Scene, SceneError> 
     }
     scene.environment.rotation += options.environment_rotation;
     scene.environment.intensity *= options.environment_intensity;
+    scene.set_time(options.time, options.time);
+    scene.pose_meshes();
     scene.validate()?;
     Ok(scene)
 }

@@ -1,7 +1,8 @@
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
 
-use glam::{Affine3A, Mat3A, Mat4, Quat, Vec3, Vec3A};
+use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
 use gltf::json::scene::Node;
@@ -13,13 +14,17 @@ use super::LoadOptions;
 use super::document::Document;
 use super::meshes::Shape;
 use super::notices::Notices;
+use crate::animation::{NodeMotion, Rig, visible};
+use crate::camera::without_scale;
+use crate::light::shines;
 use crate::scene::is_invertible;
-use crate::{Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
+use crate::{Attachment, Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
 
 /// Walks the node hierarchy of a scene and places meshes, cameras and lights.
 pub(super) fn read(
     document: &Document,
     shapes: &[Option<Shape>],
+    rig: Option<&Arc<Rig>>,
     options: &LoadOptions,
     scene: &mut Scene,
     notices: &mut Notices,
@@ -56,7 +61,8 @@ pub(super) fn read(
         if !world.is_finite() {
             return Err(document.invalid(at, "the transform is not finite"));
         }
-        place(document, node, &world, &at, shapes, scene, notices)?;
+        let motion = rig.and_then(|rig| NodeMotion::new(rig, index.value() as u32));
+        place(document, index, motion, &world, &at, shapes, scene, notices)?;
         let children = node.children.iter().flatten().rev();
         pending.extend(children.map(|&child| (child, world, format!("{at}.children"))));
     }
@@ -131,12 +137,12 @@ fn instances(document: &Document, node: &Node, at: &str) -> Result<Option<Vec<Af
     Ok(Some(translations.into_iter().zip(rotations).zip(scales).map(place).collect()))
 }
 
-fn unit_quaternion(q: [f32; 4]) -> Quat {
+pub(super) fn unit_quaternion(q: [f32; 4]) -> Quat {
     let q = Quat::from_array(q);
     if q.length_squared().is_normal() { q.normalize() } else { Quat::IDENTITY }
 }
 
-fn local_transform(node: &Node) -> Affine3A {
+pub(super) fn local_transform(node: &Node) -> Affine3A {
     if let Some(matrix) = &node.matrix {
         return Affine3A::from_mat4(Mat4::from_cols_array(matrix));
     }
@@ -147,22 +153,30 @@ fn local_transform(node: &Node) -> Affine3A {
     )
 }
 
+#[expect(clippy::too_many_arguments, reason = "the walk's state")]
 fn place(
     document: &Document,
-    node: &Node,
+    index: Index<Node>,
+    motion: Option<NodeMotion>,
     world: &Affine3A,
     at: &str,
     shapes: &[Option<Shape>],
     scene: &mut Scene,
     notices: &mut Notices,
 ) -> Result<(), SceneError> {
+    let node = document.get(index, at)?;
+    let number = index.value() as u32;
     let name = node.name.as_deref().unwrap_or(at);
     if let Some(mesh) = node.mesh {
         document.get(mesh, &format!("{at}.mesh"))?;
-        let mut add = |name: &str, shape: Shape, world: Affine3A| {
-            if is_invertible(&world) {
+        let moves = motion.is_some() || node.skin.is_some();
+        let mut add = |name: &str, shape: Shape, offset: Affine3A| {
+            let world = *world * offset;
+            if is_invertible(&world) || moves {
+                let attachment = Some(Attachment { node: number, offset });
                 let material = shape.material;
-                scene.instances.push(Instance { material, ..Instance::new(name, shape.mesh, world) });
+                let instance = Instance::new(name, shape.mesh, visible(world));
+                scene.instances.push(Instance { attachment, material, ..instance });
             } else {
                 notices.add(at, "left out, its scale is zero or beyond single precision");
             }
@@ -170,9 +184,9 @@ fn place(
         match (shapes[mesh.value()], instances(document, node, at)?) {
             (Some(shape), Some(copies)) => {
                 let copies = copies.iter().enumerate();
-                copies.for_each(|(i, &copy)| add(&format!("{name}[{i}]"), shape, *world * copy));
+                copies.for_each(|(i, &copy)| add(&format!("{name}[{i}]"), shape, copy));
             }
-            (Some(shape), None) => add(name, shape, *world),
+            (Some(shape), None) => add(name, shape, Affine3A::IDENTITY),
             (None, _) => {}
         }
     }
@@ -184,6 +198,7 @@ fn place(
         scene.cameras.push(Camera {
             projection,
             world_from_camera: without_scale(world),
+            motion: motion.clone(),
             ..Camera::look_at(name, Vec3::ZERO, Vec3::NEG_Z, 1.0)
         });
     }
@@ -191,7 +206,9 @@ fn place(
     if let Some(index) = light {
         let description = document.get(index, &format!("{at}.extensions.KHR_lights_punctual"))?;
         let at = format!("extensions.KHR_lights_punctual.lights[{}]", index.value());
-        scene.lights.push(light_at(document, description, world, &at, name, notices)?);
+        let node = motion.map(|_| number);
+        let light = light_at(document, description, world, &at, name, notices)?;
+        scene.lights.push(Light { node, ..light });
     }
     Ok(())
 }
@@ -215,15 +232,6 @@ fn projection(document: &Document, camera: &JsonCamera, at: &str) -> Result<Proj
         }
         _ => Err(document.invalid(at, "has no projection of its type")),
     }
-}
-
-/// The position and the direction of view of a camera, however its node is scaled; +Y is kept as far up as it was.
-fn without_scale(world: &Affine3A) -> Affine3A {
-    let m = world.matrix3;
-    let back = m.z_axis.normalize_or(Vec3A::Z);
-    let side = m.y_axis.cross(back).try_normalize();
-    let right = side.unwrap_or_else(|| back.any_orthonormal_vector());
-    Affine3A { matrix3: Mat3A::from_cols(right, back.cross(right), back), translation: world.translation }
 }
 
 fn light_at(
@@ -253,7 +261,7 @@ fn light_at(
         }
         (Checked::Invalid, _) => return Err(document.invalid(format!("{at}.type"), "unknown light type")),
     };
-    let direction = world.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z);
+    let direction = shines(world);
     let intensity = light.intensity * Vec3::from_array(light.color);
     if !intensity.is_finite() || intensity.min_element() < 0.0 {
         return Err(

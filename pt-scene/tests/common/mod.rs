@@ -1,8 +1,9 @@
 //! What the integration tests share.
-
 #![allow(dead_code, reason = "each test program uses a part")]
 
 pub mod gltf;
+pub mod records;
+pub mod textured;
 
 use std::path::{Path, PathBuf};
 

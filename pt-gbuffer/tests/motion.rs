@@ -1,0 +1,132 @@
+//! Motion vectors of meshes that deform: the motion channel of a frame leads to where the same point of the surface was in the frame
+//! before, and the refitted structures show the surfaces that fresh ones do.
+
+use glam::{DVec2, DVec3, Vec3};
+use pt_core::channels::field_width;
+use pt_core::frame::Uniforms;
+use pt_core::pack::unpack_unit_vector;
+use pt_core::split::flat_to_split;
+use pt_core::test_support::TestDevice;
+use pt_core::trace::{NativeScene, TraceBackend};
+use pt_core::{ChannelImages, Recorder};
+use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
+use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
+use pt_scene::{AnimationChoice, Camera, LoadOptions, Scene};
+use pt_shaders::channels;
+use pt_shaders::records::FrameRecord;
+use std::path::Path;
+
+const SIZE: [u32; 2] = [81, 60];
+const TIMES: [f64; 3] = [0.0, 0.35, 0.39];
+
+/// The camera glides along.
+fn view(scene: &Scene, time: f64) -> Camera {
+    let camera = scene.default_camera();
+    let eye = camera.position() * (1.0 + 0.05 * time as f32);
+    Camera::look_at("gliding", eye, scene.bounds().unwrap().center(), 0.6)
+}
+
+fn check(file: &str, animation: AnimationChoice) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes").join(file);
+    if !path.exists() {
+        return println!("skipped: {} is not there", path.display());
+    }
+    let device = TestDevice::open();
+    let load = |time| {
+        let options = LoadOptions { animation: animation.clone(), time, ..LoadOptions::default() };
+        pt_scene::load(&path, &options).unwrap()
+    };
+    let start = load(TIMES[0]);
+    for backend in TraceBackend::available(&device) {
+        let mut scene = start.clone();
+        let mut gpu = GpuScene::new(&device, &scene, backend).unwrap();
+        let stage = PrimaryRays::new(&device, backend).unwrap();
+        let images = ChannelImages::new(&device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
+        let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
+        let params = GbufferParams { jitter: Jitter::None, ..Default::default() };
+        let mut recorder = Recorder::new(&device).unwrap();
+        for (index, time) in TIMES.into_iter().enumerate() {
+            let previous = TIMES[index.saturating_sub(1)];
+            scene.set_time(time, previous);
+            let [now, then] = [time, previous].map(|t| camera_record(&view(&start, t), SIZE));
+            let record = FrameRecord {
+                camera: now,
+                camera_prev: then,
+                size: SIZE.into(),
+                field_width: field_width(SIZE[0]),
+                frame_index: index as u32,
+                seed: 0,
+                pad: [0; 3],
+            };
+            let mut frame = recorder.begin().unwrap();
+            gpu.update(&mut frame, &scene).unwrap();
+            uniforms.upload(&mut frame, &record).unwrap();
+            stage.record(&mut frame, &gpu, &uniforms, &images, &params).unwrap();
+            frame.submit().unwrap();
+            recorder.finish().unwrap();
+
+            // The host's poses are made afresh, from the file.
+            let mut posed = load(time);
+            posed.set_time(time, previous);
+            compare(&format!("{file} {backend} frame {index}"), &posed, &load(previous), &record, &images);
+        }
+    }
+}
+
+fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, images: &ChannelImages) {
+    let visibility = images.current(channels::VISIBILITY).read_u32().unwrap();
+    let normals = images.current(channels::GEO_NORMAL).read_u32().unwrap();
+    let motions = images.current(channels::MOTION).read_f32().unwrap();
+    let native = NativeScene::new(&mesh_geometry(scene), &placements(scene), Default::default()).unwrap();
+    let size = scene.bounds().unwrap().size().length() as f64;
+    let (mut compared, mut elsewhere, mut moving) = (0, 0, 0);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            let [sx, sy] = flat_to_split([x, y], field_width(SIZE[0]));
+            let i = (sy * 2 * field_width(SIZE[0]) + sx) as usize;
+            let uv = (DVec2::new(x.into(), y.into()) + 0.5) / DVec2::new(SIZE[0].into(), SIZE[1].into());
+            let expected = oracle::primary(scene, before, &native, &record.camera, &record.camera_prev, uv);
+            let Some(e) = expected else {
+                elsewhere += u32::from(visibility[2 * i] != u32::MAX);
+                continue;
+            };
+            if [visibility[2 * i], visibility[2 * i + 1]] != [e.instance, e.triangle] {
+                elsewhere += 1;
+                continue;
+            }
+            compared += 1;
+            let motion: [f32; 3] = [0, 1, 2].map(|c| motions[4 * i + c]);
+            let motion = Vec3::from_array(motion).as_dvec3();
+            let error = (motion - e.motion) / DVec3::new(1.0, 1.0, size);
+            assert!(error.length() < 2e-5, "{what} ({x},{y}): motion {motion} for {}", e.motion);
+            moving += u32::from(e.motion.truncate().length() > 1e-3);
+            let normal = unpack_unit_vector(normals[i]).as_dvec3();
+            assert!(
+                normal.distance(e.geo_normal) < 5e-4,
+                "{what} ({x},{y}): normal {normal} for {}",
+                e.geo_normal
+            );
+        }
+    }
+    let total = SIZE[0] * SIZE[1];
+    assert!(elsewhere * 300 <= total, "{what}: {elsewhere} of {total} pixels see another triangle");
+    assert!(compared > total / 20, "{what}: only {compared} pixels compared");
+    let first = record.frame_index == 0;
+    assert!(first || moving > compared / 4, "{what}: {moving} of {compared} pixels move");
+    assert!(!first || moving == 0, "{what}: {moving} pixels move in the first frame");
+}
+
+#[test]
+fn a_skinned_fox() {
+    check("Fox/Fox.glb", AnimationChoice::Name("Run".into()));
+}
+
+#[test]
+fn a_skinned_man() {
+    check("CesiumMan/CesiumMan.gltf", AnimationChoice::Compatible);
+}
+
+#[test]
+fn a_morphing_cube() {
+    check("AnimatedMorphCube/AnimatedMorphCube.gltf", AnimationChoice::Compatible);
+}
