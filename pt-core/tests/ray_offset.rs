@@ -91,7 +91,12 @@ fn no_self_hits_and_no_leaks_at_any_scale() {
                 }
             };
             let (positions, indices) = ball(size, Vec3::new(2.0, -0.5, 0.01) * size);
-            let mesh = MeshGeometry { positions: &positions, indices: &indices, first_masked: u32::MAX };
+            let mesh = MeshGeometry {
+                positions: &positions,
+                indices: &indices,
+                first_masked: u32::MAX,
+                deforms: false,
+            };
             let backend = TraceBackend::Compute;
             let mut tracer = Tracer {
                 scene: RayScene::new(&device, &[mesh], 1, backend, Coverage::Opaque).unwrap(),

@@ -1,3 +1,5 @@
+use pt_shaders::glam::Vec3;
+
 pt_shaders::gpu_struct! {
     /// Push constants of the kernel that offsets rays.
     pub struct OffsetPush {
@@ -10,10 +12,10 @@ pt_shaders::gpu_struct! {
     /// Where a ray leaves a surface.
     pub struct OffsetStart {
         /// World space.
-        pub position: glam::Vec3,
+        pub position: Vec3,
         /// Unit.
-        pub direction: glam::Vec3,
+        pub direction: Vec3,
         /// Unit, on the side of the direction.
-        pub normal: glam::Vec3,
+        pub normal: Vec3,
     }
 }
