@@ -1,8 +1,6 @@
-use std::time::Duration;
-
 use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
+use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
 
@@ -61,8 +59,15 @@ impl Rays {
                 });
             }
         }
-        let bvh =
-            build_cwbvh_from_tris(&triangles, BvhBuildParams::fastest_build(), &mut Duration::default());
+        if triangles.is_empty() {
+            return Self { triangles, bvh: CwBvh::default() };
+        }
+        // Not the library's one call for both steps: in debug builds that checks bounds with an absolute tolerance, and so
+        // panics where coordinates are large.
+        let order = (0..triangles.len() as u32).collect();
+        let mut builder = PlocBuilder::with_capacity(triangles.len());
+        let bvh2 = builder.build(PlocSearchDistance::Minimum, &triangles, order, SortPrecision::U64, 0);
+        let bvh = bvh2_to_cwbvh(&bvh2, 3, true, false);
         Self { triangles, bvh }
     }
 

@@ -293,7 +293,9 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec4 u) {
         vec3 coat_v = wo * coat_frame;
         delta = b.coat_alpha == 0.0;
         vec3 h = delta ? vec3(0.0, 0.0, 1.0) : sample_ggx_vndf(coat_v, b.coat_alpha, u.xy);
-        s.direction = coat_frame * reflect(-coat_v, h);
+        vec3 coat_l = reflect(-coat_v, h);
+        if (coat_l.z <= 0.0) return NO_BSDF_SAMPLE;
+        s.direction = coat_frame * coat_l;
         pmf = w.p.coat;
         reflectance = vec3(w.coat);
     } else if (u.z < w.p.coat + w.p.interface_) {

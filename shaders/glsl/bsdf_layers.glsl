@@ -6,12 +6,12 @@
 // Bilinear lookup in a table, both coordinates in [0, 1]. As a macro, since GLSL copies arrays that are passed.
 #define LOOK_UP(table, across, along, result)                                                                              \
     {                                                                                                                      \
-        vec2 at = clamp(vec2(across, along), 0.0, 1.0) * float(ALBEDO_SIZE - 1u);                                          \
-        uvec2 cell = min(uvec2(at), uvec2(ALBEDO_SIZE - 2u));                                                              \
+        vec2 at = clamp(vec2(across, along), 0.0, 1.0) * vec2(ALBEDO_COLUMNS - 1u, ALBEDO_ROWS - 1u);                      \
+        uvec2 cell = min(uvec2(at), uvec2(ALBEDO_COLUMNS, ALBEDO_ROWS) - 2u);                                              \
         vec2 part = at - vec2(cell);                                                                                       \
-        uint k = cell.y * ALBEDO_SIZE + cell.x;                                                                            \
+        uint k = cell.y * ALBEDO_COLUMNS + cell.x;                                                                         \
         result = mix(mix(table[k], table[k + 1u], part.x),                                                                 \
-                     mix(table[k + ALBEDO_SIZE], table[k + ALBEDO_SIZE + 1u], part.x), part.y);                            \
+                     mix(table[k + ALBEDO_COLUMNS], table[k + ALBEDO_COLUMNS + 1u], part.x), part.y);                      \
     }
 
 // Directional albedo of a GGX lobe whose Fresnel term is Schlick's: f0 x + f90 y. `alpha` is isotropic.
@@ -28,8 +28,8 @@ vec2 ggx_albedo(float cos_theta, float alpha) {
 
 // Its cosine-weighted mean over the hemisphere.
 vec2 ggx_mean_albedo(float alpha) {
-    float at = clamp(sqrt(alpha), 0.0, 1.0) * float(ALBEDO_SIZE - 1u);
-    uint k = min(uint(at), ALBEDO_SIZE - 2u);
+    float at = clamp(sqrt(alpha), 0.0, 1.0) * float(ALBEDO_MEANS - 1u);
+    uint k = min(uint(at), ALBEDO_MEANS - 2u);
     return mix(GGX_MEAN[k], GGX_MEAN[k + 1u], at - float(k));
 }
 

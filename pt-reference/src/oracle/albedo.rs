@@ -8,13 +8,17 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-/// Values along each side of a table.
-pub const SIZE: usize = 16;
+/// Values of a table across (cosine).
+const COLUMNS: usize = 32;
+/// And along (roughness).
+const ROWS: usize = 16;
+/// Roughnesses for which there are means.
+const MEANS: usize = 61;
 
 /// Directional albedo of an isotropic GGX lobe with Schlick's Fresnel term: f0 x + f90 y, by quadrature over the visible normals.
 pub fn ggx_quadrature(cos_theta: f64, alpha: f64) -> DVec2 {
-    const AZIMUTHS: usize = 64;
-    const HEIGHTS: usize = 512;
+    const AZIMUTHS: usize = 32;
+    const HEIGHTS: usize = 256;
     let v = DVec3::new((1.0 - cos_theta * cos_theta).sqrt(), 0.0, cos_theta);
     let a = DVec2::splat(alpha);
     let mut sum = DVec2::ZERO;
@@ -71,11 +75,11 @@ struct Tables {
     charlie: Vec<f64>,
 }
 
-/// The header's text with all tables.
-pub fn header() -> String {
-    let last = (SIZE - 1) as f64;
+/// Made by quadrature.
+fn compute() -> Tables {
     let grid = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
-        (0..SIZE * SIZE).map(|k| f((k % SIZE) as f64 / last, (k / SIZE) as f64 / last)).collect()
+        let place = |k: usize, n: usize| k as f64 / (n - 1) as f64;
+        (0..COLUMNS * ROWS).map(|k| f(place(k % COLUMNS, COLUMNS), place(k / COLUMNS, ROWS))).collect()
     };
     let ggx = grid(&|x, roughness| {
         let alpha = roughness * roughness;
@@ -90,21 +94,30 @@ pub fn header() -> String {
     let charlie = grid(&|x, roughness| {
         charlie_quadrature((x * x).max(1e-6), (roughness * roughness).max(layers::MIN_SHEEN_ALPHA))
     });
-    let mean = (0..SIZE).flat_map(|k| {
-        let alpha = (k as f64 / last).powi(2).max(1e-5);
+    let mut tables = Tables { ggx, grazing, mean: Vec::new(), charlie };
+    // The means of the tables rather than of the exact functions: what is compensated then adds up to one.
+    for k in 0..MEANS {
+        const POINTS: usize = 512;
+        let alpha = (k as f64 / (MEANS - 1) as f64).powi(2);
         // Midpoints in the squared cosine: the cosine-weighted mean.
-        const POINTS: usize = 64;
-        let point = |i: usize| ggx_quadrature(((i as f64 + 0.5) / POINTS as f64).sqrt(), alpha);
-        ((0..POINTS).map(point).sum::<DVec2>() / POINTS as f64).to_array()
-    });
-    let mean: Vec<_> = mean.collect();
+        let point = |i: usize| tables.ggx(((i as f64 + 0.5) / POINTS as f64).sqrt(), alpha);
+        let mean = (0..POINTS).map(point).sum::<DVec2>() / POINTS as f64;
+        tables.mean.extend(mean.to_array());
+    }
+    tables
+}
 
+/// The header's text with all tables.
+pub fn header() -> String {
+    let Tables { ggx, grazing, mean, charlie } = compute();
     let mut text = String::from(
         "// Directional albedos of lobes, tabulated by pt_reference::oracle::albedo (example albedo_tables). Rows: perceptual roughness\n\
          // 0..1. GGX_ALBEDO: sqrt(cos / (cos + alpha / 2) (1 + alpha / 2)) -> albedo of a white GGX lobe. GGX_GRAZING: sqrt(cos) -> fifth\n\
          // root of the part of it that Schlick's (1 - v.h)^5 weights. GGX_MEAN: cosine-weighted means, both parts. CHARLIE_ALBEDO: sqrt(cos).\n",
     );
-    writeln!(text, "const uint ALBEDO_SIZE = {SIZE}u;").expect("writing to a String");
+    for (name, value) in [("ALBEDO_COLUMNS", COLUMNS), ("ALBEDO_ROWS", ROWS), ("ALBEDO_MEANS", MEANS)] {
+        writeln!(text, "const uint {name} = {value}u;").expect("writing to a String");
+    }
     for (name, ty, values, components) in [
         ("GGX_ALBEDO", "float", &ggx, 1),
         ("GGX_GRAZING", "float", &grazing, 1),
@@ -114,13 +127,13 @@ pub fn header() -> String {
         let n = values.len() / components;
         writeln!(text, "const {ty} {name}[{n}] = {ty}[{n}](").expect("writing to a String");
         let rows: Vec<String> = values
-            .chunks(SIZE)
+            .chunks(16)
             .map(|row| {
                 let cells: Vec<String> = row
                     .chunks(components)
                     .map(|cell| match cell {
-                        [x, y] => format!("vec2({x:.5}, {y:.5})"),
-                        _ => format!("{:.5}", cell[0]),
+                        [x, y] => format!("vec2({x:.6}, {y:.6})"),
+                        _ => format!("{:.6}", cell[0]),
                     })
                     .collect();
                 format!("    {}", cells.join(", "))
@@ -149,26 +162,32 @@ static TABLES: LazyLock<Tables> = LazyLock::new(|| {
 });
 
 fn look_up(table: &[f64], x: f64, y: f64) -> f64 {
-    let at = DVec2::new(x, y).clamp(DVec2::ZERO, DVec2::ONE) * (SIZE - 1) as f64;
-    let cell = [at.x, at.y].map(|c| (c as usize).min(SIZE - 2));
-    let f = [at.x - cell[0] as f64, at.y - cell[1] as f64];
-    let row = |k: usize| table[k] + f[0] * (table[k + 1] - table[k]);
-    let k = cell[1] * SIZE + cell[0];
-    row(k) + f[1] * (row(k + SIZE) - row(k))
+    let at =
+        DVec2::new(x, y).clamp(DVec2::ZERO, DVec2::ONE) * DVec2::new((COLUMNS - 1) as f64, (ROWS - 1) as f64);
+    let (column, row) = ((at.x as usize).min(COLUMNS - 2), (at.y as usize).min(ROWS - 2));
+    let across = |k: usize| table[k] + (at.x - column as f64) * (table[k + 1] - table[k]);
+    let k = row * COLUMNS + column;
+    across(k) + (at.y - row as f64) * (across(k + COLUMNS) - across(k))
+}
+
+impl Tables {
+    fn ggx(&self, cos_theta: f64, alpha: f64) -> DVec2 {
+        let roughness = alpha.sqrt();
+        let whole = look_up(&self.ggx, ggx_coordinate(cos_theta, alpha), roughness);
+        let f90 = whole * look_up(&self.grazing, cos_theta.sqrt(), roughness).powi(5);
+        DVec2::new(whole - f90, f90)
+    }
 }
 
 /// [`ggx_quadrature`] from the table.
 pub fn ggx(cos_theta: f64, alpha: f64) -> DVec2 {
-    let roughness = alpha.sqrt();
-    let whole = look_up(&TABLES.ggx, ggx_coordinate(cos_theta, alpha), roughness);
-    let f90 = whole * look_up(&TABLES.grazing, cos_theta.sqrt(), roughness).powi(5);
-    DVec2::new(whole - f90, f90)
+    TABLES.ggx(cos_theta, alpha)
 }
 
 /// Cosine-weighted mean of [`ggx`] over the hemisphere, from the table.
 pub fn ggx_mean(alpha: f64) -> DVec2 {
-    let at = alpha.sqrt().clamp(0.0, 1.0) * (SIZE - 1) as f64;
-    let k = (at as usize).min(SIZE - 2);
+    let at = alpha.sqrt().clamp(0.0, 1.0) * (MEANS - 1) as f64;
+    let k = (at as usize).min(MEANS - 2);
     let entry = |k: usize| DVec2::new(TABLES.mean[2 * k], TABLES.mean[2 * k + 1]);
     entry(k).lerp(entry(k + 1), at - k as f64)
 }
