@@ -35,9 +35,9 @@ fn shoot(scene: &str, count: u32, seconds_per_frame: f64) -> Vec<Shot> {
     (0..count)
         .map(|index| {
             frames.render(f64::from(index) * seconds_per_frame);
-            let base = to_flat(&frames.floats(BASE_COLOR).as_chunks::<4>().0.to_vec(), SIZE);
+            let base = to_flat(frames.floats(BASE_COLOR).as_chunks::<4>().0, SIZE);
             let normals = to_flat(&frames.integers(NORMAL), SIZE);
-            let instance = to_flat(&frames.integers(VISIBILITY).as_chunks::<2>().0.to_vec(), SIZE);
+            let instance = to_flat(frames.integers(VISIBILITY).as_chunks::<2>().0, SIZE);
             let shade = |(base, &word): (&[f32; 4], &u32)| {
                 if word == 0 {
                     return [1.5; 3];
