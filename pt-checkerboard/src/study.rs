@@ -69,7 +69,7 @@ impl SplitSurface<'_> {
             Scheme::Blend => self.blended(),
             Scheme::Swap => self.mean(rays, |pixel, ray| {
                 let [x, y] = self.place(pixel);
-                self.path((x + y + frame + ray) % 2 == 0, 0.5, pixel)
+                self.path((x + y + frame + ray).is_multiple_of(2), 0.5, pixel)
             }),
             Scheme::Both if rays > 1 => self.truth(),
             Scheme::Both => self.interpolated(),
