@@ -8,6 +8,7 @@ use pt_core::trace::{InstancePlacement, MeshGeometry, TraceBackend};
 use pt_core::{Buffer, Kernel, Location, Recorder};
 use pt_shaders::glam;
 use pt_shaders::records::{Hit, NONE, Ray};
+use std::f32::consts::TAU;
 
 mod offset_records {
     include!("common/offset_records.rs");
@@ -124,7 +125,7 @@ fn no_self_hits_and_no_leaks_at_any_scale() {
                         // Half of them within a degree of the surface.
                         let height = if i % 2 == 0 { d } else { 0.001 + 0.016 * d };
                         let (tangent, bitangent) = normal.any_orthonormal_pair();
-                        let (sin, cos) = (6.28 * (a * 977.0).fract()).sin_cos();
+                        let (sin, cos) = (TAU * (a * 977.0).fract()).sin_cos();
                         let flat = (1.0 - height * height).sqrt();
                         let direction = normal * height + (tangent * cos + bitangent * sin) * flat;
                         (triangle, OffsetStart { position, direction, normal })

@@ -10,6 +10,7 @@ use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use pt_core::{Buffer, Kernel, Location};
 use pt_reference::oracle::bsdf::bend_normal;
+use std::f32::consts::TAU;
 
 const SAMPLES: u32 = 1_000_000;
 /// Cosines between view direction and normal, the last one grazing.
@@ -202,8 +203,8 @@ fn random_cases(count: u32) -> Vec<BsdfCase> {
             let roughness = pick(0, 0, &[0.0, 0.1, 0.3, 0.7, 1.0]);
             let stretch = pick(0, 1, &[0.0, 0.0, 0.5]);
             let alpha = roughness * roughness;
-            let wo = direction(0.03 + 0.97 * unit(r[1], 0), std::f32::consts::TAU * r[1][1]);
-            let wi = direction(0.03 + 0.97 * unit(r[1], 2), std::f32::consts::TAU * r[1][3]);
+            let wo = direction(0.03 + 0.97 * unit(r[1], 0), TAU * r[1][1]);
+            let wi = direction(0.03 + 0.97 * unit(r[1], 2), TAU * r[1][3]);
             let solid = r[2][3] < 0.5;
             BsdfCase {
                 base_color: color(2),
@@ -219,11 +220,11 @@ fn random_cases(count: u32) -> Vec<BsdfCase> {
                 transmission: pick(5, 0, &[0.0, 0.0, 0.5, 1.0]),
                 coat: pick(5, 1, &[0.0, 0.0, 0.5, 1.0]),
                 coat_alpha: pick(5, 2, &[0.0, 0.01, 0.3]),
-                coat_normal: direction(1.0 - 0.03 * r[5][3], std::f32::consts::TAU * r[6][0]),
+                coat_normal: direction(1.0 - 0.03 * r[5][3], TAU * r[6][0]),
                 sheen_color: if r[6][1] < 0.3 { color(7) } else { Vec3::ZERO },
                 sheen_alpha: pick(6, 2, &[0.01, 0.1, 1.0]),
                 flags: u32::from(solid) * SOLID + u32::from(r[6][3] < 0.5) * ENERGY_COMPENSATION,
-                geo_normal: direction(1.0 - 0.05 * r[7][3], std::f32::consts::TAU * r[8][0]),
+                geo_normal: direction(1.0 - 0.05 * r[7][3], TAU * r[8][0]),
                 wo,
                 wi: if r[8][1] < 0.4 { wi * Vec3::new(1.0, 1.0, -1.0) } else { wi },
                 u: Vec4::from_array(r[9]),
@@ -241,9 +242,10 @@ fn kernels_equal_the_oracle() {
     let buffer = Buffer::from_slice(&device, "cases", &cases).unwrap();
     let size = (cases.len() * size_of::<BsdfResult>()) as u64;
     let results = Buffer::new(&device, "results", size, Location::Device).unwrap();
+    let tables = tables(&device);
     let push = HistogramPush { count: cases.len() as u32, ..bytemuck::Zeroable::zeroed() };
     let results: Vec<BsdfResult> = run(&device, &kernel, &push, push.count, &results, |pass| {
-        pass.read("cases", &buffer).write("results", &results)
+        pass.read("cases", &buffer).read("bsdf_tables", &tables).write("results", &results)
     });
     let mut wrong = Vec::new();
     let (mut deltas, mut transmitted, mut sampled) = (0, 0, 0);
@@ -378,7 +380,7 @@ fn reciprocity() {
             "{forth} {back} {case:?}"
         );
     }
-    assert!(reflected > 9000 && refracted > 1000, "{reflected} {refracted}");
+    assert!(reflected > 9000 && refracted > 700, "{reflected} {refracted}");
 }
 
 /// Tables against the quadrature that they are made of, between their entries.
@@ -407,8 +409,8 @@ fn bent_normals_reflect_upwards() {
     let mut bent = 0;
     for i in 0..20_000u32 {
         let [a, b, c, d] = random4([i, 6], 0, 0, 2);
-        let wo = direction(0.002 + 0.998 * a, std::f32::consts::TAU * b).as_dvec3().normalize();
-        let n = direction(2.0 * c - 1.0, std::f32::consts::TAU * d).as_dvec3().normalize();
+        let wo = direction(0.002 + 0.998 * a, TAU * b).as_dvec3().normalize();
+        let n = direction(2.0 * c - 1.0, TAU * d).as_dvec3().normalize();
         let result = bend_normal(n, DVec3::Z, wo);
         let mirrored = pt_reference::oracle::mirror(wo, result);
         assert!(

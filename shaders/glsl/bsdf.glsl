@@ -9,7 +9,7 @@
 //
 // A sample with pdf == 0 is no sample: the path ends. BSDF_DELTA: eval and pdf know nothing of the direction, pdf is the
 // probability of the lobe, other strategies never find it (their weight is 1). BSDF_TRANSMISSION: wi is on the other side.
-// How to get a Bsdf from a hit: bsdf_surface.glsl. Host twin: pt_reference::oracle::bsdf.
+// How to get a Bsdf from a hit: bsdf_surface.glsl. A kernel that includes this has the buffer "bsdf_tables" bound (bsdf_layers.glsl). Host twin: pt_reference::oracle::bsdf.
 //
 // The model:
 //   coated   = (1 - c Fc) sheened + c Fc GGX(coat)         c: clearcoat, Fc: Schlick(0.04) at the angle of wo to the coat's normal

@@ -1,7 +1,18 @@
 // What lies round the microfacet lobes: sheen, coat, energy compensation. Host twin: pt_reference::oracle::layers.
-#include "bsdf_albedo.glsl"
 #include "math.glsl"
 #include "reflectance.glsl"
+
+// Directional albedos for perceptual roughnesses 0..1 (rows), from pt_reference::oracle::albedo::packed(). A buffer, since drivers that
+// inline everything copy constant arrays of this size into every use.
+const uint ALBEDO_COLUMNS = 32u;
+const uint ALBEDO_ROWS = 16u;
+const uint ALBEDO_MEANS = 61u;
+layout(set = 0, binding = 2, scalar) readonly buffer bsdf_tables {
+    float GGX_ALBEDO[ALBEDO_COLUMNS * ALBEDO_ROWS];     // of a white GGX lobe, for sqrt(cos / (cos + alpha / 2) (1 + alpha / 2))
+    float GGX_GRAZING[ALBEDO_COLUMNS * ALBEDO_ROWS];    // fifth root of the part that (1 - v.h)^5 weights, for sqrt(cos)
+    float CHARLIE_ALBEDO[ALBEDO_COLUMNS * ALBEDO_ROWS]; // of a white sheen, for sqrt(cos)
+    vec2 GGX_MEAN[ALBEDO_MEANS];                        // cosine-weighted means, both parts
+};
 
 // Bilinear lookup in a table, both coordinates in [0, 1]. As a macro, since GLSL copies arrays that are passed.
 #define LOOK_UP(table, across, along, result)                                                                              \

@@ -1,6 +1,6 @@
-//! Directional albedos of the lobes: by quadrature, and from the tables of bsdf_albedo.glsl that are made of it.
+//! Directional albedos of the lobes: by quadrature, and from the tables that are made of it.
 //!
-//! `cargo run --release -p pt-reference --example albedo_tables` writes that header.
+//! `cargo run --release -p pt-reference --example albedo_tables` writes them again.
 
 use super::{ggx, layers, mirror};
 use glam::{DVec2, DVec3};
@@ -107,59 +107,44 @@ fn compute() -> Tables {
     tables
 }
 
-/// The header's text with all tables.
-pub fn header() -> String {
+/// The text of the table file.
+pub fn text() -> String {
     let Tables { ggx, grazing, mean, charlie } = compute();
     let mut text = String::from(
-        "// Directional albedos of lobes, tabulated by pt_reference::oracle::albedo (example albedo_tables). Rows: perceptual roughness\n\
-         // 0..1. GGX_ALBEDO: sqrt(cos / (cos + alpha / 2) (1 + alpha / 2)) -> albedo of a white GGX lobe. GGX_GRAZING: sqrt(cos) -> fifth\n\
-         // root of the part of it that Schlick's (1 - v.h)^5 weights. GGX_MEAN: cosine-weighted means, both parts. CHARLIE_ALBEDO: sqrt(cos).\n",
+        "Directional albedos of lobes, written by the example albedo_tables. Rows: perceptual roughness 0..1.\n\
+         ggx: sqrt(cos / (cos + alpha / 2) (1 + alpha / 2)) -> albedo of a white GGX lobe. grazing: sqrt(cos) -> fifth root of the part of it\n\
+         that Schlick's (1 - v.h)^5 weights. mean: cosine-weighted means of both parts. charlie: sqrt(cos) -> albedo of a white sheen.\n",
     );
-    for (name, value) in [("ALBEDO_COLUMNS", COLUMNS), ("ALBEDO_ROWS", ROWS), ("ALBEDO_MEANS", MEANS)] {
-        writeln!(text, "const uint {name} = {value}u;").expect("writing to a String");
-    }
-    for (name, ty, values, components) in [
-        ("GGX_ALBEDO", "float", &ggx, 1),
-        ("GGX_GRAZING", "float", &grazing, 1),
-        ("GGX_MEAN", "vec2", &mean, 2),
-        ("CHARLIE_ALBEDO", "float", &charlie, 1),
-    ] {
-        let n = values.len() / components;
-        writeln!(text, "const {ty} {name}[{n}] = {ty}[{n}](").expect("writing to a String");
-        let rows: Vec<String> = values
-            .chunks(16)
-            .map(|row| {
-                let cells: Vec<String> = row
-                    .chunks(components)
-                    .map(|cell| match cell {
-                        [x, y] => format!("vec2({x:.6}, {y:.6})"),
-                        _ => format!("{:.6}", cell[0]),
-                    })
-                    .collect();
-                format!("    {}", cells.join(", "))
-            })
-            .collect();
-        writeln!(text, "{});", rows.join(",\n")).expect("writing to a String");
+    for (name, values) in [("ggx", ggx), ("grazing", grazing), ("mean", mean), ("charlie", charlie)] {
+        writeln!(text, "= {name}").expect("writing to a String");
+        for row in values.chunks(16) {
+            let cells: Vec<String> = row.iter().map(|cell| format!("{cell:.6}")).collect();
+            writeln!(text, "{}", cells.join(" ")).expect("writing to a String");
+        }
     }
     text
 }
 
-/// The tables of the committed header.
+/// The committed tables.
 static TABLES: LazyLock<Tables> = LazyLock::new(|| {
-    let text = include_str!("../../../shaders/glsl/bsdf_albedo.glsl");
+    let text = include_str!("albedo_tables.txt");
     let table = |name: &str| -> Vec<f64> {
-        let body = text.split(&format!(" {name}[")).nth(1).and_then(|t| t.split("](").nth(1)).unwrap_or("");
-        let body = body.split(");").next().unwrap_or("").replace("vec2(", " ");
-        let words = body.split([',', ')', ' ', '\n']).filter(|w| !w.is_empty());
-        words.filter_map(|w| w.parse().ok()).collect()
+        let body = text.split("= ").find_map(|part| part.strip_prefix(name)).unwrap_or("");
+        body.split_whitespace().map_while(|word| word.parse().ok()).collect()
     };
     Tables {
-        ggx: table("GGX_ALBEDO"),
-        grazing: table("GGX_GRAZING"),
-        mean: table("GGX_MEAN"),
-        charlie: table("CHARLIE_ALBEDO"),
+        ggx: table("ggx\n"),
+        grazing: table("grazing\n"),
+        mean: table("mean\n"),
+        charlie: table("charlie\n"),
     }
 });
+
+/// What a kernel that includes bsdf.glsl has bound as "bsdf_tables".
+pub fn packed() -> Vec<f32> {
+    let Tables { ggx, grazing, mean, charlie } = &*TABLES;
+    [ggx, grazing, charlie, mean].into_iter().flatten().map(|&value| value as f32).collect()
+}
 
 fn look_up(table: &[f64], x: f64, y: f64) -> f64 {
     let at =
