@@ -71,7 +71,10 @@ fn unknown_names_are_refused() {
             parts,
         );
     };
-    refused("cornel", &["cornel", "neither a file nor a built-in scene", "cornell, flicker, furnace, gallery"]);
+    refused(
+        "cornel",
+        &["cornel", "neither a file nor a built-in scene", "cornell, flicker, furnace, gallery"],
+    );
     refused("cornell --camera side", &["camera side", "cornell has no such camera", "classic"]);
     refused("cornell --camera 7", &["camera 7", "0 \"classic\""]);
     refused("cornell --set gbufer.jitter=none", &["\"gbufer.jitter\"", "closest: \"gbuffer.jitter\""]);

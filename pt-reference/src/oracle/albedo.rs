@@ -169,7 +169,7 @@ pub fn ggx(cos_theta: f64, alpha: f64) -> DVec2 {
     TABLES.ggx(cos_theta, alpha)
 }
 
-/// Cosine-weighted mean of [`ggx`] over the hemisphere, from the table.
+/// Cosine-weighted mean of [`ggx()`] over the hemisphere, from the table.
 pub fn ggx_mean(alpha: f64) -> DVec2 {
     let at = alpha.sqrt().clamp(0.0, 1.0) * (MEANS - 1) as f64;
     let k = (at as usize).min(MEANS - 2);
