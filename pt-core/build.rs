@@ -6,6 +6,10 @@ mod test_records {
     include!("tests/common/records.rs");
 }
 
+mod offset_records {
+    include!("tests/common/offset_records.rs");
+}
+
 mod trace_push {
     include!("src/trace/push.rs");
 }
@@ -17,7 +21,10 @@ fn main() {
         [trace_push::RefitPush::glsl(), trace_push::RefitNode::glsl(), trace_push::NodeBounds::glsl()];
     let kernels = kernels.header("refit_records.glsl", refit.concat());
     kernels.compile("shaders");
-    kernels
-        .header("test_records.glsl", test_records::TestPush::glsl())
-        .compile_as("tests/shaders", "test_kernels.rs");
+    let test_header = [
+        test_records::TestPush::glsl(),
+        offset_records::OffsetPush::glsl(),
+        offset_records::OffsetStart::glsl(),
+    ];
+    kernels.header("test_records.glsl", test_header.concat()).compile_as("tests/shaders", "test_kernels.rs");
 }

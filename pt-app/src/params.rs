@@ -47,9 +47,25 @@ pub const PROFILES: &[(&str, &str, &str)] = &[
     (
         "q2rtx",
         "post-processing in the manner of Quake II RTX: temporal anti-aliasing, bloom, noise-aware tone curve",
-        "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n[post]\ntonemap = \"noise-aware\"\n\
-         centre_weight = 1.0\n[post.taa]\nenabled = true\npq_scale = 128.0\n[post.bloom]\nmode = \"gaussian\"\n\
-         [post.fsr]\nsharpness = 0.2\n",
+        r#"
+[gbuffer]
+jitter = "halton"
+depth_of_field = false
+[post]
+tonemap = "noise-aware"
+centre_weight = 1.0
+[post.taa]
+enabled = true
+blend_linear = false
+blend_still = 0.1
+temporal = 0.0
+anti_sparkle = 0.25
+pq_scale = 128.0
+[post.bloom]
+mode = "gaussian"
+[post.fsr]
+sharpness = 0.2
+"#,
     ),
 ];
 

@@ -71,7 +71,10 @@ fn unknown_names_are_refused() {
             parts,
         );
     };
-    refused("cornel", &["cornel", "neither a file nor a built-in scene", "cornell, gallery, lamps"]);
+    refused(
+        "cornel",
+        &["cornel", "neither a file nor a built-in scene", "cornell, flicker, furnace, gallery"],
+    );
     refused("cornell --camera side", &["camera side", "cornell has no such camera", "classic"]);
     refused("cornell --camera 7", &["camera 7", "0 \"classic\""]);
     refused("cornell --set gbufer.jitter=none", &["\"gbufer.jitter\"", "closest: \"gbuffer.jitter\""]);
@@ -128,7 +131,7 @@ fn files_that_are_no_scenes_are_refused() {
     fs::write(at.join("list.gltf"), "[]").unwrap();
     fs::create_dir(at.join("scene.gltf")).unwrap();
     for (file, part) in [
-        ("cut.gltf", "not a glTF 2.0 file"),
+        ("cut.gltf", "nodes[0].name: EOF while parsing"),
         ("cut.glb", "cut.glb"),
         ("header.glb", "cut short"),
         ("empty.gltf", "is empty"),
@@ -176,7 +179,7 @@ fn broken_files_are_refused_or_rendered() {
         }
     }
     println!("{refusals} refused, {rendered} rendered");
-    assert!(refusals > rendered);
+    assert!(refusals > 0 && rendered > 0);
 }
 
 #[test]

@@ -9,7 +9,7 @@ pub fn interleave(
     motion: &[[f32; 4]],
     size: [u32; 2],
     blend_split: bool,
-) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
+) -> (Vec<[f32; 4]>, Vec<[f32; 2]>) {
     let [width, height] = size;
     let half = field_width(width);
     let index = |x: u32, y: u32| {
@@ -50,7 +50,7 @@ pub fn interleave(
                 }
             }
             flat_color.push(c);
-            flat_motion.push(m);
+            flat_motion.push([m[0], m[1]]);
         }
     }
     (flat_color, flat_motion)

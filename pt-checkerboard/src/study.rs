@@ -69,7 +69,7 @@ impl SplitSurface<'_> {
             Scheme::Blend => self.blended(),
             Scheme::Swap => self.mean(rays, |pixel, ray| {
                 let [x, y] = self.place(pixel);
-                self.path((x + y + frame + ray) % 2 == 0, 0.5, pixel)
+                self.path((x + y + frame + ray).is_multiple_of(2), 0.5, pixel)
             }),
             Scheme::Both if rays > 1 => self.truth(),
             Scheme::Both => self.interpolated(),
@@ -128,7 +128,7 @@ impl SplitSurface<'_> {
         let [width, height] = self.size.map(i64::from);
         let pixel = |i: usize| {
             let [x, y] = self.place(i).map(i64::from);
-            if (x + y) % 2 == 0 {
+            if (x + y) & 1 == 0 {
                 return truth[i];
             }
             let around: Vec<[f32; 3]> = [(-1, 0), (1, 0), (0, -1), (0, 1)]

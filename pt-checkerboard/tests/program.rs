@@ -26,3 +26,33 @@ fn reports_the_reconstruction_error() {
     let failed = program.arg(folder.path().join("none.exr")).output().unwrap();
     assert_eq!(failed.status.code(), Some(2));
 }
+
+#[test]
+fn compares_the_schemes() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, width: u32, value: fn(usize) -> f32| {
+        let mut image = LayeredImage::new(width, 4).unwrap();
+        let values: Vec<f32> = (0..width as usize * 12).map(value).collect();
+        image.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &values));
+        image.write_exr(&folder.path().join(name)).unwrap();
+    };
+    write("a.exr", 7, |v| 1.0 + 0.05 * (v / 3 % 7) as f32);
+    write("b.exr", 7, |v| 4.0 - 0.05 * (v / 21) as f32);
+    write("c.exr", 8, |_| 1.0);
+    let run = |second: &str| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_pt-checkerboard"));
+        program.current_dir(folder.path()).args(["a.exr", "--refraction", second]).output().unwrap()
+    };
+    let done = run("b.exr");
+    assert!(done.status.success(), "{done:?}");
+    let text = String::from_utf8(done.stdout).unwrap();
+    let row = |start: &str| {
+        let line = text.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{text}"));
+        line[30..].split_whitespace().map(|v| v.parse::<f64>().unwrap()).collect::<Vec<_>>()
+    };
+    let (blend, swap) = (row("both alike    blend"), row("both alike    swap"));
+    assert!(blend[0] > 0.0 && blend[0] == blend[3], "{text}");
+    assert!(swap[0] > blend[0] && swap[1] < 1e-12, "{text}");
+    assert!(blend[4] == 0.0 && swap[4] > 0.05, "{text}");
+    assert_eq!(run("c.exr").status.code(), Some(2));
+}

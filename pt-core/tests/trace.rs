@@ -350,7 +350,7 @@ fn deforming_meshes_are_refitted() {
         deforming(Mesh::soup(130, 1, 1, 0.9)),
         deforming(Mesh::soup(140, 7, 3, 0.9)),
     ];
-    compare(&mut meshes, 12, 4, 0b011, 400);
+    compare(&mut meshes, 12, 4, 0b011, 200);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 // "An Excursion in Temporal Supersampling" (variance clipping), in the PQ space of Quake II RTX.
 //
 // History holds PQ codes of the radiance (16 bit unorm: steps of 0.1 % and less from 1e-3 cd/m2 up). Its a packs two bytes:
-// the weight of what it holds x push.blend, and the square root of the mean absolute deviation of the samples from it, in
+// the weight of what it holds over the greatest there is, and the square root of the mean absolute deviation of the samples from it, in
 // codes: a line that is thinner than a pixel is missed by most frames, whose neighbourhoods would then clip it away. Pixels that are not finite count as missing: they reach neither neighbours nor history.
 #include "finite.glsl"
 #include "math.glsl"
@@ -168,21 +168,24 @@ void main() {
         past = sample_history(previous, vec2(output_size));
         state = unpack_state(texelFetch(history, ivec2(previous), 0).a);
     }
-    float change = abs(code_luma(push.space == SPACE_RGB ? encode(centre) : centre) - code_luma(past));
     if (push.space == SPACE_RGB) past = decode(past);
     vec3 extent = sigma * deviation;
     if (push.space == SPACE_PQ) extent = max(extent, push.temporal * state.y);
     if (push.space == SPACE_YCOCG) extent = max(extent, push.temporal * state.y * vec3(1.0, 0.5, 0.5));
     past = from_clip_space(rectify(to_clip_space(past), mean, extent));
+    // Against history as it is kept: what was rejected must not widen the box.
+    float change = push.space == SPACE_RGB ? 0.0 : abs(code_luma(centre) - code_luma(past));
 
-    // A sample weighs by its distance from the pixel's centre, in output pixels; when things move every sample counts.
+    // A sample counts fully within the pixel, less beyond, by its distance in output pixels; when things move it always does.
     vec2 offset = (vec2(clamp(sampled, ivec2(0), input_size - 1)) + push.jitter - input_position(p, scale)) / scale;
     float moved = smoothstep(0.0, 1.0, length(longest * vec2(output_size)));
-    float weight = clamp(max(moved, 1.0 - dot(offset, offset)), MIN_WEIGHT, 1.0);
-    float total = min(state.x / push.blend + weight, 1.0 / push.blend);
+    float weight = clamp(max(moved, 2.0 - 2.0 * max(abs(offset.x), abs(offset.y))), MIN_WEIGHT, 1.0);
+    // A full history is a mean of more frames where nothing moves.
+    float greatest = 1.0 / min(push.blend, push.blend_still);
+    float total = min(state.x * greatest + weight, mix(1.0 / push.blend_still, 1.0 / push.blend, moved));
     float share = min(weight / total, 1.0);
-    // The first sample has nothing to deviate from.
-    float deviation_now = state.x > 0.0 ? mix(state.y, change, share) : 0.0;
+    // The first sample has nothing to deviate from, and what moves leaves nothing to the ground behind it.
+    float deviation_now = state.x > 0.0 ? (1.0 - moved) * mix(state.y, change, share) : 0.0;
     // Codes are mixed as they are, or decoded first.
     bool codes = push.space != SPACE_RGB && push.blend_linear == 0u;
     if (push.space != SPACE_RGB && !codes) {
@@ -191,6 +194,6 @@ void main() {
     }
     vec3 blended = max(mix(past, centre, share), 0.0);
     vec3 code = codes ? min(blended, 1.0) : encode(blended);
-    imageStore(new_history, p, vec4(code, float(pack_state(total * push.blend, deviation_now)) / 65535.0));
+    imageStore(new_history, p, vec4(code, float(pack_state(total / greatest, deviation_now)) / 65535.0));
     imageStore(resolved, p, vec4(codes ? decode(code) : blended, 1.0));
 }

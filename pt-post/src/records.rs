@@ -179,8 +179,10 @@ gpu_struct! {
         pub temporal: f32,
         /// Most that a pixel may exceed the mean of its neighbours, as a factor; 0 = no limit.
         pub sparkle_limit: f32,
-        /// Weight of a new frame once history is full.
+        /// Weight of a new frame once history is full, where something moves.
         pub blend: f32,
+        /// The same where nothing moves.
+        pub blend_still: f32,
         /// Luminance of radiance 1 on the PQ scale, cd/m2.
         pub pq_scale: f32,
         /// 1 = there is no history.

@@ -47,15 +47,18 @@ pub struct TaaParams {
     /// Half width of the neighbourhood's box in standard deviations, 0 to 8. Default 1.
     pub sigma: f32,
     /// How far what a pixel has shown from frame to frame widens its box, in mean absolute deviations, 0 to 8: keeps lines that
-    /// are thinner than a pixel, which most frames miss. Not for space `rgb`. Default 1.5; Quake II RTX: 0.
+    /// are thinner than a pixel, which most frames miss. Not for space `rgb`. Default 2.5; Quake II RTX: 0.
     pub temporal: f32,
     /// Factor on `sigma` where reflection and refraction share the pixel, 1 to 8. Default 2.
     pub split_sigma: f32,
     /// How bright a pixel may be beside its neighbours: at most x^-0.25 times their mean, in the blended space. 0 (no
     /// limit) to 1. Default 0: thin bright lines keep their light; Quake II RTX: 0.25, that is 1.41 times.
     pub anti_sparkle: f32,
-    /// Weight of a new frame once history is full, 0.01 to 1; before, history is a running mean. Default 0.1.
+    /// Weight of a new frame once history is full, where something moves by a pixel or more, 0.01 to 1; before, history is a
+    /// running mean. Default 0.1.
     pub blend: f32,
+    /// The same where nothing moves, 0.01 to 1. Default 0.03; Quake II RTX: as `blend`.
+    pub blend_still: f32,
     /// Luminance of radiance 1 on the PQ scale, which ends at 10000, 1e-3 to 1e5 cd/m2. Default 1.
     pub pq_scale: f32,
 }
@@ -68,10 +71,11 @@ impl Default for TaaParams {
             blend_linear: true,
             rectify: Rectify::Clamp,
             sigma: 1.0,
-            temporal: 1.5,
+            temporal: 2.5,
             split_sigma: 2.0,
             anti_sparkle: 0.0,
             blend: 0.1,
+            blend_still: 0.03,
             pq_scale: 1.0,
         }
     }
@@ -84,6 +88,7 @@ impl Validate for TaaParams {
         check_range("anti_sparkle", self.anti_sparkle, 0.0..=1.0, "")?;
         check_range("temporal", self.temporal, 0.0..=8.0, "")?;
         check_range("blend", self.blend, 0.01..=1.0, "")?;
+        check_range("blend_still", self.blend_still, 0.01..=1.0, "")?;
         check_range("pq_scale", self.pq_scale, 1e-3..=1e5, "cd/m2")
     }
 }
@@ -113,6 +118,7 @@ impl TaaParams {
             temporal: self.temporal,
             sparkle_limit: self.sparkle_limit(),
             blend: self.blend,
+            blend_still: self.blend_still,
             pq_scale: self.pq_scale,
             reset: reset.into(),
         }
@@ -183,7 +189,7 @@ impl Taa {
         &self.resolved
     }
 
-    /// What the last frame left for the next: PQ codes; a = weight of what they hold x `blend` and deviation (see `taa.comp`).
+    /// What the last frame left for the next: PQ codes; a = weight of what they hold and deviation (see `taa.comp`).
     pub fn history(&self) -> &Image {
         self.history.current()
     }

@@ -16,7 +16,11 @@ fn radiance_to_picture() {
     image.layers.push(Layer::from_interleaved("", &["R", "G", "B", "A"], 4, &values));
     image.write_exr(&folder.path().join("in.exr")).unwrap();
 
-    let done = pt_post(&["in.exr", "-o", "out.png", "--tonemap", "none", "--ev", "0"], folder.path());
+    let done = {
+        let arguments =
+            ["in.exr", "-o", "out.png", "--tonemap", "none", "--ev", "0", "--set", "dither=false"];
+        pt_post(&arguments, folder.path())
+    };
     assert!(done.status.success(), "{done:?}");
     assert!(String::from_utf8_lossy(&done.stdout).contains("2x1, EV100 0.000"), "{done:?}");
     let picture = LinearImage::read(&folder.path().join("out.png")).unwrap();
@@ -35,4 +39,82 @@ fn radiance_to_picture() {
         assert!(message.contains(expected) && message.lines().count() == 1, "{message}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no partial output");
+}
+
+fn linear(path: &Path, width: u32, height: u32, value: impl Fn(u32, u32) -> f32) {
+    let mut image = LayeredImage::new(width, height).unwrap();
+    let values: Vec<f32> = (0..width * height).flat_map(|i| [value(i % width, i / width); 3]).collect();
+    image.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &values));
+    image.write_exr(path).unwrap();
+}
+
+#[test]
+fn chains_over_several_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for index in 0..3 {
+        linear(&path(&format!("f{index}.exr")), 16, 12, |x, y| 0.1 + ((x + y) % 4) as f32);
+    }
+    let inputs = ["f0.exr", "f1.exr", "f2.exr"];
+    let run = |more: &[&str]| pt_post(&[&inputs[..], more].concat(), folder.path());
+
+    let done = run(&["--chain", "taa,bloom,tonemap=agx,fsr=1.5", "-o", "out/", "--frames", "1"]);
+    assert!(done.status.success(), "{done:?}");
+    for name in ["out/f0.png", "out/f1.png", "out/f2.png"] {
+        let picture = LinearImage::read(&path(name)).unwrap();
+        assert_eq!((picture.width, picture.height), (24, 18), "{name}");
+    }
+    // Without a tone map: linear images, enlarged by temporal upscaling.
+    let done = run(&["--chain", "taa=2,bloom=chain", "-o", "linear", "--frames", "1"]);
+    assert!(done.status.success(), "{done:?}");
+    let last = LinearImage::read(&path("linear/f2.exr")).unwrap();
+    assert_eq!((last.width, last.height), (32, 24));
+    let mean = last.pixels.iter().map(|c| c[1]).sum::<f32>() / last.pixels.len() as f32;
+    assert!((mean - 1.6).abs() < 0.1, "{mean}");
+    // The mean of equal images is the image.
+    let done = run(&["--chain", "accumulate", "-o", "mean/", "--frames", "1"]);
+    assert!(done.status.success(), "{done:?}");
+    assert_eq!(LinearImage::read(&path("mean/f2.exr")).unwrap().pixels[5], [1.1; 3]);
+
+    linear(&path("other.exr"), 8, 8, |_, _| 1.0);
+    for (arguments, expected) in [
+        (&["f0.exr", "-o", "x.png", "--chain", "blur"][..], "no stage"),
+        (&["f0.exr", "f1.exr", "-o", "x.png"], "folder"),
+        (&["f0.exr", "other.exr", "-o", "mixed/"], "8x8 pixels, the first image has 16x12"),
+        (&["f0.exr", "-o", "x.png", "--set", "bloom.intensity=2"], "bloom.intensity"),
+        (&["f0.exr", "-o", "x.png", "--set", "encoding=scrgb"], "scRGB"),
+        (&["f0.exr", "-o", "x.png", "--fps", "0"], "--fps"),
+    ] {
+        let failed = pt_post(arguments, folder.path());
+        let message = String::from_utf8_lossy(&failed.stderr).into_owned();
+        assert_eq!(failed.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+    }
+}
+
+/// PQ goes to 16 bits with its tag, sRGB to 8 with its own; scRGB to an EXR of linear values.
+#[test]
+fn pictures_say_what_their_codes_mean() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    linear(&path("in.exr"), 4, 4, |_, _| 1.2);
+    let common = ["in.exr", "--ev", "0", "--tonemap", "none", "--frames", "1"];
+    for (output, encoding) in
+        [("pq.png", "encoding=pq"), ("srgb.png", "encoding=srgb"), ("scrgb.exr", "encoding=scrgb")]
+    {
+        let done = pt_post(&[&common[..], &["-o", output, "--set", encoding]].concat(), folder.path());
+        assert!(done.status.success(), "{done:?}");
+    }
+    let chunk = |name: &str, tag: &[u8; 4]| {
+        let bytes = std::fs::read(path(name)).unwrap();
+        let at = bytes.windows(4).position(|w| w == tag)?;
+        Some(bytes[at + 4..at + 8].to_vec())
+    };
+    assert_eq!(chunk("pq.png", b"cICP"), Some(vec![9, 16, 0, 1]));
+    assert_eq!(chunk("pq.png", b"sRGB"), None);
+    assert_eq!(chunk("srgb.png", b"sRGB").map(|v| v[0]), Some(0));
+    let header = std::fs::read(path("pq.png")).unwrap();
+    assert_eq!(header[24], 16, "bits a sample");
+    let scrgb = LinearImage::read(&path("scrgb.exr")).unwrap();
+    assert!((scrgb.pixels[0][0] - 203.0 / 80.0).abs() < 2e-3, "{:?}", scrgb.pixels[0]);
 }

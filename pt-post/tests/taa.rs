@@ -4,7 +4,7 @@ mod common;
 
 use common::gpu::{download, random_hdr, run, upload};
 use common::pictures::to_codes;
-use common::quality::{flip, psnr};
+use common::quality::quality;
 use proptest::test_runner::TestRunner;
 use pt_core::Image;
 use pt_core::test_support::TestDevice;
@@ -179,7 +179,7 @@ fn shown(image: &oracle::Image) -> oracle::Image {
 fn still_pictures_converge_to_the_reference() {
     let size = [128, 96];
     let reference = shown(&reference(size));
-    let one = flip(&shown(&sampled(size, [0.0; 2])), &reference);
+    let one = quality(&shown(&sampled(size, [0.0; 2])), &reference).flip;
     for space in [ClipSpace::Pq, ClipSpace::Ycocg, ClipSpace::Rgb] {
         let params = TaaParams { space, ..TaaParams::default() };
         let mut oracle = TaaOracle::new(size);
@@ -192,7 +192,7 @@ fn still_pictures_converge_to_the_reference() {
                 oracle.next(&TaaFrame { color: &color, flags: &flags, motion: &motion, jitter }, &params),
             );
         }
-        let error = flip(&shown(&result.unwrap()), &reference);
+        let error = quality(&shown(&result.unwrap()), &reference).flip;
         println!("{space:?}: FLIP {error:.4}; one sample {one:.4}");
         assert!(error < 0.02, "{space:?}: {error}");
     }
@@ -206,7 +206,7 @@ fn motion_len(size: [u32; 2]) -> usize {
 fn upscaling_beats_bilinear_by_three_decibels() {
     let (size, output_size) = ([96, 72], [192, 144]);
     let native = shown(&reference(output_size));
-    let bilinear = psnr(&resample(&shown(&reference(size)), output_size, Filter::Bilinear), &native);
+    let bilinear = quality(&resample(&shown(&reference(size)), output_size, Filter::Bilinear), &native).psnr;
     let mut oracle = TaaOracle::new(output_size);
     let (flags, motion) = (vec![1; motion_len(size)], still(size));
     let mut result = None;
@@ -218,7 +218,7 @@ fn upscaling_beats_bilinear_by_three_decibels() {
             &TaaParams::default(),
         ));
     }
-    let temporal = psnr(&shown(&result.unwrap()), &native);
+    let temporal = quality(&shown(&result.unwrap()), &native).psnr;
     println!("PSNR: bilinear {bilinear:.2} dB, TAAU {temporal:.2} dB");
     assert!(temporal > bilinear + 3.0, "{temporal} against {bilinear}");
 }

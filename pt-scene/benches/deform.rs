@@ -123,7 +123,7 @@ fn bench(
         })?;
         let of = |pass: &str| -> f64 {
             let rows = times.passes.iter().filter(|row: &&PassRow| row.pass == pass);
-            rows.map(|row| row.time.median_ms).sum()
+            rows.map(|row| row.time.median_ms).fold(0.0, |a, b| a + b)
         };
         let (deform, refit) = (of("deform"), of("refit"));
         let total = deform + refit;

@@ -1,11 +1,8 @@
-use std::time::Duration;
+use glam::Vec3;
+use pt_core::trace::{BvhQuality, NativeScene};
+use pt_shaders::records::Ray;
 
-use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
-use obvhs::ray::{Ray, RayHit};
-use obvhs::triangle::Triangle;
-
+use crate::gpu::{mesh_geometry, placements};
 use crate::{Bounds, Camera, Scene};
 
 /// Vertical field of view of automatic cameras, radians (exterior and interior).
@@ -27,8 +24,10 @@ pub fn automatic_camera(scene: &Scene) -> Camera {
     let Some(bounds) = scene.bounds().filter(|b| b.size().is_finite()) else {
         return exterior(&Bounds { min: Vec3::splat(-0.5), max: Vec3::splat(0.5) });
     };
-    let rays = Rays::new(scene);
-    if rays.are_inside_a_room(&bounds) { rays.interior(&bounds) } else { exterior(&bounds) }
+    match Rays::new(scene).filter(|rays| rays.are_inside_a_room(&bounds)) {
+        Some(rays) => rays.interior(&bounds),
+        None => exterior(&bounds),
+    }
 }
 
 fn exterior(bounds: &Bounds) -> Camera {
@@ -38,46 +37,31 @@ fn exterior(bounds: &Bounds) -> Camera {
     Camera::look_at("automatic", bounds.center() + distance * from, bounds.center(), EXTERIOR_YFOV)
 }
 
-/// All triangles of a scene in world space, ready for rays.
-struct Rays {
-    triangles: Vec<Triangle>,
-    bvh: CwBvh,
+/// A scene ready for rays.
+struct Rays<'a> {
+    scene: &'a Scene,
+    native: NativeScene,
 }
 
-impl Rays {
-    fn new(scene: &Scene) -> Self {
-        let mut triangles = Vec::new();
-        for instance in &scene.instances {
-            let mesh = &scene.meshes[instance.mesh as usize];
-            // A mirroring transform turns fronts into backs; glTF keeps the front the front.
-            let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
-            for t in 0..mesh.triangle_count() {
-                let [v0, v1, v2] =
-                    mesh.triangle(t).map(|p| Vec3A::from(instance.world_from_object.transform_point3(p)));
-                triangles.push(if mirrored {
-                    Triangle { v0, v1: v2, v2: v1 }
-                } else {
-                    Triangle { v0, v1, v2 }
-                });
-            }
-        }
-        let bvh =
-            build_cwbvh_from_tris(&triangles, BvhBuildParams::fastest_build(), &mut Duration::default());
-        Self { triangles, bvh }
+impl<'a> Rays<'a> {
+    /// `None` for geometry that makes trees too deep to be traced.
+    fn new(scene: &'a Scene) -> Option<Self> {
+        let native = NativeScene::new(&mesh_geometry(scene), &placements(scene), BvhQuality::Fast).ok()?;
+        Some(Self { scene, native })
     }
 
     /// Distance to the first surface, and whether its front is seen.
     fn trace(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
-        let mut hit = RayHit::none();
         // Adding zero turns -0 into 0: the traversal loses hits of rays with a component of -0.
-        let ray = Ray::new_inf(origin.into(), (direction + Vec3::ZERO).into());
-        let triangle = |id: usize| &self.triangles[self.bvh.primitive_indices[id] as usize];
-        if !self.bvh.ray_traverse(ray, &mut hit, |ray, id| triangle(id).intersect(ray)) {
-            return None;
-        }
-        let t = triangle(hit.primitive_id as usize);
-        let normal = (t.v1 - t.v0).cross(t.v2 - t.v0);
-        Some((hit.t, normal.dot(direction.into()) < 0.0))
+        let ray = Ray { origin, t_min: 0.0, direction: direction + Vec3::ZERO, t_max: f32::INFINITY };
+        let hit = self.native.closest(&ray, u32::MAX, None);
+        let instance = self.scene.instances.get(hit.instance as usize)?;
+        let corners = self.scene.meshes[instance.mesh as usize].triangle(hit.triangle as usize);
+        let [v0, v1, v2] = corners.map(|p| instance.world_from_object.transform_point3(p));
+        // A mirroring transform turns fronts into backs; glTF keeps the front the front.
+        let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
+        let normal = (v1 - v0).cross(v2 - v0);
+        Some((hit.t, (normal.dot(direction) < 0.0) != mirrored))
     }
 
     fn are_inside_a_room(&self, bounds: &Bounds) -> bool {

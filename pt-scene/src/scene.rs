@@ -270,6 +270,9 @@ impl Scene {
                 }
             }
         }
+        if self.bounds().is_some_and(|b| b.min.abs().max(b.max.abs()).max_element() > MAX_COORDINATE) {
+            return Err(fail(format!("it reaches farther out than {MAX_COORDINATE:e} m")));
+        }
         for m in &self.materials {
             check_material(m, self.textures.len()).map_err(fail)?;
             if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
@@ -286,6 +289,9 @@ impl Scene {
         self.environment.check().map_err(|what| fail(format!("environment: {what}")))
     }
 }
+
+/// Farthest that anything may be from the origin, metres: the areas that trees are built by stay far from overflow.
+pub(crate) const MAX_COORDINATE: f32 = 1e12;
 
 /// Finite, with a determinant that leaves room for an inverse in single precision.
 pub(crate) fn is_invertible(transform: &Affine3A) -> bool {

@@ -322,7 +322,7 @@ fn halve(width: u32, height: u32, value: impl Fn(usize) -> [f32; 4]) -> Vec<[f32
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let mut out = Vec::with_capacity(w as usize * h as usize);
     let row = width as usize;
-    if width % 2 == 0 && height % 2 == 0 {
+    if width.is_multiple_of(2) && height.is_multiple_of(2) {
         for y in 0..h as usize {
             for x in 0..w as usize {
                 let at = 2 * (y * row + x);

@@ -346,9 +346,9 @@ fn compressed_sample_models_have_their_published_size() {
         };
         let low = mesh.positions.iter().copied().reduce(Vec3::min).unwrap();
         let high = mesh.positions.iter().copied().reduce(Vec3::max).unwrap();
-        // Quantised to 11 bits or more of a few metres.
-        assert!(low.abs_diff_eq(bound("min", f32::min).into(), 2e-3), "{low}");
-        assert!(high.abs_diff_eq(bound("max", f32::max).into(), 2e-3), "{high}");
+        // Quantised to 11 bits of 5 metres.
+        assert!(low.abs_diff_eq(bound("min", f32::min).into(), 2.5e-3), "{low}");
+        assert!(high.abs_diff_eq(bound("max", f32::max).into(), 2.5e-3), "{high}");
     }
     for mesh in &scene.meshes {
         let agree = |&[a, b, c]: &[u32; 3]| {
@@ -489,6 +489,19 @@ fn data_uris_hold_buffers() {
     }
 }
 
+/// Found by fuzzing: bounds of large scenes are rounded by more than a fixed tolerance.
+#[test]
+fn scenes_of_any_size_get_a_camera() {
+    for size in [1e-3f32, 1.0, 1e3, 1e7, 1e12] {
+        let mut glb = Glb::new();
+        let corner = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32 * size;
+        let position = glb.floats(&(0..900).map(corner).collect::<Vec<_>>(), "VEC3");
+        glb.show(json!({"attributes": {"POSITION": position}}));
+        let camera = glb.load_clean().default_camera();
+        assert!(camera.position().is_finite(), "{size}: {camera:?}");
+    }
+}
+
 #[test]
 fn an_empty_scene_is_noted() {
     let mut glb = triangle();
@@ -574,7 +587,7 @@ fn invalid_files_are_refused_or_load_with_a_notice() {
         // "No triangle is placed" says nothing about the deviation.
         let noticed = |scene: &Scene| scene.notices.iter().any(|n| !n.contains("no triangle is placed"));
         match &result {
-            Ok(scene) if !errors.is_empty() && !(noticed(scene) && errors.iter().all(harmless)) => {
+            Ok(scene) if !(errors.is_empty() || noticed(scene) && errors.iter().all(harmless)) => {
                 wrong.push(format!("{name}: {errors:?}"))
             }
             _ => {}

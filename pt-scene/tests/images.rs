@@ -6,7 +6,9 @@ use std::path::Path;
 
 use common::textured::gltf;
 use pt_core::image_file::{PixelLayout, write_png};
-use pt_scene::{LoadOptions, Scene, SceneError, Texels, Texture, TextureUsage, load};
+use pt_scene::{
+    BlockFormat, DdsTexture, LoadOptions, Scene, SceneError, Texels, Texture, TextureUsage, load,
+};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
 
@@ -240,4 +242,47 @@ fn usage_follows_the_slot_and_transforms_are_read_everywhere() {
     let named = |text: &str| scene.notices.iter().filter(|n| n.contains(text)).count();
     assert_eq!(named("occlusion"), 1, "{:?}", scene.notices);
     assert_eq!(named("anisotropy, clearcoat, dispersion, iridescence, sheen"), 1, "{:?}", scene.notices);
+}
+
+/// The image in the binary chunk of a GLB that has one, which starts with `magic`.
+fn embedded(file: &Path, magic: &[u8]) -> Vec<u8> {
+    let bytes = std::fs::read(file).unwrap();
+    let start = bytes.windows(magic.len()).position(|w| w == magic).unwrap();
+    bytes[start..].to_vec()
+}
+
+#[test]
+fn damaged_images_never_panic() {
+    let mut files: Vec<_> =
+        std::fs::read_dir(DATA).unwrap().map(|f| std::fs::read(f.unwrap().path()).unwrap()).collect();
+    let blocks = |format: BlockFormat| {
+        let levels = [16, 8, 4, 2, 1].map(|side| vec![0x5a; format.level_bytes([side, side])]).to_vec();
+        DdsTexture { width: 16, height: 16, format, srgb: false, levels }.to_bytes().unwrap()
+    };
+    files.extend([blocks(BlockFormat::Bc7), blocks(BlockFormat::Bc1)]);
+    if let Some(scenes) = common::shared("scenes") {
+        files.push(embedded(&scenes.join("AGI_KTX2/0.glb"), b"\xabKTX 20\xbb"));
+    }
+    let mut state = 1u32;
+    let mut random = |below: usize| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as usize % below
+    };
+    for file in files {
+        // Headers and tables stand in front, so that is where most of the damage goes.
+        for round in 0..400 {
+            let mut bytes = file.clone();
+            for _ in 0..1 + random(4) {
+                let reach = if round % 4 == 0 { bytes.len() } else { bytes.len().min(256) };
+                let at = random(reach);
+                bytes[at] = if random(2) == 0 { random(256) as u8 } else { bytes[at] ^ 1 << random(8) };
+            }
+            if random(8) == 0 {
+                bytes.truncate(random(bytes.len()));
+            }
+            if let Err(error) = Texture::from_bytes("damaged", &bytes, TextureUsage::Normal, 1 << 20) {
+                assert!(!error.contains('\n'), "{error}");
+            }
+        }
+    }
 }

@@ -9,7 +9,7 @@
 //
 // A sample with pdf == 0 is no sample: the path ends. BSDF_DELTA: eval and pdf know nothing of the direction, pdf is the
 // probability of the lobe, other strategies never find it (their weight is 1). BSDF_TRANSMISSION: wi is on the other side.
-// How to get a Bsdf from a hit: bsdf_surface.glsl. Host twin: pt_reference::oracle::bsdf.
+// How to get a Bsdf from a hit: bsdf_surface.glsl. A kernel that includes this has the buffer "bsdf_tables" bound (bsdf_layers.glsl). Host twin: pt_reference::oracle::bsdf.
 //
 // The model:
 //   coated   = (1 - c Fc) sheened + c Fc GGX(coat)         c: clearcoat, Fc: Schlick(0.04) at the angle of wo to the coat's normal
@@ -293,7 +293,9 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec4 u) {
         vec3 coat_v = wo * coat_frame;
         delta = b.coat_alpha == 0.0;
         vec3 h = delta ? vec3(0.0, 0.0, 1.0) : sample_ggx_vndf(coat_v, b.coat_alpha, u.xy);
-        s.direction = coat_frame * reflect(-coat_v, h);
+        vec3 coat_l = reflect(-coat_v, h);
+        if (coat_l.z <= 0.0) return NO_BSDF_SAMPLE;
+        s.direction = coat_frame * coat_l;
         pmf = w.p.coat;
         reflectance = vec3(w.coat);
     } else if (u.z < w.p.coat + w.p.interface_) {

@@ -98,11 +98,11 @@ fn compare_schemes(reflection: &LinearImage, refraction: &LinearImage, out: &mut
     let size = [reflection.width, reflection.height];
     let image = |pixels| LinearImage { pixels, ..reflection.clone() };
     let error = |a: Vec<[f32; 3]>, b: &LinearImage| -> Result<f64> {
-        Ok(compare(&image(a), b, &[Metric::RelMse])?[0].value)
+        Ok(compare(&image(a), b, &[Metric::Flip])?[0].value)
     };
     writeln!(
         out,
-        "relMSE against the sum of both paths, by rays for each pixel; flicker: relMSE of two successive frames"
+        "FLIP of display values against the sum of both paths, by rays for each pixel; flicker: FLIP of two successive frames"
     )?;
     write!(out, "{:<12}  {:<16}", "surface", "scheme")?;
     BUDGETS.iter().try_for_each(|rays| write!(out, "  {rays:>10}"))?;
@@ -114,10 +114,10 @@ fn compare_schemes(reflection: &LinearImage, refraction: &LinearImage, out: &mut
         for scheme in Scheme::ALL {
             write!(out, "{name:<12}  {:<16}", scheme.name())?;
             for rays in BUDGETS {
-                write!(out, "  {:>10.2e}", error(surface.shown(scheme, rays, 0), &truth)?)?;
+                write!(out, "  {:>10.4}", error(surface.shown(scheme, rays, 0), &truth)?)?;
             }
             let flicker = error(surface.shown(scheme, 1, 1), &image(surface.shown(scheme, 1, 0)))?;
-            writeln!(out, "  {flicker:>10.2e}")?;
+            writeln!(out, "  {flicker:>10.4}")?;
         }
     }
     Ok(writeln!(out, "diffuse and other regular surfaces: 0 with every scheme, they have one path")?)

@@ -21,7 +21,7 @@ pub struct TaaFrame<'a> {
 #[derive(Clone, Debug)]
 pub struct TaaOracle {
     size: [u32; 2],
-    /// PQ codes, and for each pixel the weight of what it holds times `blend` and the deviation of its samples; `None` before
+    /// PQ codes, and for each pixel the weight of what it holds over the greatest and the deviation of its samples; `None` before
     /// the first frame.
     history: Option<(Image, Vec<[f64; 2]>)>,
 }
@@ -50,7 +50,8 @@ impl TaaOracle {
         let encode = |c: Rgb| c.map(|v| pq_encode((v / most).clamp(0.0, 1.0)));
         let decode = |c: Rgb| c.map(|v| pq_decode(v) * most);
         let linear = params.space == ClipSpace::Rgb;
-        let blend = f64::from(params.blend);
+        let [moving, still] = [params.blend, params.blend_still].map(|blend| 1.0 / f64::from(blend));
+        let greatest = moving.max(still);
         let [width, height] = frame.color.size.map(i64::from);
         let scale = [0, 1].map(|i| f64::from(frame.color.size[i]) / f64::from(self.size[i]));
 
@@ -111,8 +112,6 @@ impl TaaOracle {
                 }
                 _ => ([0.0; 3], [0.0; 2]),
             };
-            let luma = |c: Rgb| 0.25 * c[0] + 0.5 * c[1] + 0.25 * c[2];
-            let change = (luma(if linear { encode(centre) } else { centre }) - luma(past)).abs();
             let past = clip_space(if linear { decode(past) } else { past });
             let temporal = f64::from(params.temporal) * spread;
             let widened = match params.space {
@@ -122,20 +121,26 @@ impl TaaOracle {
             };
             let extent = zip(scaled(deviation, sigma), widened, f64::max);
             let past = from_clip_space(rectify(past, mean, extent, params.rectify), params.space);
+            let luma = |c: Rgb| 0.25 * c[0] + 0.5 * c[1] + 0.25 * c[2];
+            let change = if linear { 0.0 } else { (luma(centre) - luma(past)).abs() };
 
             let sampled = [sx.clamp(0, width - 1) as f64, sy.clamp(0, height - 1) as f64];
             let offset = [0, 1].map(|i| (sampled[i] + frame.jitter[i] - position[i]) / scale[i]);
             let t = moved[0].hypot(moved[1]).clamp(0.0, 1.0);
-            let near = 1.0 - offset[0] * offset[0] - offset[1] * offset[1];
-            let weight = (t * t * (3.0 - 2.0 * t)).max(near).clamp(0.02, 1.0);
-            let total = (held / blend + weight).min(1.0 / blend);
+            let near = 2.0 - 2.0 * offset[0].abs().max(offset[1].abs());
+            let smooth = t * t * (3.0 - 2.0 * t);
+            let weight = smooth.max(near).clamp(0.02, 1.0);
+            let total = (held * greatest + weight).min(still + (moving - still) * smooth);
             let as_codes = !linear && !params.blend_linear;
             let light = |c: Rgb| if linear || as_codes { c } else { decode(c.map(|v| v.clamp(0.0, 1.0))) };
             let share = (weight / total).min(1.0);
             let blended = mix(light(past), light(centre), share).map(|v| v.max(0.0));
             let code = if as_codes { blended.map(|v| v.min(1.0)) } else { encode(blended) };
             codes.push(code);
-            states.push([total * blend, if held > 0.0 { spread + (change - spread) * share } else { 0.0 }]);
+            states.push([
+                total / greatest,
+                if held > 0.0 { (1.0 - smooth) * (spread + (change - spread) * share) } else { 0.0 },
+            ]);
             if as_codes { decode(code) } else { blended }
         });
         self.history = Some((Image { size: self.size, pixels: codes }, states));

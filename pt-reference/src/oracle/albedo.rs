@@ -1,6 +1,6 @@
-//! Directional albedos of the lobes: by quadrature, and from the tables of bsdf_albedo.glsl that are made of it.
+//! Directional albedos of the lobes: by quadrature, and from the tables that are made of it.
 //!
-//! `cargo run --release -p pt-reference --example albedo_tables` writes that header.
+//! `cargo run --release -p pt-reference --example albedo_tables` writes them again.
 
 use super::{ggx, layers, mirror};
 use glam::{DVec2, DVec3};
@@ -8,13 +8,17 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-/// Values along each side of a table.
-pub const SIZE: usize = 16;
+/// Values of a table across (cosine).
+const COLUMNS: usize = 32;
+/// And along (roughness).
+const ROWS: usize = 16;
+/// Roughnesses for which there are means.
+const MEANS: usize = 61;
 
 /// Directional albedo of an isotropic GGX lobe with Schlick's Fresnel term: f0 x + f90 y, by quadrature over the visible normals.
 pub fn ggx_quadrature(cos_theta: f64, alpha: f64) -> DVec2 {
-    const AZIMUTHS: usize = 64;
-    const HEIGHTS: usize = 512;
+    const AZIMUTHS: usize = 32;
+    const HEIGHTS: usize = 256;
     let v = DVec3::new((1.0 - cos_theta * cos_theta).sqrt(), 0.0, cos_theta);
     let a = DVec2::splat(alpha);
     let mut sum = DVec2::ZERO;
@@ -71,11 +75,11 @@ struct Tables {
     charlie: Vec<f64>,
 }
 
-/// The header's text with all tables.
-pub fn header() -> String {
-    let last = (SIZE - 1) as f64;
+/// Made by quadrature.
+fn compute() -> Tables {
     let grid = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
-        (0..SIZE * SIZE).map(|k| f((k % SIZE) as f64 / last, (k / SIZE) as f64 / last)).collect()
+        let place = |k: usize, n: usize| k as f64 / (n - 1) as f64;
+        (0..COLUMNS * ROWS).map(|k| f(place(k % COLUMNS, COLUMNS), place(k / COLUMNS, ROWS))).collect()
     };
     let ggx = grid(&|x, roughness| {
         let alpha = roughness * roughness;
@@ -90,85 +94,85 @@ pub fn header() -> String {
     let charlie = grid(&|x, roughness| {
         charlie_quadrature((x * x).max(1e-6), (roughness * roughness).max(layers::MIN_SHEEN_ALPHA))
     });
-    let mean = (0..SIZE).flat_map(|k| {
-        let alpha = (k as f64 / last).powi(2).max(1e-5);
+    let mut tables = Tables { ggx, grazing, mean: Vec::new(), charlie };
+    // The means of the tables rather than of the exact functions: what is compensated then adds up to one.
+    for k in 0..MEANS {
+        const POINTS: usize = 512;
+        let alpha = (k as f64 / (MEANS - 1) as f64).powi(2);
         // Midpoints in the squared cosine: the cosine-weighted mean.
-        const POINTS: usize = 64;
-        let point = |i: usize| ggx_quadrature(((i as f64 + 0.5) / POINTS as f64).sqrt(), alpha);
-        ((0..POINTS).map(point).sum::<DVec2>() / POINTS as f64).to_array()
-    });
-    let mean: Vec<_> = mean.collect();
+        let point = |i: usize| tables.ggx(((i as f64 + 0.5) / POINTS as f64).sqrt(), alpha);
+        let mean = (0..POINTS).map(point).sum::<DVec2>() / POINTS as f64;
+        tables.mean.extend(mean.to_array());
+    }
+    tables
+}
 
+/// The text of the table file.
+pub fn text() -> String {
+    let Tables { ggx, grazing, mean, charlie } = compute();
     let mut text = String::from(
-        "// Directional albedos of lobes, tabulated by pt_reference::oracle::albedo (example albedo_tables). Rows: perceptual roughness\n\
-         // 0..1. GGX_ALBEDO: sqrt(cos / (cos + alpha / 2) (1 + alpha / 2)) -> albedo of a white GGX lobe. GGX_GRAZING: sqrt(cos) -> fifth\n\
-         // root of the part of it that Schlick's (1 - v.h)^5 weights. GGX_MEAN: cosine-weighted means, both parts. CHARLIE_ALBEDO: sqrt(cos).\n",
+        "Directional albedos of lobes, written by the example albedo_tables. Rows: perceptual roughness 0..1.\n\
+         ggx: sqrt(cos / (cos + alpha / 2) (1 + alpha / 2)) -> albedo of a white GGX lobe. grazing: sqrt(cos) -> fifth root of the part of it\n\
+         that Schlick's (1 - v.h)^5 weights. mean: cosine-weighted means of both parts. charlie: sqrt(cos) -> albedo of a white sheen.\n",
     );
-    writeln!(text, "const uint ALBEDO_SIZE = {SIZE}u;").expect("writing to a String");
-    for (name, ty, values, components) in [
-        ("GGX_ALBEDO", "float", &ggx, 1),
-        ("GGX_GRAZING", "float", &grazing, 1),
-        ("GGX_MEAN", "vec2", &mean, 2),
-        ("CHARLIE_ALBEDO", "float", &charlie, 1),
-    ] {
-        let n = values.len() / components;
-        writeln!(text, "const {ty} {name}[{n}] = {ty}[{n}](").expect("writing to a String");
-        let rows: Vec<String> = values
-            .chunks(SIZE)
-            .map(|row| {
-                let cells: Vec<String> = row
-                    .chunks(components)
-                    .map(|cell| match cell {
-                        [x, y] => format!("vec2({x:.5}, {y:.5})"),
-                        _ => format!("{:.5}", cell[0]),
-                    })
-                    .collect();
-                format!("    {}", cells.join(", "))
-            })
-            .collect();
-        writeln!(text, "{});", rows.join(",\n")).expect("writing to a String");
+    for (name, values) in [("ggx", ggx), ("grazing", grazing), ("mean", mean), ("charlie", charlie)] {
+        writeln!(text, "= {name}").expect("writing to a String");
+        for row in values.chunks(16) {
+            let cells: Vec<String> = row.iter().map(|cell| format!("{cell:.6}")).collect();
+            writeln!(text, "{}", cells.join(" ")).expect("writing to a String");
+        }
     }
     text
 }
 
-/// The tables of the committed header.
+/// The committed tables.
 static TABLES: LazyLock<Tables> = LazyLock::new(|| {
-    let text = include_str!("../../../shaders/glsl/bsdf_albedo.glsl");
+    let text = include_str!("albedo_tables.txt");
     let table = |name: &str| -> Vec<f64> {
-        let body = text.split(&format!(" {name}[")).nth(1).and_then(|t| t.split("](").nth(1)).unwrap_or("");
-        let body = body.split(");").next().unwrap_or("").replace("vec2(", " ");
-        let words = body.split([',', ')', ' ', '\n']).filter(|w| !w.is_empty());
-        words.filter_map(|w| w.parse().ok()).collect()
+        let body = text.split("= ").find_map(|part| part.strip_prefix(name)).unwrap_or("");
+        body.split_whitespace().map_while(|word| word.parse().ok()).collect()
     };
     Tables {
-        ggx: table("GGX_ALBEDO"),
-        grazing: table("GGX_GRAZING"),
-        mean: table("GGX_MEAN"),
-        charlie: table("CHARLIE_ALBEDO"),
+        ggx: table("ggx\n"),
+        grazing: table("grazing\n"),
+        mean: table("mean\n"),
+        charlie: table("charlie\n"),
     }
 });
 
+/// What a kernel that includes bsdf.glsl has bound as "bsdf_tables".
+pub fn packed() -> Vec<f32> {
+    let Tables { ggx, grazing, mean, charlie } = &*TABLES;
+    [ggx, grazing, charlie, mean].into_iter().flatten().map(|&value| value as f32).collect()
+}
+
 fn look_up(table: &[f64], x: f64, y: f64) -> f64 {
-    let at = DVec2::new(x, y).clamp(DVec2::ZERO, DVec2::ONE) * (SIZE - 1) as f64;
-    let cell = [at.x, at.y].map(|c| (c as usize).min(SIZE - 2));
-    let f = [at.x - cell[0] as f64, at.y - cell[1] as f64];
-    let row = |k: usize| table[k] + f[0] * (table[k + 1] - table[k]);
-    let k = cell[1] * SIZE + cell[0];
-    row(k) + f[1] * (row(k + SIZE) - row(k))
+    let at =
+        DVec2::new(x, y).clamp(DVec2::ZERO, DVec2::ONE) * DVec2::new((COLUMNS - 1) as f64, (ROWS - 1) as f64);
+    let (column, row) = ((at.x as usize).min(COLUMNS - 2), (at.y as usize).min(ROWS - 2));
+    let across = |k: usize| table[k] + (at.x - column as f64) * (table[k + 1] - table[k]);
+    let k = row * COLUMNS + column;
+    across(k) + (at.y - row as f64) * (across(k + COLUMNS) - across(k))
+}
+
+impl Tables {
+    fn ggx(&self, cos_theta: f64, alpha: f64) -> DVec2 {
+        let roughness = alpha.sqrt();
+        let whole = look_up(&self.ggx, ggx_coordinate(cos_theta, alpha), roughness);
+        let f90 = whole * look_up(&self.grazing, cos_theta.sqrt(), roughness).powi(5);
+        DVec2::new(whole - f90, f90)
+    }
 }
 
 /// [`ggx_quadrature`] from the table.
 pub fn ggx(cos_theta: f64, alpha: f64) -> DVec2 {
-    let roughness = alpha.sqrt();
-    let whole = look_up(&TABLES.ggx, ggx_coordinate(cos_theta, alpha), roughness);
-    let f90 = whole * look_up(&TABLES.grazing, cos_theta.sqrt(), roughness).powi(5);
-    DVec2::new(whole - f90, f90)
+    TABLES.ggx(cos_theta, alpha)
 }
 
-/// Cosine-weighted mean of [`ggx`] over the hemisphere, from the table.
+/// Cosine-weighted mean of [`ggx()`] over the hemisphere, from the table.
 pub fn ggx_mean(alpha: f64) -> DVec2 {
-    let at = alpha.sqrt().clamp(0.0, 1.0) * (SIZE - 1) as f64;
-    let k = (at as usize).min(SIZE - 2);
+    let at = alpha.sqrt().clamp(0.0, 1.0) * (MEANS - 1) as f64;
+    let k = (at as usize).min(MEANS - 2);
     let entry = |k: usize| DVec2::new(TABLES.mean[2 * k], TABLES.mean[2 * k + 1]);
     entry(k).lerp(entry(k + 1), at - k as f64)
 }

@@ -253,7 +253,11 @@ impl Bsdf {
             delta = self.coat_alpha == 0.0;
             let h = if delta { DVec3::Z } else { ggx::sample_vndf(v, DVec2::splat(self.coat_alpha), xi) };
             (pmf, reflectance) = (lobes.p[0], DVec3::splat(lobes.coat));
-            frame * mirror(v, h)
+            let l = mirror(v, h);
+            if l.z <= 0.0 {
+                return None;
+            }
+            frame * l
         } else if u[2] < lobes.p[0] + lobes.p[1] {
             delta = self.alpha.x == 0.0;
             let h = if delta { DVec3::Z } else { ggx::sample_vndf(v, self.alpha, xi) };

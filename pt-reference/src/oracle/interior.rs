@@ -100,7 +100,9 @@ impl InteriorList {
             false => (Some(boundary.behind), boundary.front),
         };
         from.inspect(|s| self.remove(s));
-        to.map(|s| self.add(s));
+        if let Some(s) = to {
+            self.add(s);
+        }
     }
 
     /// What is on both sides.

@@ -117,9 +117,15 @@ impl Chart {
     }
 }
 
+/// What bsdf.glsl looks albedos up in.
+pub fn tables(device: &TestDevice) -> Buffer {
+    Buffer::from_slice(device, "BSDF tables", &pt_reference::oracle::albedo::packed()).unwrap()
+}
+
 /// Statistics of surfaces on the device.
 pub struct Statistics<'a> {
     device: &'a TestDevice,
+    tables: Buffer,
     samples: Kernel,
     densities: Kernel,
 }
@@ -153,7 +159,12 @@ pub const BINS: u32 = 24;
 impl<'a> Statistics<'a> {
     pub fn new(device: &'a TestDevice) -> Self {
         let kernel = |code| Kernel::compute::<HistogramPush>(device, code).unwrap();
-        Self { device, samples: kernel(&kernels::BSDF_SAMPLES), densities: kernel(&kernels::BSDF_DENSITIES) }
+        Self {
+            device,
+            tables: tables(device),
+            samples: kernel(&kernels::BSDF_SAMPLES),
+            densities: kernel(&kernels::BSDF_DENSITIES),
+        }
     }
 
     fn push(chart: Chart, count: u32, per_thread: u32, seed: u32) -> HistogramPush {
@@ -170,7 +181,10 @@ impl<'a> Statistics<'a> {
         let sums = Buffer::new(self.device, "sums", u64::from(threads) * 16, Location::Device).unwrap();
         let push = Self::push(chart, threads, PER_THREAD, seed);
         let sums: Vec<Vec4> = run(self.device, &self.samples, &push, threads, &sums, |pass| {
-            pass.read("cases", &cases).update("histogram", &counts).write("sums", &sums)
+            pass.read("cases", &cases)
+                .read("bsdf_tables", &self.tables)
+                .update("histogram", &counts)
+                .write("sums", &sums)
         });
         let n = f64::from(threads);
         let means = sums.iter().map(|s| s.truncate().as_dvec3() / f64::from(PER_THREAD));
@@ -191,7 +205,7 @@ impl<'a> Statistics<'a> {
         let rows = Buffer::new(self.device, "integrals", u64::from(threads) * 16, Location::Device).unwrap();
         let push = Self::push(chart, threads, midpoints, 0);
         let rows: Vec<Vec4> = run(self.device, &self.densities, &push, threads, &rows, |pass| {
-            pass.read("cases", &cases).write("integrals", &rows)
+            pass.read("cases", &cases).read("bsdf_tables", &self.tables).write("integrals", &rows)
         });
         let bin = |rows: &[Vec4]| rows.iter().map(|r| r.as_dvec4()).sum();
         Integrals(rows.chunks(midpoints as usize).map(bin).collect())

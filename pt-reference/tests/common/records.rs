@@ -123,6 +123,8 @@ pt_shaders::gpu_struct! {
         pub sample_f_cos: glam::Vec3,
         /// Density of the sample's direction.
         pub pdf_again: f32,
+        /// The coat's normal, bent for wo.
+        pub bent: glam::Vec3,
     }
 }
 

@@ -389,7 +389,7 @@ mod tests {
     fn lists_are_joined_and_selected() {
         let mut lists = VertexLists::default();
         lists.append(&VertexLists::<u32>::default(), 3, 2);
-        assert!(lists.is_empty() && lists.len() == 0);
+        assert_eq!((lists.is_empty(), lists.len()), (true, 0));
         let mut other = VertexLists::default();
         other.push([1, 2]);
         other.push([]);

@@ -216,7 +216,7 @@ fn clip_ears(points: &[DVec2], mut ring: Vec<usize>) -> Vec<[usize; 3]> {
                         .iter()
                         .all(|&(s, t)| turn(points[s], points[t], points[q]) >= 0.0)
             };
-            turn(points[a], points[b], points[c]) > 0.0 && !ring.iter().any(|q| inside(q))
+            turn(points[a], points[b], points[c]) > 0.0 && !ring.iter().any(inside)
         };
         // The ear with the largest smallest angle would be prettier; the first will do.
         let Some(ear) = (0..n).find(is_ear) else { break };

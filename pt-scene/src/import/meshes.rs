@@ -10,10 +10,8 @@ use super::animation;
 use super::document::Document;
 use super::notices::{Notices, Remark};
 use super::tangents;
+use crate::scene::MAX_COORDINATE;
 use crate::{Material, Mesh, Scene, SceneError};
-
-/// Coordinates beyond this overflow when they are squared.
-const MAX_COORDINATE: f32 = 1e18;
 
 /// What became of a glTF mesh.
 #[derive(Clone, Copy)]
