@@ -126,7 +126,13 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     writeln!(
         out,
         "{}: {triangles} triangles, {}x{}, {} samples a pixel, {} bounces, {}, {}",
-        session.scene.name, size[0], size[1], args.spp, args.max_bounces, session.device_line(), session.gpu.backend()
+        session.scene.name,
+        size[0],
+        size[1],
+        args.spp,
+        args.max_bounces,
+        session.device_line(),
+        session.gpu.backend()
     )?;
     writeln!(out, "{:>12.2} Mpaths/s", paths / best * 1e-6)?;
     writeln!(

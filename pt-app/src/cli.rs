@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::bench_post::BenchPostArgs;
+use crate::cli_reference::{MergeArgs, ReferenceArgs};
 use crate::post_args::PostArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use crate::cli_reference::{MergeArgs, ReferenceArgs};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::metrics::Metric;

@@ -106,7 +106,11 @@ impl ReferenceArgs {
                 StrategyName::Lights => Strategy::Lights,
                 StrategyName::Bsdf => Strategy::Bsdf,
             },
-            spp: if self.sampler == SamplerName::BlueNoise { self.spp.unwrap_or(self.samples().end) } else { 1 },
+            spp: if self.sampler == SamplerName::BlueNoise {
+                self.spp.unwrap_or(self.samples().end)
+            } else {
+                1
+            },
             sampler: match self.sampler {
                 SamplerName::Sobol => SamplerKind::Sobol,
                 SamplerName::BlueNoise => SamplerKind::BlueNoise,
@@ -131,7 +135,8 @@ pub struct SampleRange(pub Range<u32>);
 impl FromStr for SampleRange {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
-        let range = text.split_once("..").and_then(|(a, b)| Some(a.trim().parse().ok()?..b.trim().parse().ok()?));
+        let range =
+            text.split_once("..").and_then(|(a, b)| Some(a.trim().parse().ok()?..b.trim().parse().ok()?));
         match range {
             Some(range) if range.start < range.end => Ok(Self(range)),
             Some(_) => Err("the range is empty".into()),

@@ -65,8 +65,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         pad: [0; 3],
     };
     let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
-    let mut render =
-        Progressive::new(&session.device, &session.gpu, frame, params, tile, samples.start)?;
+    let mut render = Progressive::new(&session.device, &session.gpu, frame, params, tile, samples.start)?;
     let resumed = resume(args, &mut render, &identity, &samples)?;
 
     let started = Instant::now();
@@ -88,7 +87,8 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         print_warning("--clamp: samples were cut off, the image is biased");
     }
     let [rays, shadow_rays] = state.rays();
-    let (paths, rays) = (estimate.pixels.len() as f64 * f64::from(done.end - resumed), (rays + shadow_rays) as f64);
+    let (paths, rays) =
+        (estimate.pixels.len() as f64 * f64::from(done.end - resumed), (rays + shadow_rays) as f64);
     let share = f64::from(done.end - resumed) / f64::from(done.end - done.start).max(1.0);
     let file = EstimateFile { estimate, ranges: vec![done], identity };
     write(&args.output, &file, metadata, args.no_aov)?;
@@ -190,8 +190,10 @@ pub fn merge(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
             bail!("{} and {} are of different renders: {difference}", path.display(), first_path.display());
         }
     }
-    let mut ranges: Vec<_> =
-        files.iter().flat_map(|(path, file)| file.ranges.iter().map(move |range| (range.clone(), *path))).collect();
+    let mut ranges: Vec<_> = files
+        .iter()
+        .flat_map(|(path, file)| file.ranges.iter().map(move |range| (range.clone(), *path)))
+        .collect();
     ranges.sort_by_key(|(range, _)| (range.start, range.end));
     for pair in ranges.windows(2) {
         let [(a, in_a), (b, in_b)] = pair else { continue };

@@ -80,9 +80,8 @@ fn slices_merge_to_the_whole() {
         succeeds(folder.path(), &format!("{render} --spp-range {range} -o {name}.exr"));
     }
     succeeds(folder.path(), "merge c.exr a.exr b.exr -o merged.exr --no-aov");
-    let [whole, merged] = ["whole", "merged"].map(|name| {
-        LayeredImage::read_exr(&folder.path().join(format!("{name}.exr"))).unwrap()
-    });
+    let [whole, merged] = ["whole", "merged"]
+        .map(|name| LayeredImage::read_exr(&folder.path().join(format!("{name}.exr"))).unwrap());
     assert_eq!(merged.metadata["spp_ranges"], "0..12");
     for (layer, tolerance) in [("", 1e-6), ("variance", 1e-4)] {
         for channel in ["R", "G", "B"] {
@@ -113,12 +112,20 @@ fn refusals() {
     let before = fs::read(path.join("c.exr")).unwrap();
     let other = render.replace("24x16", "16x16");
     refused(path, &format!("{other} --resume -o b.exr"), &["c.exr", "size is 24x16 there and 16x16 here"]);
-    refused(path, &format!("{} --resume -o b.exr", render.replace("cornell", "plane")), &["c.exr", "another render"]);
+    refused(
+        path,
+        &format!("{} --resume -o b.exr", render.replace("cornell", "plane")),
+        &["c.exr", "another render"],
+    );
     refused(path, &format!("{} --resume -o b.exr", render.replace("--spp 2", "--spp 1")), &["0..2", "0..1"]);
     assert!(fs::read(path.join("c.exr")).unwrap() == before, "a refused checkpoint was touched");
     fs::write(path.join("cut.exr"), &before[..before.len() / 2]).unwrap();
     refused(path, &format!("{} --resume -o b.exr", render.replace("c.exr", "cut.exr")), &["cut.exr"]);
-    refused(path, &format!("{} --resume -o b.exr", render.replace("c.exr", "a.exr")), &["a.exr", "checkpoint"]);
+    refused(
+        path,
+        &format!("{} --resume -o b.exr", render.replace("c.exr", "a.exr")),
+        &["a.exr", "checkpoint"],
+    );
     refused(path, "merge c.exr -o x.exr", &["c.exr", "pt reference"]);
     assert!(!path.join("b.exr").exists() && !path.join("x.exr").exists());
 }

@@ -92,7 +92,8 @@ impl EstimateFile {
         let image = LayeredImage::read_exr(path)?;
         let source = Source { image: &image, path };
         source.check_kind(KIND_ESTIMATE, "a file of `pt reference`")?;
-        let [mean, variance, albedo] = ["", "variance", "albedo"].map(|name| source.planes(name, ["R", "G", "B"]));
+        let [mean, variance, albedo] =
+            ["", "variance", "albedo"].map(|name| source.planes(name, ["R", "G", "B"]));
         let (mean, variance, albedo) = (mean?, variance?, albedo?);
         let normal = source.planes("normal", ["X", "Y", "Z"])?;
         let [depth] = source.planes("depth", ["Z"])?;
@@ -182,7 +183,9 @@ impl Checkpoint {
             hits: hits[i],
         });
         let ranges = source.ranges()?;
-        let [samples] = ranges.as_slice() else { return Err(source.wrong("its range of samples is damaged")) };
+        let [samples] = ranges.as_slice() else {
+            return Err(source.wrong("its range of samples is damaged"));
+        };
         Ok(Self {
             state: FilmState {
                 size: [image.width, image.height],
@@ -201,7 +204,10 @@ impl Checkpoint {
 ///
 /// # Errors
 /// A size that no image may have.
-pub fn denoiser_inputs(path: &Path, estimate: &Estimate) -> Result<Vec<(PathBuf, LayeredImage)>, ImageFileError> {
+pub fn denoiser_inputs(
+    path: &Path,
+    estimate: &Estimate,
+) -> Result<Vec<(PathBuf, LayeredImage)>, ImageFileError> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let suffix = format!("_{:04}spp", estimate.samples);
     let name = stem.strip_suffix(".hdr").unwrap_or(&stem);
@@ -281,11 +287,17 @@ impl Source<'_> {
         }
     }
 
-    fn planes<const N: usize>(&self, layer: &str, channels: [&str; N]) -> Result<[Vec<f32>; N], ReferenceFileError> {
+    fn planes<const N: usize>(
+        &self,
+        layer: &str,
+        channels: [&str; N],
+    ) -> Result<[Vec<f32>; N], ReferenceFileError> {
         let mut planes = [const { Vec::new() }; N];
         for (plane, channel) in planes.iter_mut().zip(channels) {
             let samples = self.image.channel(layer, channel);
-            *plane = samples.ok_or_else(|| self.wrong(format!("lacks channel {channel} of layer {layer:?}")))?.to_f32();
+            *plane = samples
+                .ok_or_else(|| self.wrong(format!("lacks channel {channel} of layer {layer:?}")))?
+                .to_f32();
         }
         Ok(planes)
     }

@@ -56,7 +56,12 @@ impl FilmState {
                 coverage: first.hits / samples.max(1) as f32,
             }
         });
-        Estimate { size: self.size, samples: u64::from(samples), dropped: u64::from(self.dropped), pixels: pixels.collect() }
+        Estimate {
+            size: self.size,
+            samples: u64::from(samples),
+            dropped: u64::from(self.dropped),
+            pixels: pixels.collect(),
+        }
     }
 }
 
@@ -131,14 +136,19 @@ impl Estimate {
         }
         let samples: u64 = parts.iter().map(|part| part.samples).sum();
         let pixels = (0..first.pixels.len())
-            .map(|i| merge_pixel(samples as f64, parts.iter().map(|part| (part.samples as f64, &part.pixels[i]))))
+            .map(|i| {
+                merge_pixel(samples as f64, parts.iter().map(|part| (part.samples as f64, &part.pixels[i])))
+            })
             .collect();
         let dropped = parts.iter().map(|part| part.dropped).sum();
         Ok(Self { size: first.size, samples, dropped, pixels })
     }
 }
 
-fn merge_pixel<'a>(samples: f64, parts: impl Iterator<Item = (f64, &'a EstimatePixel)> + Clone) -> EstimatePixel {
+fn merge_pixel<'a>(
+    samples: f64,
+    parts: impl Iterator<Item = (f64, &'a EstimatePixel)> + Clone,
+) -> EstimatePixel {
     let sum = |value: &dyn Fn(f64, &EstimatePixel) -> DVec3| {
         parts.clone().fold(DVec3::ZERO, |sum, (n, pixel)| sum + value(n, pixel))
     };
@@ -154,7 +164,11 @@ fn merge_pixel<'a>(samples: f64, parts: impl Iterator<Item = (f64, &'a EstimateP
     };
     EstimatePixel {
         mean: mean.as_vec3(),
-        variance: if samples > 1.0 { (deviations / (samples * (samples - 1.0))).as_vec3() } else { Vec3::ZERO },
+        variance: if samples > 1.0 {
+            (deviations / (samples * (samples - 1.0))).as_vec3()
+        } else {
+            Vec3::ZERO
+        },
         albedo: over_hits(&|p| p.albedo).as_vec3(),
         normal: over_hits(&|p| p.normal).as_vec3(),
         depth: over_hits(&|p| Vec3::splat(p.depth)).x as f32,

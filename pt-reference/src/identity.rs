@@ -38,7 +38,11 @@ impl Identity {
 
 fn short(value: &str) -> String {
     const MOST: usize = 60;
-    if value.chars().count() <= MOST { value.into() } else { value.chars().take(MOST).chain("...".chars()).collect() }
+    if value.chars().count() <= MOST {
+        value.into()
+    } else {
+        value.chars().take(MOST).chain("...".chars()).collect()
+    }
 }
 
 #[cfg(test)]

@@ -30,4 +30,3 @@ pub use progressive::Progressive;
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
-

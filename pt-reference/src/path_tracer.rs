@@ -1,5 +1,6 @@
 use crate::film::FilmState;
 use crate::kernels;
+use crate::oracle::albedo;
 use crate::params::{Heuristic, ReferenceParams, Strategy};
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush};
 use glam::UVec2;
@@ -28,6 +29,7 @@ pub struct PathTracer {
     path: Kernel,
     first_hit_kernel: Kernel,
     size: [u32; 2],
+    bsdf_tables: Buffer,
     film: Buffer,
     first_hit: Buffer,
     dropped: Buffer,
@@ -44,6 +46,7 @@ impl PathTracer {
             path: Kernel::trace::<PathPush>(device, &kernels::PATH, backend)?,
             first_hit_kernel: Kernel::trace::<PathPush>(device, &kernels::FIRST_HIT, backend)?,
             size,
+            bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &albedo::packed())?,
             film: Buffer::new(device, "film", (pixels * size_of::<FilmPixel>()) as u64, Location::Device)?,
             first_hit: Buffer::new(
                 device,
@@ -126,6 +129,7 @@ impl PathTracer {
         };
         let extent = [tile.size[0], tile.size[1], 1];
         let pass = frame.pass("path", &self.path).read("frame_uniforms", uniforms.buffer());
+        let pass = pass.read("bsdf_tables", &self.bsdf_tables);
         let pass = lights.buffers().into_iter().fold(scene.bind(pass), pt_core::frame::Pass::addresses);
         pass.addresses_written(&self.film).addresses_written(&self.dropped).push(&push).dispatch(extent)?;
         let pass = frame.pass("first hit", &self.first_hit_kernel).read("frame_uniforms", uniforms.buffer());

@@ -118,7 +118,10 @@ fn tiles(size: [u32; 2], tile: [u32; 2]) -> Vec<Tile> {
     let steps = |axis: usize| (0..size[axis]).step_by(tile[axis].max(1) as usize);
     steps(1)
         .flat_map(|y| steps(0).map(move |x| [x, y]))
-        .map(|origin| Tile { origin, size: [0, 1].map(|axis| tile[axis].max(1).min(size[axis] - origin[axis])) })
+        .map(|origin| Tile {
+            origin,
+            size: [0, 1].map(|axis| tile[axis].max(1).min(size[axis] - origin[axis])),
+        })
         .collect()
 }
 

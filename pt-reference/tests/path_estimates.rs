@@ -37,7 +37,8 @@ fn combined_strategies_beat_each_of_them_on_the_plates() {
     let mut stage = Stage::new(&device, scene);
     let params = |strategy| ReferenceParams { strategy, max_bounces: 0, ..Default::default() };
     let truth = stage.render(&camera, SIZE, &params(Strategy::Both), 99, 1024);
-    let error = |stage: &mut Stage<'_>, strategy| mse(&stage.render(&camera, SIZE, &params(strategy), 1, 16), &truth);
+    let error =
+        |stage: &mut Stage<'_>, strategy| mse(&stage.render(&camera, SIZE, &params(strategy), 1, 16), &truth);
     let [both, lights, bsdf] =
         [Strategy::Both, Strategy::Lights, Strategy::Bsdf].map(|strategy| error(&mut stage, strategy));
     println!("veach, 16 spp, MSE: both {both:.3e}, lights {lights:.3e}, bsdf {bsdf:.3e}");
@@ -164,12 +165,14 @@ fn error_falls_with_the_number_of_samples() {
         let points: Vec<(f64, f64)> = (0..=8)
             .map(|k| {
                 let seeds = 8;
-                let error = (0..seeds).map(|seed| mse(&stage.render(&camera, size, &params, seed, 1 << k), &truth));
+                let error =
+                    (0..seeds).map(|seed| mse(&stage.render(&camera, size, &params, seed, 1 << k), &truth));
                 (f64::from(k), (error.sum::<f64>() / f64::from(seeds)).log2())
             })
             .collect();
         let n = points.len() as f64;
-        let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+        let (mx, my) =
+            (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
         points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
             / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
     };

@@ -6,7 +6,9 @@ impl Scene {
     pub fn fingerprint(&self) -> String {
         let mut hash = Hash(blake3::Hasher::new());
         self.materials.iter().for_each(|material| hash.text(material));
-        self.instances.iter().for_each(|i| hash.text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
+        self.instances
+            .iter()
+            .for_each(|i| hash.text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
         self.lights.iter().for_each(|light| hash.text(light));
         let environment = &self.environment;
         hash.text(&(environment.rotation, environment.intensity));

@@ -1,9 +1,9 @@
 //! Renders for the tests, and scenes with closed forms.
 
+use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
 use pt_core::channels::field_width;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
-use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
 use pt_lights::LightTables;
 use pt_reference::{Estimate, EstimatePixel, FilmState, Progressive, ReferenceParams};
 use pt_scene::gpu::{GpuScene, camera_record};
@@ -61,7 +61,14 @@ impl<'a> Stage<'a> {
     }
 
     /// The image from `spp` samples.
-    pub fn render(&mut self, camera: &Camera, size: [u32; 2], params: &ReferenceParams, seed: u32, spp: u32) -> Estimate {
+    pub fn render(
+        &mut self,
+        camera: &Camera,
+        size: [u32; 2],
+        params: &ReferenceParams,
+        seed: u32,
+        spp: u32,
+    ) -> Estimate {
         self.state(camera, size, params, seed, 0..spp).estimate(spp)
     }
 }
@@ -88,7 +95,13 @@ pub fn assert_mean(estimate: &Estimate, expected: f64, what: &str) {
 }
 
 /// Adds an indexed mesh of one material, flat or with the given normals.
-pub fn add_mesh(scene: &mut Scene, positions: Vec<Vec3>, normals: Vec<Vec3>, indices: Vec<[u32; 3]>, material: Material) {
+pub fn add_mesh(
+    scene: &mut Scene,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    indices: Vec<[u32; 3]>,
+    material: Material,
+) {
     let n = positions.len();
     scene.meshes.push(Mesh {
         name: material.name.clone(),
