@@ -8,7 +8,8 @@ mod records;
 mod test_records;
 
 fn main() {
-    let kernels = pt_shaders::compiler::Kernels::new().header("lights_records.glsl", records::glsl());
+    let kernels =
+        pt_shaders::compiler::Kernels::new().header("lights_records.glsl", records::DirectPush::glsl());
     let test_header = [
         test_records::SamplerPush::glsl(),
         test_records::SampleRecord::glsl(),

@@ -1,7 +1,9 @@
-//! Compiles the kernels of the tests.
+//! Compiles the kernels of `shaders/` and of the tests.
 
 use pt_shaders::GpuStruct;
 
+#[path = "src/records.rs"]
+mod records;
 #[path = "tests/common/records.rs"]
 mod test_records;
 
@@ -15,7 +17,9 @@ fn main() {
         test_records::SamplerCase::glsl(),
         test_records::ListPush::glsl(),
     ];
-    pt_shaders::compiler::Kernels::new()
-        .header("test_records.glsl", test_header.concat())
-        .compile_as("tests/shaders", "test_kernels.rs");
+    let kernels = pt_shaders::compiler::Kernels::new()
+        .header("reference_records.glsl", records::glsl())
+        .header("test_records.glsl", test_header.concat());
+    kernels.compile("shaders");
+    kernels.compile_as("tests/shaders", "test_kernels.rs");
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::bench_post::BenchPostArgs;
+use crate::cli_reference::{MergeArgs, ReferenceArgs};
 use crate::post_args::PostArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
@@ -35,6 +36,10 @@ pub enum Command {
     Bench(BenchArgs),
     /// Render frames of a scene.
     Render(Box<RenderArgs>),
+    /// Ground truth: path trace a scene without bias.
+    Reference(Box<ReferenceArgs>),
+    /// Join slices of one render of `pt reference`.
+    Merge(MergeArgs),
     /// Compress a scene's textures ahead of time, for `pt render --baked`.
     Bake(BakeArgs),
     /// Measure an image against its reference.
@@ -154,6 +159,37 @@ pub enum BenchCommand {
     Trace(BenchTraceArgs),
     /// GPU time, bytes and share of the copy bandwidth of every pass from the interleave to the picture.
     Post(BenchPostArgs),
+    /// Paths and rays per second of the reference path tracer, beside the CPU tracing as many rays.
+    Path(Box<BenchPathArgs>),
+}
+
+/// `pt bench path`
+#[derive(Clone, Debug, Args)]
+pub struct BenchPathArgs {
+    /// What is rendered.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The view.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Also write the result to this JSON file.
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+    /// Image size.
+    #[arg(long, value_name = "WxH", default_value = "320x180")]
+    pub size: ImageSize,
+    /// Samples of each pixel in a timed window.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// Scattering events after the first hit, at most.
+    #[arg(long, value_name = "B", default_value_t = 8)]
+    pub max_bounces: u32,
+    /// Timed windows; the best counts.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub windows: u32,
+    /// Where it runs.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 /// `pt bench trace`
@@ -521,7 +557,7 @@ fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|&value| value >= 0.0).ok_or_else(|| "expected a number of 0 or more".into())
 }
 
-fn positive_f64(text: &str) -> Result<f64, String> {
+pub(crate) fn positive_f64(text: &str) -> Result<f64, String> {
     finite_f64(text).ok().filter(|&value| value > 0.0).ok_or_else(|| "expected a number above 0".into())
 }
 

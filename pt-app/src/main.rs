@@ -11,6 +11,8 @@ fn main() -> ExitCode {
         Command::Passes(args) => pt_app::passes::run(args, out),
         Command::Bench(args) => pt_app::bench::run(args, out),
         Command::Render(args) => pt_app::render::run(args, out),
+        Command::Reference(args) => pt_app::reference::run(args, out),
+        Command::Merge(args) => pt_app::reference::merge(args, out),
         Command::Bake(args) => pt_app::bake::run(args, out),
         Command::Compare(args) => pt_app::compare::run(args, out),
         Command::Sheet(args) => pt_app::sheet::run(args, out),

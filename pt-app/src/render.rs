@@ -5,7 +5,7 @@ use crate::cli::RenderArgs;
 use crate::frame::FullFrame;
 use crate::params::{self, FrameParams};
 use crate::progress::Progress;
-use crate::session::{Session, choose_camera};
+use crate::session::{Session, choose_camera, fold_seed};
 use anyhow::{Context, Result, ensure};
 use pt_core::Recorder;
 use pt_core::atomic_file::write_atomic;
@@ -79,7 +79,7 @@ fn render(
     session: &mut Session,
     full: &mut FullFrame,
 ) -> Result<Vec<FrameTiming>> {
-    let seed = (args.seed as u32) ^ ((args.seed >> 32) as u32).wrapping_mul(0x9e37_79b9);
+    let seed = fold_seed(args.seed);
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(args.frames);
     let mut previous = args.scene.time;

@@ -90,6 +90,11 @@ impl From<BackendChoice> for TraceBackend {
     }
 }
 
+/// The 32 bits of a seed that kernels see; all of its bits count.
+pub fn fold_seed(seed: u64) -> u32 {
+    (seed as u32) ^ ((seed >> 32) as u32).wrapping_mul(0x9e37_79b9)
+}
+
 /// The camera that the arguments name.
 ///
 /// # Errors

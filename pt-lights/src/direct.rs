@@ -1,5 +1,5 @@
 use crate::LightTables;
-use crate::records::{DirectPush, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN};
+use crate::records::DirectPush;
 use pt_core::channels::field_width;
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::settings::{InvalidValue, Validate};
@@ -7,7 +7,9 @@ use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, Frame, Kernel, Result};
 use pt_scene::gpu::GpuScene;
 use pt_shaders::channels::{self, ChannelId};
-use pt_shaders::records::{FrameRecord, MASK_OPAQUE};
+use pt_shaders::records::{
+    FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE,
+};
 use serde::{Deserialize, Serialize};
 
 /// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.

@@ -3,7 +3,7 @@ use crate::emissive::{self, EmissiveTriangle};
 use crate::{environment, punctual};
 use glam::{UVec2, Vec2};
 use pt_scene::Scene;
-use pt_shaders::records::{EmissiveRecord, LightRecord, SceneRecord};
+use pt_shaders::records::{EmissiveRecord, LightRecord, NONE, SceneRecord};
 
 /// Everything that light samplers of a scene need, on the host: lists, probabilities and alias tables.
 #[derive(Clone, Debug)]
@@ -64,6 +64,22 @@ impl LightLists {
         triangles
             .map(|(t, a)| EmissiveRecord { instance: t.instance, triangle: t.triangle, pmf: a.pmf })
             .collect()
+    }
+
+    /// From instance and triangle to the index in `emissives`, laid out as `SceneRecord::emissive_lookup` says.
+    pub fn emissive_lookup(&self, scene: &Scene) -> Vec<u32> {
+        let mut lookup = vec![NONE; scene.instances.len()];
+        for (index, emissive) in self.emissives.iter().enumerate() {
+            let instance = emissive.instance as usize;
+            if lookup[instance] == NONE {
+                lookup[instance] = lookup.len() as u32;
+                let triangles = scene.meshes[scene.instances[instance].mesh as usize].triangle_count();
+                lookup.resize(lookup.len() + triangles, NONE);
+            }
+            let entry = (lookup[instance] + emissive.triangle) as usize;
+            lookup[entry] = index as u32;
+        }
+        lookup
     }
 
     /// Counts, environment size, rotation and intensity.

@@ -12,6 +12,7 @@ pub struct LightTables {
     lights: Buffer,
     emissives: Buffer,
     emissive_alias: Buffer,
+    emissive_lookup: Buffer,
     environment_alias: Buffer,
 }
 
@@ -19,7 +20,8 @@ impl LightTables {
     /// Lists the scene's lights, uploads the tables and waits.
     ///
     /// # Errors
-    /// When the device has no memory left for them (12 bytes a texel of the environment, 24 an emissive triangle).
+    /// When the device has no memory left for them (12 bytes a texel of the environment, 24 an emissive triangle, 4 a triangle
+    /// of an instance that emits).
     pub fn new(device: &Device, scene: &Scene) -> Result<Self> {
         let lists = LightLists::new(scene);
         let entries = |table: &Option<_>| table.as_ref().map_or(&[][..], crate::AliasTable::entries).to_vec();
@@ -31,6 +33,7 @@ impl LightTables {
             lights,
             emissives: Buffer::from_slice(device, "emissive triangles", &lists.emissive_records())?,
             emissive_alias: Buffer::from_slice(device, "emissive alias", &entries(&lists.emissive_alias))?,
+            emissive_lookup: Buffer::from_slice(device, "emissive lookup", &lists.emissive_lookup(scene))?,
             environment_alias: Buffer::from_slice(
                 device,
                 "environment alias",
@@ -66,11 +69,12 @@ impl LightTables {
         record.lights = self.lights.address();
         record.emissives = self.emissives.address();
         record.emissive_alias = self.emissive_alias.address();
+        record.emissive_lookup = self.emissive_lookup.address();
         record.environment_alias = self.environment_alias.address();
     }
 
     /// All buffers, for `Pass::addresses`.
-    pub fn buffers(&self) -> [&Buffer; 4] {
-        [&self.lights, &self.emissives, &self.emissive_alias, &self.environment_alias]
+    pub fn buffers(&self) -> [&Buffer; 5] {
+        [&self.lights, &self.emissives, &self.emissive_alias, &self.emissive_lookup, &self.environment_alias]
     }
 }

@@ -1,8 +1,32 @@
-//! Ground truth: direct light by brute force on the CPU, in double precision, and the mathematics of the path tracer to come.
+//! Ground truth: an unbiased path tracer with next event estimation and multiple importance sampling, and direct light by brute
+//! force on the CPU to check it against.
+//!
+//! * [`PathTracer`]: the kernels and the sums that they add to; [`Progressive`]: a render that can be stopped and resumed;
+//! * [`FilmState`]: sums on the host, bit by bit; [`Estimate`]: mean and variance, which can be merged;
+//! * [`EstimateFile`], [`Checkpoint`]: both as files, with the [`Identity`] of what they show;
+//! * [`direct`]: direct light in double precision.
 
 #![forbid(unsafe_code)]
 
 mod bvh;
 pub mod direct;
-
+mod files;
+mod film;
+mod identity;
 pub mod oracle;
+mod params;
+mod path_tracer;
+mod progressive;
+pub mod records;
+
+pub use files::{Checkpoint, EstimateFile, ReferenceFileError, denoiser_inputs};
+pub use film::{Estimate, EstimatePixel, FilmState, MergeError};
+pub use identity::Identity;
+pub use oracle::sampler::SamplerKind;
+pub use params::{Heuristic, LightTypes, ReferenceParams, Strategy};
+pub use path_tracer::{PathTracer, Tile};
+pub use progressive::Progressive;
+
+mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}

@@ -16,6 +16,7 @@ mod clusters;
 mod dds;
 mod environment;
 mod error;
+mod fingerprint;
 mod framing;
 pub mod gpu;
 mod import;

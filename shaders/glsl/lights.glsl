@@ -18,8 +18,6 @@ struct LightSample {
 
 const LightSample NO_LIGHT_SAMPLE = LightSample(vec3(0.0), 0.0, vec3(0.0), false, vec3(0.0), false);
 
-// t_max of shadow rays to infinity, metres.
-const float RAY_FAR = 1e20;
 // Share of its length by which a shadow ray to a point ends early: some 80 roundings of t.
 const float SHADOW_RAY_MARGIN = 1e-5;
 
@@ -151,6 +149,36 @@ LightSample sample_emissive(vec3 position, uvec4 bits) {
         s.radiance *= textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0).rgb;
     }
     return s;
+}
+
+// Index of a triangle among the emissive ones, or NONE.
+uint emissive_index(uint instance, uint triangle) {
+    if (scene.emissive_count == 0u) return NONE;
+    UintTable lookup = UintTable(scene.emissive_lookup);
+    uint first = lookup.at[instance];
+    return first == NONE ? NONE : lookup.at[first + triangle];
+}
+
+// Density of sample_emissive for a point of emissive triangle `index` that something else found, seen at `distance` under
+// `cos_light`.
+float emissive_pdf(uint index, float twice_area, float distance, float cos_light) {
+    if (index == NONE || cos_light <= 0.0) return 0.0;
+    return EmissiveTable(scene.emissives).at[index].pmf * 2.0 * distance * distance / (twice_area * cos_light);
+}
+
+// A directional light with an angular radius, as seen along `direction`: radiance, and density of sample_sun for the direction.
+// The chord to the axis is compared, because the cosine has no digits left at the sun's size.
+struct SunDisc {
+    vec3 radiance;
+    float pdf;
+};
+
+SunDisc sun_disc(uint index, vec3 direction) {
+    LightRecord light = LightTable(scene.lights).at[index];
+    vec3 chord = direction + light.direction;
+    float one_minus_cos = 2.0 * square(sin(0.5 * light.radius));
+    if (light.radius <= 0.0 || dot(chord, chord) > 2.0 * one_minus_cos) return SunDisc(vec3(0.0), 0.0);
+    return SunDisc(light.intensity * (INV_PI / square(sin(light.radius))), light.pmf * cone_pdf(one_minus_cos));
 }
 
 // Solid angle of every texel of an environment row: cos(top) - cos(bottom) as a product, which keeps its digits at the poles.

@@ -18,6 +18,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ind
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ClusterTable { ClusterNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintTable { uint at[]; };
 
+// t_max of rays to infinity, metres.
+const float RAY_FAR = 1e20;
+
 InstanceRecord scene_instance(uint i) { return InstanceTable(scene.instances).at[i]; }
 MeshRecord scene_mesh(uint i) { return MeshTable(scene.meshes).at[i]; }
 

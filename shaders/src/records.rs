@@ -69,6 +69,9 @@ gpu_struct! {
         pub emissives: u64,
         /// `AliasRecord[emissive_count]`.
         pub emissive_alias: u64,
+        /// `uint[]`: for each instance where its part of this table begins, or [`NONE`] when it has no emissive triangle;
+        /// a part holds for each triangle of the mesh its index in `emissives`, or [`NONE`].
+        pub emissive_lookup: u64,
         /// `AliasRecord[environment_size.x * environment_size.y]`.
         pub environment_alias: u64,
         /// `BvhNode[]` of the BVH over the instances (compute backend).
@@ -352,6 +355,15 @@ pub const LIGHT_SPOT: u32 = 1;
 /// `LightRecord::kind`: directional light, illuminance in lux.
 pub const LIGHT_DIRECTIONAL: u32 = 2;
 
+/// Kinds of light in a set of kinds: directional lights.
+pub const KIND_SUN: u32 = 1;
+/// Kinds of light in a set of kinds: point and spot lights.
+pub const KIND_POSITIONAL: u32 = 2;
+/// Kinds of light in a set of kinds: emissive triangles.
+pub const KIND_EMISSIVE: u32 = 4;
+/// Kinds of light in a set of kinds: the environment.
+pub const KIND_ENVIRONMENT: u32 = 8;
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {
@@ -449,6 +461,10 @@ pub fn glsl() -> String {
         ("LIGHT_POINT", LIGHT_POINT),
         ("LIGHT_SPOT", LIGHT_SPOT),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),
+        ("KIND_SUN", KIND_SUN),
+        ("KIND_POSITIONAL", KIND_POSITIONAL),
+        ("KIND_EMISSIVE", KIND_EMISSIVE),
+        ("KIND_ENVIRONMENT", KIND_ENVIRONMENT),
     ];
     let mut text: String =
         constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();

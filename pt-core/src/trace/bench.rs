@@ -85,6 +85,25 @@ struct RayList {
     hits: Vec<Hit>,
 }
 
+/// Million rays per second of the CPU's traversal alone, on all cores, for every kind of [`RayKind::ALL`]; best window.
+///
+/// # Errors
+/// When the geometry makes no tree.
+pub fn native_rates(
+    meshes: &[MeshGeometry],
+    instances: &[InstancePlacement],
+    camera: &CameraRecord,
+    options: BenchOptions,
+) -> Result<[f64; 3]> {
+    let native = NativeScene::new(meshes, instances, BvhQuality::default())?;
+    let lists = ray_lists(&native, meshes, instances, camera, options);
+    let rate = |list: &RayList| {
+        let windows: Vec<_> = (0..options.windows.max(1)).map(|_| time_native(&native, list)).collect();
+        best(&windows)
+    };
+    Ok(RayKind::ALL.map(|kind| lists.iter().find(|list| list.kind == kind).map_or(0.0, rate)))
+}
+
 /// Times the same rays on every available backend and on the CPU. Alpha is left out on all sides.
 ///
 /// # Errors

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "no test program uses all of it")]
 
 pub mod records;
+pub mod renders;
 
 use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use pt_core::frame::Pass;

@@ -1,0 +1,305 @@
+//! `pt reference` and `pt merge`: ground truth, in one go or in slices.
+
+use crate::cli_reference::{MergeArgs, ReferenceArgs, SamplerName};
+use crate::session::{Session, choose_camera, fold_seed};
+use anyhow::{Context, Result, bail, ensure};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use pt_core::atomic_file::check_writable;
+use pt_core::capture::keys;
+use pt_core::channels::field_width;
+use pt_core::console::print_warning;
+use pt_core::image_file::{ImageSize, OutputFormat, check_output};
+use pt_reference::{Checkpoint, Estimate, EstimateFile, Identity, Progressive, denoiser_inputs};
+use pt_scene::gpu::camera_record;
+use pt_shaders::glam::UVec2;
+use pt_shaders::records::FrameRecord;
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::ops::Range;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Seconds between looks at the error, which wait for the device.
+const REPORT_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Runs `pt reference`.
+///
+/// # Errors
+/// Unknown names, files that can't be read or written, a checkpoint of another render, a device that can't do it.
+pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
+    check_exr(&args.output)?;
+    if let Some(path) = &args.checkpoint {
+        check_writable(path)?;
+    }
+    ensure!(
+        args.sampler != SamplerName::BlueNoise || args.spp_range.is_none() || args.spp.is_some(),
+        "--sampler blue-noise with --spp-range needs --spp, the samples of the whole render"
+    );
+    let mut scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
+    scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
+    for notice in &scene.notices {
+        print_warning(notice);
+    }
+    let camera = choose_camera(&scene, &args.camera)?;
+    let params = args.params();
+    let samples = args.samples();
+    let size = [args.size.width, args.size.height];
+    let identity = Identity::default()
+        .with("version", env!("CARGO_PKG_VERSION"))
+        .with("scene", scene.fingerprint())
+        .with("camera", format!("{camera:?}"))
+        .with("time", args.scene.time)
+        .with("size", format!("{}x{}", size[0], size[1]))
+        .with("seed", args.seed)
+        .with("params", serde_json::to_string(&params)?);
+    let mut session = Session::open(&args.device, scene)?;
+
+    let record = |time: f64| camera_record(&camera.at(time), size);
+    let frame = FrameRecord {
+        camera: record(args.scene.time),
+        camera_prev: record(args.scene.time - 1.0 / args.scene.fps),
+        size: UVec2::from_array(size),
+        field_width: field_width(size[0]),
+        frame_index: 0,
+        seed: fold_seed(args.seed),
+        pad: [0; 3],
+    };
+    let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
+    let mut render = Progressive::new(&session.device, &session.gpu, frame, params, tile, samples.start)?;
+    let resumed = resume(args, &mut render, &identity, &samples)?;
+
+    let started = Instant::now();
+    let (state, done) = advance(args, &mut render, &mut session, &identity, &samples)?;
+    let seconds = started.elapsed().as_secs_f64();
+    session.check_validation()?;
+
+    let estimate = state.estimate(done.end - done.start);
+    let metadata = BTreeMap::from([
+        (keys::SCENE.to_owned(), session.scene.name.clone()),
+        (keys::DEVICE.to_owned(), session.device.info().name.clone()),
+        (keys::DRIVER.to_owned(), session.device.info().driver_line()),
+        (keys::VERSION.to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+    ]);
+    if estimate.dropped > 0 {
+        print_warning(&format!("{} non-finite samples dropped", estimate.dropped));
+    }
+    if args.clamp.is_some() {
+        print_warning("--clamp: samples were cut off, the image is biased");
+    }
+    let [rays, shadow_rays] = state.rays();
+    let (paths, rays) =
+        (estimate.pixels.len() as f64 * f64::from(done.end - resumed), (rays + shadow_rays) as f64);
+    let share = f64::from(done.end - resumed) / f64::from(done.end - done.start).max(1.0);
+    let file = EstimateFile { estimate, ranges: vec![done], identity };
+    write(&args.output, &file, metadata, args.no_aov)?;
+    writeln!(
+        out,
+        "{}: {}x{}, {} samples a pixel, relative error {:.4}, {} non-finite samples dropped, {seconds:.1} s, {:.2} Mpaths/s, {:.2} Mrays/s, {}, {}",
+        args.output.display(),
+        size[0],
+        size[1],
+        file.estimate.samples,
+        file.estimate.relative_error(),
+        file.estimate.dropped,
+        paths / seconds * 1e-6,
+        rays * share / seconds * 1e-6,
+        session.device_line(),
+        session.gpu.backend(),
+    )?;
+    Ok(true)
+}
+
+/// Loads the checkpoint if there is one to go on from; returns the index of the first sample that is still to be traced.
+fn resume(
+    args: &ReferenceArgs,
+    render: &mut Progressive,
+    identity: &Identity,
+    samples: &Range<u32>,
+) -> Result<u32> {
+    let Some(path) = args.checkpoint.as_deref().filter(|path| args.resume && path.exists()) else {
+        return Ok(samples.start);
+    };
+    let checkpoint = Checkpoint::read(path)?;
+    if let Some(difference) = checkpoint.identity.difference(identity) {
+        bail!("{}: is the checkpoint of another render: {difference}", path.display());
+    }
+    let there = &checkpoint.samples;
+    ensure!(
+        there.start == samples.start && there.end <= samples.end,
+        "{}: has the samples {}..{}, which are not the beginning of {}..{}",
+        path.display(),
+        there.start,
+        there.end,
+        samples.start,
+        samples.end
+    );
+    render.resume(&checkpoint.state, there.end)?;
+    Ok(there.end)
+}
+
+/// Renders until the samples or the time are used up; the sums and the samples in them.
+fn advance(
+    args: &ReferenceArgs,
+    render: &mut Progressive,
+    session: &mut Session,
+    identity: &Identity,
+    samples: &Range<u32>,
+) -> Result<(pt_reference::FilmState, Range<u32>)> {
+    let started = Instant::now();
+    let limit = args.time_limit.map(Duration::from_secs_f64);
+    let interval = Duration::try_from_secs_f64(args.checkpoint_interval).unwrap_or(Duration::ZERO);
+    let mut progress = Report::new(samples, render.next_sample());
+    let mut saved = Instant::now();
+    while render.next_sample() < samples.end && limit.is_none_or(|limit| started.elapsed() < limit) {
+        render.step(&session.scene, &mut session.gpu, &session.lights, samples.end)?;
+        let save = args.checkpoint.is_some() && saved.elapsed() >= interval;
+        if save || progress.is_due() {
+            let state = render.state()?;
+            let done = samples.start..render.next_sample();
+            progress.show(done.end, state.estimate(done.end - done.start).relative_error());
+            if let Some(path) = args.checkpoint.as_deref().filter(|_| save) {
+                Checkpoint { state, samples: done, identity: identity.clone() }.write(path)?;
+                saved = Instant::now();
+            }
+        }
+    }
+    progress.finish();
+    let (state, done) = (render.state()?, samples.start..render.next_sample());
+    ensure!(!done.is_empty(), "no sample was done within the time limit");
+    if let Some(path) = &args.checkpoint {
+        let checkpoint = Checkpoint { state, samples: done.clone(), identity: identity.clone() };
+        checkpoint.write(path)?;
+        return Ok((checkpoint.state, done));
+    }
+    Ok((state, done))
+}
+
+/// Runs `pt merge`.
+///
+/// # Errors
+/// Files that are no estimates, of different renders, or with common samples.
+pub fn merge(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
+    check_exr(&args.output)?;
+    let mut files: Vec<(&Path, EstimateFile)> = Vec::new();
+    for path in &args.inputs {
+        files.push((path, EstimateFile::read(path)?));
+    }
+    let (first_path, first) = &files[0];
+    for (path, file) in &files[1..] {
+        if let Some(difference) = file.identity.difference(&first.identity) {
+            bail!("{} and {} are of different renders: {difference}", path.display(), first_path.display());
+        }
+    }
+    let mut ranges: Vec<_> = files
+        .iter()
+        .flat_map(|(path, file)| file.ranges.iter().map(move |range| (range.clone(), *path)))
+        .collect();
+    ranges.sort_by_key(|(range, _)| (range.start, range.end));
+    for pair in ranges.windows(2) {
+        let [(a, in_a), (b, in_b)] = pair else { continue };
+        ensure!(
+            a.end <= b.start,
+            "{} and {} have samples in common: {}..{} and {}..{}",
+            in_a.display(),
+            in_b.display(),
+            a.start,
+            a.end,
+            b.start,
+            b.end
+        );
+    }
+    let identity = first.identity.clone();
+    let mut joined: Vec<Range<u32>> = Vec::new();
+    for (range, _) in ranges {
+        match joined.last_mut() {
+            Some(last) if last.end == range.start => last.end = range.end,
+            _ => joined.push(range),
+        }
+    }
+    let parts: Vec<Estimate> = files.into_iter().map(|(_, file)| file.estimate).collect();
+    let estimate = Estimate::merge(&parts).context("cannot merge")?;
+    let file = EstimateFile { estimate, ranges: joined, identity };
+    write(&args.output, &file, BTreeMap::new(), args.no_aov)?;
+    writeln!(
+        out,
+        "{}: {} files, {} samples a pixel, relative error {:.4}",
+        args.output.display(),
+        parts.len(),
+        file.estimate.samples,
+        file.estimate.relative_error()
+    )?;
+    Ok(true)
+}
+
+fn check_exr(path: &Path) -> Result<()> {
+    ensure!(
+        check_output(path)? == OutputFormat::Exr,
+        "{}: the output is linear radiance with its variance, an .exr",
+        path.display()
+    );
+    Ok(())
+}
+
+fn write(path: &Path, file: &EstimateFile, metadata: BTreeMap<String, String>, alone: bool) -> Result<()> {
+    let mut image = file.to_image()?;
+    image.metadata.extend(metadata);
+    if !alone {
+        for (beside, image) in denoiser_inputs(path, &file.estimate)? {
+            if beside != path {
+                image.write_exr(&beside)?;
+            }
+        }
+    }
+    Ok(image.write_exr(path)?)
+}
+
+/// Progress on standard error: a bar on a terminal, a line now and then elsewhere.
+struct Report {
+    bar: Option<ProgressBar>,
+    samples: Range<u32>,
+    first: u32,
+    started: Instant,
+    shown: Instant,
+}
+
+impl Report {
+    fn new(samples: &Range<u32>, first: u32) -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new(u64::from(samples.end - samples.start));
+            let style = ProgressStyle::with_template("{bar:40} {pos}/{len} samples, {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar
+        });
+        let now = Instant::now();
+        Self { bar, samples: samples.clone(), first, started: now, shown: now }
+    }
+
+    fn is_due(&self) -> bool {
+        self.shown.elapsed() >= REPORT_INTERVAL
+    }
+
+    fn show(&mut self, next: u32, relative_error: f64) {
+        self.shown = Instant::now();
+        let (done, left) = (f64::from(next - self.first), f64::from(self.samples.end - next));
+        let left = Duration::try_from_secs_f64(self.started.elapsed().as_secs_f64() / done.max(1.0) * left);
+        let left = HumanDuration(left.unwrap_or(Duration::MAX));
+        let text = format!("relative error {relative_error:.4}, {left} left");
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position(u64::from(next - self.samples.start));
+                bar.set_message(text);
+            }
+            // A closed standard error is no reason to stop.
+            None => {
+                let line = format!("sample {next} of {}, {text}", self.samples.end);
+                let _ = writeln!(std::io::stderr(), "{line}");
+            }
+        }
+    }
+
+    fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

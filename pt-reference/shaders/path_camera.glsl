@@ -1,0 +1,27 @@
+// Where paths begin.
+#include "camera.glsl"
+#include "sampling.glsl"
+
+// Box filter of one pixel, thin lens.
+CameraRay sample_camera_ray(uvec2 pixel, vec4 xi) {
+    vec2 uv = (vec2(pixel) + xi.xy) / vec2(frame.size);
+    return camera_ray(frame.camera, uv, sample_disk(xi.zw));
+}
+
+PathState start_path(uvec2 pixel, uint sample_index) {
+    PathState path;
+    path.random = path_random(pixel, sample_index);
+    CameraRay camera = sample_camera_ray(pixel, random_camera(path.random));
+    path.origin = camera.origin;
+    path.direction = camera.direction;
+    path.throughput = vec3(1.0);
+    path.radiance = vec3(0.0);
+    path.last_pdf = 0.0;
+    path.chord = 0.0;
+    path.flags = PATH_DELTA | PATH_SEEN;
+    path.vertex = 0u;
+    path.segment = 0u;
+    path.shadow_rays = 0u;
+    path.interior = EMPTY_INTERIOR;
+    return path;
+}

@@ -1,0 +1,51 @@
+// The state that a path carries from vertex to vertex, and the weights by which light sampling and BSDF sampling share what
+// both of them find: Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.
+#include "frame.glsl"
+#include "interior.glsl"
+#include "reference_records.glsl"
+
+layout(push_constant, scalar) uniform Push { PathPush push; };
+
+#include "path_random.glsl"
+
+struct PathState {
+    vec3 origin;
+    vec3 direction;  // unit
+    vec3 throughput; // product of the weights f cos / pdf, absorption and survival so far
+    vec3 radiance;   // what the path has brought to the pixel
+    float last_pdf;  // density per solid angle with which `direction` was chosen; unused while PATH_DELTA is set
+    uint flags;      // PATH_*
+    uint vertex;     // scattering events so far
+    uint segment;    // rays traced so far, interfaces that were passed through included
+    uint shadow_rays;
+    float chord;     // length of the last ray, metres
+    PathRandom random;
+    InteriorList interior;
+};
+
+// No light sampling could have found what this ray finds: it comes from the camera or from a delta lobe.
+const uint PATH_DELTA = 1u;
+// All scattering so far was delta: the camera sees what this ray finds, perhaps in a mirror.
+const uint PATH_SEEN = 2u;
+
+// Rays that may pass through an interface without scattering (nested dielectrics, edges) before a path is given up.
+const uint MAX_SEGMENTS = 256u;
+
+// Share of the strategy with density `pdf` where the other one's is `other`.
+float mis_share(float pdf, float other) {
+    float ratio = other / pdf;
+    if (push.heuristic == HEURISTIC_POWER) ratio *= ratio;
+    return 1.0 / (1.0 + ratio);
+}
+
+float light_sample_share(float light_pdf, float bsdf_pdf) {
+    if (push.strategy != STRATEGY_BOTH) return push.strategy == STRATEGY_LIGHTS ? 1.0 : 0.0;
+    return mis_share(light_pdf, bsdf_pdf);
+}
+
+// Of light that the path's own ray found, for which light sampling has density `light_pdf` (0: it never finds it).
+float found_light_share(PathState path, float light_pdf) {
+    if ((path.flags & PATH_DELTA) != 0u || light_pdf <= 0.0) return 1.0;
+    if (push.strategy != STRATEGY_BOTH) return push.strategy == STRATEGY_BSDF ? 1.0 : 0.0;
+    return mis_share(path.last_pdf, light_pdf);
+}

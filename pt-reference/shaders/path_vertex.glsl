@@ -1,0 +1,47 @@
+// A vertex of a path: the surface there, seen from the side that the path comes from, and the media on both sides.
+#include "bsdf_surface.glsl"
+
+struct PathVertex {
+    vec3 position;
+    vec3 position_prev;
+    vec3 flat_normal; // on the path's side
+    float twice_area; // of the triangle, m^2
+    bool front;       // met on the front side
+    bool is_passed;   // a boundary inside of a stronger solid: not there for the path
+    uint material;
+    uint flags;       // MATERIAL_*
+    MaterialSample sampled;
+    Bsdf bsdf;
+};
+
+// Textures at their finest level: what the pixel's own samples do not average is not averaged.
+const Footprint NO_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 0.0);
+
+// After light has passed the surface.
+void cross_interface(inout PathState path, PathVertex v) {
+    if ((v.bsdf.flags & BSDF_SOLID) == 0u) return;
+    path.interior = interior_cross(path.interior, medium_boundary(v.material), v.front);
+}
+
+PathVertex load_vertex(PathState path, Hit hit) {
+    PathVertex v;
+    Surface s = load_surface(hit.instance, hit.triangle, hit.barycentrics);
+    v.material = s.material;
+    v.flags = MaterialTable(scene.materials).at[s.material].flags;
+    v.position = s.position;
+    v.position_prev = s.position_prev;
+    v.front = dot(s.flat_normal, path.direction) < 0.0;
+    v.flat_normal = v.front ? s.flat_normal : -s.flat_normal;
+    v.twice_area = length(cross(s.e1, s.e2));
+    v.sampled = load_material(s, NO_FOOTPRINT, 0.0);
+    v.is_passed = false;
+    float eta = surface_eta(path.interior, v.sampled.ior);
+    if (is_solid(MaterialTable(scene.materials).at[s.material])) {
+        Crossing c = interior_crossing(path.interior, medium_boundary(s.material), v.front);
+        v.is_passed = is_false_hit(c);
+        eta = medium_eta(c);
+    }
+    uint flags = push.energy_compensation != 0u ? BSDF_ENERGY_COMPENSATION : 0u;
+    v.bsdf = surface_bsdf(s, v.sampled, load_lobes(s, NO_FOOTPRINT, 0.0), -path.direction, eta, flags);
+    return v;
+}

@@ -1,0 +1,108 @@
+//! Records and constants that the kernels share with the host (`reference_records.glsl`).
+
+use pt_shaders::glam::{UVec2, Vec2, Vec3};
+use pt_shaders::{GpuStruct, gpu_struct};
+
+/// `PathPush::heuristic`: shares in proportion to the densities.
+pub const HEURISTIC_BALANCE: u32 = 0;
+/// `PathPush::heuristic`: shares in proportion to their squares.
+pub const HEURISTIC_POWER: u32 = 1;
+
+/// `PathPush::strategy`: light sampling and BSDF sampling, weighted against each other.
+pub const STRATEGY_BOTH: u32 = 0;
+/// `PathPush::strategy`: what light sampling can find is found by it alone.
+pub const STRATEGY_LIGHTS: u32 = 1;
+/// `PathPush::strategy`: only delta lights are sampled.
+pub const STRATEGY_BSDF: u32 = 2;
+
+gpu_struct! {
+    /// What a pixel has gathered.
+    pub struct FilmPixel {
+        /// Sum of the samples' radiance.
+        pub sum: Vec3,
+        /// What rounding dropped from `sum`.
+        pub sum_rest: Vec3,
+        /// Sum of their squares.
+        pub square: Vec3,
+        /// What rounding dropped from `square`.
+        pub square_rest: Vec3,
+        /// Rays traced for the nearest hit.
+        pub rays: u32,
+        /// Shadow rays traced.
+        pub shadow_rays: u32,
+    }
+}
+
+gpu_struct! {
+    /// Sums of what a pixel's camera rays saw first. Rays that saw nothing add nothing.
+    pub struct FirstHitPixel {
+        /// Base colour.
+        pub albedo: Vec3,
+        /// Shading normal on the viewer's side, world space.
+        pub normal: Vec3,
+        /// Distance from the camera along the ray, metres.
+        pub depth: f32,
+        /// Where the point was in the last frame minus where it is, UV.
+        pub motion: Vec2,
+        /// Rays that saw a surface.
+        pub hits: f32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `path.trace` and `first_hit.trace`.
+    pub struct PathPush {
+        /// `FilmPixel[]`, rows from the top.
+        pub film: u64,
+        /// `FirstHitPixel[]`, rows from the top.
+        pub first_hit: u64,
+        /// `uint`: samples dropped because they were not finite.
+        pub dropped: u64,
+        /// Top left pixel of the tile.
+        pub tile_origin: UVec2,
+        /// Its width and height.
+        pub tile_size: UVec2,
+        /// Index of the first sample.
+        pub first_sample: u32,
+        /// Samples to add.
+        pub sample_count: u32,
+        /// Scattering events after the first hit, at most.
+        pub max_bounces: u32,
+        /// Scattering events before Russian roulette begins.
+        pub roulette_start: u32,
+        /// `KIND_*` bits of the light that counts and is present.
+        pub kinds: u32,
+        /// 1: emission of surfaces counts (also of those that are not sampled).
+        pub emission: u32,
+        /// `HEURISTIC_*`.
+        pub heuristic: u32,
+        /// `STRATEGY_*`.
+        pub strategy: u32,
+        /// `SAMPLER_*` of sampler.glsl.
+        pub sampler_kind: u32,
+        /// 1: energy lost by single scattering is given back.
+        pub energy_compensation: u32,
+        /// Largest radiance of a sample, per channel; 0: no limit.
+        pub clamp: f32,
+        /// Base-2 logarithm of the samples a pixel gets in all, rounded up.
+        pub log2_spp: u32,
+    }
+}
+
+/// GLSL of this module (`reference_records.glsl`).
+#[allow(dead_code, reason = "for the build script, which includes this file")]
+pub fn glsl() -> String {
+    let constants = [
+        ("HEURISTIC_BALANCE", HEURISTIC_BALANCE),
+        ("HEURISTIC_POWER", HEURISTIC_POWER),
+        ("STRATEGY_BOTH", STRATEGY_BOTH),
+        ("STRATEGY_LIGHTS", STRATEGY_LIGHTS),
+        ("STRATEGY_BSDF", STRATEGY_BSDF),
+    ];
+    let mut text: String =
+        constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), PathPush::glsl()] {
+        text.push_str(&record);
+    }
+    text
+}

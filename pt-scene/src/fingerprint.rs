@@ -1,0 +1,79 @@
+use crate::{Scene, Texels};
+
+impl Scene {
+    /// Hash of everything that an image of the scene depends on, cameras excepted, where its instances are now: 32 hexadecimal
+    /// digits. Scenes with different content have different fingerprints; a file moved or renamed keeps its own.
+    pub fn fingerprint(&self) -> String {
+        let mut hash = Hash(blake3::Hasher::new());
+        self.materials.iter().for_each(|material| hash.text(material));
+        self.instances
+            .iter()
+            .for_each(|i| hash.text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
+        self.lights.iter().for_each(|light| hash.text(light));
+        let environment = &self.environment;
+        hash.text(&(environment.rotation, environment.intensity));
+        hash.text(&(environment.image.width, environment.image.height));
+        hash.words(&environment.image.texels);
+        for texture in &self.textures {
+            hash.text(&(texture.width, texture.height, texture.usage, texture.sampler));
+            match &texture.texels {
+                Texels::Rgba8(texels) => hash.words(texels),
+                Texels::Blocks { format, levels } => {
+                    hash.text(format);
+                    levels.iter().for_each(|level| hash.words(level));
+                }
+            }
+        }
+        for mesh in &self.meshes {
+            hash.words(&mesh.positions);
+            hash.words(&mesh.normals);
+            hash.words(&mesh.tangents);
+            hash.words(&mesh.uv0);
+            hash.words(&mesh.uv1);
+            hash.words(&mesh.colors);
+            hash.words(&mesh.indices);
+            hash.words(&mesh.triangle_materials);
+        }
+        hash.0.finalize().to_hex()[..32].to_owned()
+    }
+}
+
+/// Lengths stand before what has them, so that no two scenes give the same bytes.
+struct Hash(blake3::Hasher);
+
+impl Hash {
+    fn words<T: bytemuck::NoUninit>(&mut self, values: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+    }
+
+    /// `Debug` writes floats exactly.
+    fn text(&mut self, value: &dyn std::fmt::Debug) {
+        self.words(format!("{value:?}").as_bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::builtin;
+
+    #[test]
+    fn every_part_counts() {
+        let scene = builtin("cornell").unwrap();
+        let print = scene.fingerprint();
+        assert_eq!(print, builtin("cornell").unwrap().fingerprint());
+        assert_eq!(print.len(), 32);
+        let changes: [fn(&mut crate::Scene); 5] = [
+            |s| s.materials[0].roughness += 1e-6,
+            |s| s.meshes[0].positions[0].x += 1e-6,
+            |s| s.instances[0].world_from_object.translation.y += 1.0,
+            |s| s.environment.intensity = 2.0,
+            |s| s.meshes[0].triangle_materials[0] += 1,
+        ];
+        for change in changes {
+            let mut other = scene.clone();
+            change(&mut other);
+            assert_ne!(print, other.fingerprint());
+        }
+    }
+}
