@@ -159,7 +159,7 @@ fn error_falls_with_the_number_of_samples() {
     let mut stage = Stage::new(&device, scene);
     let size = [24, 24];
     let params = ReferenceParams { max_bounces: 3, ..Default::default() };
-    let truth = stage.render(&camera, size, &params, 1000, 16384);
+    let truth = stage.render(&camera, size, &params, 1000, 4096);
     let slope = |stage: &mut Stage<'_>, sampler| {
         let params = ReferenceParams { sampler, spp: 256, ..params.clone() };
         // Least squares through the logarithms; several seeds, so that luck averages out.

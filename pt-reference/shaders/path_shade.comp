@@ -1,16 +1,12 @@
-// The reference path tracer: paths from the camera with next event estimation and multiple importance sampling at every vertex
-// (Veach 1997, chapter 9; Kajiya 1986), and Russian roulette (Arvo and Kirk 1990). Extent: a tile of the image.
-//
-// A thread traces all its pixel's samples of this pass, one ray a turn: when a path has ended the next one begins in the same
-// turn, so that threads with short paths do not wait for those with long ones.
-#include "path_state.glsl"
-#include "trace.glsl"
-#include "path_camera.glsl"
+// Third kernel of a turn, the path tracer proper: paths from the camera with next event estimation and multiple importance sampling
+// at every vertex (Veach 1997, chapter 9; Kajiya 1986), and Russian roulette (Arvo and Kirk 1990). Extent: the tile's slots.
+#include "path_slots.glsl"
+#include "camera.glsl"
 #include "path_lights.glsl"
 #include "path_vertex.glsl"
 #include "film.glsl"
 
-const uint ANY_INSTANCE = 0xffu;
+layout(local_size_x = 64) in;
 
 // The path's ray has left the scene.
 void handle_miss(inout PathState path) {
@@ -29,20 +25,23 @@ void add_emission(inout PathState path, PathVertex v, Hit hit) {
     path.radiance += path.throughput * v.sampled.emission * found_light_share(path, light_pdf);
 }
 
-// One sample of one light, and a shadow ray.
-void next_event(inout PathState path, PathVertex v) {
+// One sample of one light, and its shadow ray; false: there is none.
+bool next_event(inout PathState path, PathVertex v, uint slot) {
     LightSample light = sample_light(v.position, random_choices(path.random, path.vertex).x,
                                     random_light(path.random, path.vertex));
-    if (light.pdf <= 0.0 || push.strategy == STRATEGY_BSDF && !light.delta) return;
-    vec3 f = bsdf_eval(v.bsdf, -path.direction, light.direction);
-    if (max_component(f * light.radiance) <= 0.0) return;
-    float share = light.delta ? 1.0 : light_sample_share(light.pdf, bsdf_pdf(v.bsdf, -path.direction, light.direction));
+    if (light.pdf <= 0.0 || push.strategy == STRATEGY_BSDF && !light.delta) return false;
+    BsdfValue bsdf = bsdf_evaluate(v.bsdf, -path.direction, light.direction);
+    float share = light.delta ? 1.0 : light_sample_share(light.pdf, bsdf.pdf);
+    vec3 radiance = bsdf.f_cos * light.radiance * (share / light.pdf);
+    if (max_component(radiance) <= 0.0) return false;
     vec3 side = dot(v.flat_normal, light.direction) > 0.0 ? v.flat_normal : -v.flat_normal;
     Ray ray = shadow_ray(v.position, side, light);
     path.shadow_rays++;
-    if (trace_occluded(ray, ANY_INSTANCE, path_coverage_seed(path.random, path.segment, 1u))) return;
     vec3 transmittance = medium_transmittance(path.interior, light.finite ? ray.t_max : RAY_FAR);
-    path.radiance += path.throughput * transmittance * f * light.radiance * (share / light.pdf);
+    store_row(ROW_SHADOW_ORIGIN, slot, vec4(ray.origin, ray.t_max));
+    store_row(ROW_SHADOW_DIRECTION, slot, ray.direction, path_coverage_seed(path.random, path.segment, 1u));
+    store_row(ROW_SHADOW_RADIANCE, slot, vec4(path.throughput * transmittance * radiance, 0.0));
+    return true;
 }
 
 // Chooses how the path goes on; false: it ends.
@@ -62,14 +61,30 @@ bool scatter(inout PathState path, PathVertex v) {
         if (random_choices(path.random, path.vertex).y >= survival) return false;
         path.throughput /= survival;
     }
-    return true;
+    return path.segment < MAX_RAYS;
 }
 
-// The path's ray has met a surface; false: the path ends there.
-bool handle_hit(inout PathState path, Hit hit) {
+// What the camera ray sees, for denoisers: from the image's own rays, so that they find its antialiasing, depth of field and coverage.
+void add_first_hit(PathVertex v, Hit hit, uint slot) {
+    FirstHitTable table = FirstHitTable(push.first_hit);
+    uint index = pixel_index(slot_pixel(slot));
+    FirstHitPixel sum = table.at[index];
+    vec3 before = previous_position(hit.instance, hit.triangle, hit.barycentrics);
+    sum.albedo += v.sampled.base_color;
+    sum.normal += v.bsdf.frame[2];
+    sum.depth += hit.t;
+    sum.motion += project(frame.camera_prev, before).xy - project(frame.camera, v.position).xy;
+    sum.hits += 1.0;
+    table.at[index] = sum;
+}
+
+// The path's ray has met a surface; false: the path ends there. `shadow`: whether it has a shadow ray.
+bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
+    shadow = false;
     path.chord = hit.t;
     path.throughput *= medium_transmittance(path.interior, hit.t);
     PathVertex v = load_vertex(path, hit);
+    if (path.segment == 1u) add_first_hit(v, hit, slot);
     if (v.is_passed) {
         path.origin = offset_point(v.position, -v.flat_normal);
         cross_interface(path, v);
@@ -82,42 +97,23 @@ bool handle_hit(inout PathState path, Hit hit) {
     }
     add_emission(path, v, hit);
     if (path.vertex > push.max_bounces) return false;
-    if (!bsdf_is_delta(v.bsdf)) next_event(path, v);
+    if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, slot);
     return scatter(path, v);
 }
 
-void finish_sample(inout FilmPixel pixel, PathState path) {
-    vec3 radiance = path.radiance;
-    if (!is_countable(radiance)) {
-        atomicAdd(CounterTable(push.dropped).at[0], 1u);
-        radiance = vec3(0.0);
-    }
-    if (push.clamp > 0.0) radiance = min(radiance, vec3(push.clamp));
-    add_sample(pixel, radiance);
-}
-
 void main() {
-    uvec2 local = launch_id();
-    if (any(greaterThanEqual(local, push.tile_size)) || push.sample_count == 0u) return;
-    uvec2 p = push.tile_origin + local;
-    uint index = p.y * frame.size.x + p.x;
-    FilmPixel pixel = FilmTable(push.film).at[index];
-    uint sample_index = push.first_sample;
-    PathState path = start_path(p, sample_index);
-    for (;;) {
-        Hit hit = trace_closest(Ray(path.origin, 0.0, path.direction, RAY_FAR), ANY_INSTANCE, path_coverage_seed(path.random, path.segment, 0u));
-        path.segment++;
-        bool goes_on = false;
-        if (hit.instance == NONE) handle_miss(path);
-        else goes_on = handle_hit(path, hit);
-        if (!goes_on) {
-            finish_sample(pixel, path);
-            pixel.rays += path.segment;
-            pixel.shadow_rays += path.shadow_rays;
-            sample_index++;
-            if (sample_index == push.first_sample + push.sample_count) break;
-            path = start_path(p, sample_index);
-        }
-    }
-    FilmTable(push.film).at[index] = pixel;
+    uint place = gl_GlobalInvocationID.x;
+    // The turn's old list has been read: the next turn fills it from the start.
+    if (place == 0u) ListLengths(push.counts).of[push.parity] = 0u;
+    uint slot = slot_at(place, 1u - push.parity);
+    if (slot == NONE) return;
+    PathState path = load_path(slot);
+    Hit hit = load_hit(slot);
+    path.segment++;
+    bool goes_on = false, shadow = false;
+    if (hit.instance == NONE) handle_miss(path);
+    else goes_on = handle_hit(path, hit, slot, shadow);
+    if (!shadow) store_row(ROW_SHADOW_ORIGIN, slot, vec4(0.0));
+    if (!goes_on) path.flags |= PATH_ENDED;
+    store_path(slot, path);
 }
