@@ -1,6 +1,7 @@
 // First kernel of a turn: adds samples that are complete to their pixels, begins the next ones, and lists the slots that go on.
 // The first turn of a tile (push.begin) begins the first samples. Extent: the tile's slots.
 #include "path_slots.glsl"
+#include "path_append.glsl"
 #include "path_camera.glsl"
 #include "film.glsl"
 
@@ -37,22 +38,12 @@ bool advance(uint slot) {
     return true;
 }
 
-shared uint group_count;
-shared uint group_first;
-
 void main() {
     uint place = gl_GlobalInvocationID.x;
+    // The last turn's shadow rays are done.
+    if (place == 0u) ListLengths(push.counts).of[LIST_SHADOW] = 0u;
     uint slot = place;
     if (push.begin == 0u) slot = slot_at(place, push.parity);
     else if (place >= slot_count()) slot = NONE;
-    bool goes_on = slot != NONE && advance(slot);
-
-    // Slots of a group stay side by side.
-    if (gl_LocalInvocationIndex == 0u) group_count = 0u;
-    barrier();
-    uint place_in_group = goes_on ? atomicAdd(group_count, 1u) : 0u;
-    barrier();
-    if (gl_LocalInvocationIndex == 0u) group_first = atomicAdd(ListLengths(push.counts).of[1u - push.parity], group_count);
-    barrier();
-    if (goes_on) slot_list(1u - push.parity).at[group_first + place_in_group] = slot;
+    append_slot(slot, 1u - push.parity, slot != NONE && advance(slot));
 }

@@ -1,6 +1,7 @@
 // Third kernel of a turn, the path tracer proper: paths from the camera with next event estimation and multiple importance sampling
 // at every vertex (Veach 1997, chapter 9; Kajiya 1986), and Russian roulette (Arvo and Kirk 1990). Extent: the tile's slots.
 #include "path_slots.glsl"
+#include "path_append.glsl"
 #include "camera.glsl"
 #include "path_lights.glsl"
 #include "path_vertex.glsl"
@@ -25,12 +26,11 @@ void add_emission(inout PathState path, PathVertex v, Hit hit) {
     path.radiance += path.throughput * v.sampled.emission * found_light_share(path, light_pdf);
 }
 
-// One sample of one light, and its shadow ray; false: there is none.
-bool next_event(inout PathState path, PathVertex v, uint slot) {
-    LightSample light = sample_light(v.position, random_choices(path.random, path.vertex).x,
-                                    random_light(path.random, path.vertex));
+// One sample of one light, whose kind `xi` chooses, and its shadow ray; false: there is none.
+bool next_event(inout PathState path, PathVertex v, float xi, uint slot) {
+    LightSample light = sample_light(v.position, xi, random_light(path.random, path.vertex));
     if (light.pdf <= 0.0 || push.strategy == STRATEGY_BSDF && !light.delta) return false;
-    BsdfValue bsdf = bsdf_evaluate(v.bsdf, -path.direction, light.direction);
+    BsdfValue bsdf = bsdf_evaluate(v.bsdf, light.direction);
     float share = light.delta ? 1.0 : light_sample_share(light.pdf, bsdf.pdf);
     vec3 radiance = bsdf.f_cos * light.radiance * (share / light.pdf);
     if (max_component(radiance) <= 0.0) return false;
@@ -44,9 +44,9 @@ bool next_event(inout PathState path, PathVertex v, uint slot) {
     return true;
 }
 
-// Chooses how the path goes on; false: it ends.
-bool scatter(inout PathState path, PathVertex v) {
-    BsdfSample s = bsdf_sample(v.bsdf, -path.direction, random_bsdf(path.random, path.vertex));
+// Chooses how the path goes on; false: it ends. `xi`: for Russian roulette.
+bool scatter(inout PathState path, PathVertex v, float xi) {
+    BsdfSample s = bsdf_sample(v.bsdf, random_bsdf(path.random, path.vertex));
     if (s.pdf <= 0.0 || max_component(s.weight) <= 0.0) return false;
     path.throughput *= s.weight;
     path.direction = s.direction;
@@ -58,7 +58,7 @@ bool scatter(inout PathState path, PathVertex v) {
     path.vertex++;
     if (path.vertex > push.roulette_start) {
         float survival = clamp(max_component(path.throughput), 0.05, 0.95);
-        if (random_choices(path.random, path.vertex).y >= survival) return false;
+        if (xi >= survival) return false;
         path.throughput /= survival;
     }
     return path.segment < MAX_RAYS;
@@ -97,8 +97,22 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     }
     add_emission(path, v, hit);
     if (path.vertex > push.max_bounces) return false;
-    if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, slot);
-    return scatter(path, v);
+    vec2 xi = random_choices(path.random, path.vertex);
+    if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, xi.x, slot);
+    return scatter(path, v, xi.y);
+}
+
+// Whether the slot's path has a shadow ray now.
+bool shade(uint slot) {
+    PathState path = load_path(slot);
+    Hit hit = load_hit(slot);
+    path.segment++;
+    bool goes_on = false, shadow = false;
+    if (hit.instance == NONE) handle_miss(path);
+    else goes_on = handle_hit(path, hit, slot, shadow);
+    if (!goes_on) path.flags |= PATH_ENDED;
+    store_path(slot, path);
+    return shadow;
 }
 
 void main() {
@@ -106,14 +120,5 @@ void main() {
     // The turn's old list has been read: the next turn fills it from the start.
     if (place == 0u) ListLengths(push.counts).of[push.parity] = 0u;
     uint slot = slot_at(place, 1u - push.parity);
-    if (slot == NONE) return;
-    PathState path = load_path(slot);
-    Hit hit = load_hit(slot);
-    path.segment++;
-    bool goes_on = false, shadow = false;
-    if (hit.instance == NONE) handle_miss(path);
-    else goes_on = handle_hit(path, hit, slot, shadow);
-    if (!shadow) store_row(ROW_SHADOW_ORIGIN, slot, vec4(0.0));
-    if (!goes_on) path.flags |= PATH_ENDED;
-    store_path(slot, path);
+    append_slot(slot, LIST_SHADOW, slot != NONE && shade(slot));
 }

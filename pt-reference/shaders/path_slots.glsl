@@ -3,14 +3,16 @@
 // Considered Harmful: Wavefront Path Tracing on GPUs". Slots stand in blocks of 8 x 4 pixels, so that neighbours in the list
 // are neighbours in the image.
 //
-// The buffer push.paths: two lists (one is read while the other is written; push.counts has their lengths), then rows of 16 bytes a
+// The buffer push.paths: three lists (of live slots, one is read while the other is written, and of slots with a shadow ray; push.counts has their lengths), then rows of 16 bytes a
 // slot, so that threads side by side load side by side.
 #include "path_state.glsl"
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ListLengths { uint of[2]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ListLengths { uint of[3]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SlotList { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RowTable { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LengthTable { float at[]; };
+
+const uint LIST_SHADOW = 2u;
 
 const uint ROW_ORIGIN = 0u;     // w: index of the sample
 const uint ROW_DIRECTION = 1u;  // w: progress_word()
@@ -18,7 +20,7 @@ const uint ROW_THROUGHPUT = 2u; // w: last_pdf
 const uint ROW_RADIANCE = 3u;   // w: shadow rays
 const uint ROW_SOLIDS = 4u;     // the interior list, if PATH_INSIDE
 const uint ROW_IORS = 5u;
-const uint ROW_SHADOW_ORIGIN = 6u;    // w: t_max; 0: no shadow ray
+const uint ROW_SHADOW_ORIGIN = 6u;    // w: t_max
 const uint ROW_SHADOW_DIRECTION = 7u; // w: seed for partial coverage
 const uint ROW_SHADOW_RADIANCE = 8u;  // what the light brings if nothing is in its way
 const uint ROW_HIT = 9u;              // instance, triangle, barycentrics
@@ -44,15 +46,15 @@ uint place_in_list(uvec2 launch) {
     return (launch.y / 4u * tile_blocks().x + launch.x / 8u) * 32u + launch.y % 4u * 8u + launch.x % 8u;
 }
 
-SlotList slot_list(uint parity) { return SlotList(push.paths + uint64_t(4u * parity * slot_count())); }
+SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list * slot_count())); }
 
 // NONE past the end.
-uint slot_at(uint place, uint parity) {
-    return place < ListLengths(push.counts).of[parity] ? slot_list(parity).at[place] : NONE;
+uint slot_at(uint place, uint list) {
+    return place < ListLengths(push.counts).of[list] ? slot_list(list).at[place] : NONE;
 }
 
 RowTable row_table(uint row) {
-    return RowTable(push.paths + uint64_t(slot_count()) * uint64_t(8u + 16u * row));
+    return RowTable(push.paths + uint64_t(slot_count()) * uint64_t(16u + 16u * row));
 }
 
 vec4 load_row(uint row, uint slot) { return row_table(row).at[slot]; }

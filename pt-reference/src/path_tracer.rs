@@ -23,8 +23,8 @@ pub struct Tile {
 
 /// Pixels of a block of slots, as in path_slots.glsl.
 const BLOCK: [u32; 2] = [8, 4];
-/// Bytes of a slot: its place in two lists, ten rows, the length of a ray.
-const SLOT_BYTES: u64 = 2 * 4 + 10 * 16 + 4;
+/// Bytes of a slot: its place in three lists (and a gap that keeps rows aligned), ten rows, the length of a ray.
+const SLOT_BYTES: u64 = 4 * 4 + 10 * 16 + 4;
 
 impl Tile {
     fn blocks(self) -> [u32; 2] {
@@ -43,7 +43,7 @@ pub struct Turns {
     pub turns: Range<u32>,
 }
 
-/// The path tracer with the sums that it adds to: 48 bytes a pixel, and 40 for what camera rays see first; and 172 bytes for every
+/// The path tracer with the sums that it adds to: 48 bytes a pixel, and 40 for what camera rays see first; and 180 bytes for every
 /// pixel of a tile, whose paths advance side by side.
 ///
 /// Turns (`path_advance`, `path_trace`, `path_shade`, `path_shadow`) move all the tile's paths on by a ray and a shadow ray. A
@@ -84,7 +84,7 @@ impl PathTracer {
             film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
             first_hit: buffer("first hits", pixels * size_of::<FirstHitPixel>() as u64)?,
             dropped: buffer("dropped samples", 4)?,
-            counts: Buffer::from_slice(device, "live paths", &[0u32; 2])?,
+            counts: Buffer::from_slice(device, "live paths", &[0u32; 3])?,
             paths: buffer("paths", slots * SLOT_BYTES)?,
         };
         tracer.set(&FilmState::zero(size))?;
@@ -123,7 +123,7 @@ impl PathTracer {
     /// # Errors
     /// When the device fails.
     pub fn live(&self) -> Result<u32> {
-        Ok(self.counts.read::<u32>()?.iter().sum())
+        Ok(self.counts.read::<u32>()?[..2].iter().sum())
     }
 
     /// Records the passes of some turns: four each.

@@ -58,7 +58,7 @@ gpu_struct! {
         pub first_hit: u64,
         /// `uint`: samples dropped because they were not finite.
         pub dropped: u64,
-        /// `uint[2]`: lengths of the lists of live slots.
+        /// `uint[3]`: lengths of the lists of slots.
         pub counts: u64,
         /// Paths between the kernels (path_slots.glsl).
         pub paths: u64,
