@@ -1,5 +1,5 @@
-// First kernel of a turn: adds samples that are complete to their pixels, begins the next ones, and lists the slots that go on.
-// The first turn of a tile (push.begin) begins the first samples. Extent: the tile's slots.
+// First kernel of a turn. When no path goes on it adds the samples, which are complete, to their pixels and begins the next ones, of all
+// pixels at once: rays of one depth, which have most in common, are traced together. Extent: the tile's slots.
 #include "path_slots.glsl"
 #include "path_append.glsl"
 #include "path_camera.glsl"
@@ -7,43 +7,32 @@
 
 layout(local_size_x = 64) in;
 
-void finish_sample(uint slot, PathState path) {
-    uint index = pixel_index(slot_pixel(slot));
+void finish_sample(uint slot, uint index) {
     FilmPixel pixel = FilmTable(push.film).at[index];
-    vec3 radiance = path.radiance;
+    vec4 row = load_row(ROW_RADIANCE, slot);
+    vec3 radiance = row.xyz;
     if (!is_countable(radiance)) {
         atomicAdd(CounterTable(push.dropped).at[0], 1u);
         radiance = vec3(0.0);
     }
     if (push.clamp > 0.0) radiance = min(radiance, vec3(push.clamp));
     add_sample(pixel, radiance);
-    pixel.rays += path.segment;
-    pixel.shadow_rays += path.shadow_rays;
+    pixel.rays += load_segment(slot);
+    pixel.shadow_rays += floatBitsToUint(row.w);
     FilmTable(push.film).at[index] = pixel;
 }
 
-// Whether the slot has a path for the turn's rays.
-bool advance(uint slot) {
-    uint sample_index = push.first_sample;
-    if (push.begin != 0u) {
-        if (!in_tile(slot_pixel(slot)) || push.sample_count == 0u) return false;
-    } else {
-        if ((floatBitsToUint(load_row(ROW_DIRECTION, slot).w) & PATH_ENDED) == 0u) return true;
-        PathState path = load_path(slot);
-        finish_sample(slot, path);
-        sample_index = path.sample_index + 1u;
-        if (sample_index == push.first_sample + push.sample_count) return false;
-    }
-    store_path(slot, start_path(slot_pixel(slot), sample_index));
-    return true;
-}
-
 void main() {
-    uint place = gl_GlobalInvocationID.x;
+    uint slot = gl_GlobalInvocationID.x;
+    TileProgress progress = TileProgress(push.progress);
     // The last turn's shadow rays are done.
-    if (place == 0u) ListLengths(push.counts).of[LIST_SHADOW] = 0u;
-    uint slot = place;
-    if (push.begin == 0u) slot = slot_at(place, push.parity);
-    else if (place >= slot_count()) slot = NONE;
-    append_slot(slot, 1u - push.parity, slot != NONE && advance(slot));
+    if (slot == 0u) progress.tile.listed[LIST_SHADOW] = 0u;
+    if (!turn_begins_sample()) return;
+    uvec2 pixel = slot_pixel(slot);
+    bool exists = slot < slot_count() && in_tile(pixel);
+    uint begun = push.begin != 0u ? 0u : progress.tile.begun;
+    if (exists && push.begin == 0u && begun > progress.tile.finished) finish_sample(slot, pixel_index(pixel));
+    bool begins = exists && begun < push.sample_count;
+    if (begins) store_path(slot, start_path(pixel, push.first_sample + begun));
+    append_slot(slot, push.parity, begins);
 }

@@ -8,7 +8,7 @@ void append_slot(uint slot, uint list, bool listed) {
     barrier();
     uint place = listed ? atomicAdd(group_count, 1u) : 0u;
     barrier();
-    if (gl_LocalInvocationIndex == 0u) group_first = atomicAdd(ListLengths(push.counts).of[list], group_count);
+    if (gl_LocalInvocationIndex == 0u) group_first = atomicAdd(TileProgress(push.progress).tile.listed[list], group_count);
     barrier();
     if (listed) slot_list(list).at[group_first + place] = slot;
 }

@@ -7,7 +7,8 @@
 #include "path_vertex.glsl"
 #include "film.glsl"
 
-layout(local_size_x = 64) in;
+// Wide groups: NVIDIA's compiler then keeps to 128 registers, and twice as many threads hide the loads.
+layout(local_size_x = 512) in;
 
 // The path's ray has left the scene.
 void handle_miss(inout PathState path) {
@@ -102,23 +103,30 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     return scatter(path, v, xi.y);
 }
 
-// Whether the slot's path has a shadow ray now.
-bool shade(uint slot) {
+struct Onward { bool path, shadow; };
+
+// Which rays the slot has next.
+Onward shade(uint slot) {
     PathState path = load_path(slot);
     Hit hit = load_hit(slot);
     path.segment++;
-    bool goes_on = false, shadow = false;
+    Onward onward = Onward(false, false);
     if (hit.instance == NONE) handle_miss(path);
-    else goes_on = handle_hit(path, hit, slot, shadow);
-    if (!goes_on) path.flags |= PATH_ENDED;
+    else onward.path = handle_hit(path, hit, slot, onward.shadow);
     store_path(slot, path);
-    return shadow;
+    return onward;
 }
 
 void main() {
     uint place = gl_GlobalInvocationID.x;
-    // The turn's old list has been read: the next turn fills it from the start.
-    if (place == 0u) ListLengths(push.counts).of[push.parity] = 0u;
-    uint slot = slot_at(place, 1u - push.parity);
-    append_slot(slot, LIST_SHADOW, slot != NONE && shade(slot));
+    if (place == 0u && turn_begins_sample()) {
+        TileProgress progress = TileProgress(push.progress);
+        progress.tile.finished = push.begin != 0u ? 0u : progress.tile.begun;
+        progress.tile.begun = push.begin != 0u ? 1u : min(progress.tile.begun + 1u, push.sample_count);
+    }
+    uint slot = slot_at(place, push.parity);
+    Onward onward = Onward(false, false);
+    if (slot != NONE) onward = shade(slot);
+    append_slot(slot, 1u - push.parity, onward.path);
+    append_slot(slot, LIST_SHADOW, onward.shadow);
 }

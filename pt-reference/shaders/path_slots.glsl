@@ -1,13 +1,13 @@
 // Where paths wait between the kernels of a turn (advance, trace, shade, shadow): a slot for each pixel of the tile, which traces the
-// pixel's samples one after the other, and a list of the slots that still have some: Laine, Karras, Aila 2013, "Megakernels
+// pixel's samples one after the other, and a list of the slots whose path goes on: Laine, Karras, Aila 2013, "Megakernels
 // Considered Harmful: Wavefront Path Tracing on GPUs". Slots stand in blocks of 8 x 4 pixels, so that neighbours in the list
 // are neighbours in the image.
 //
-// The buffer push.paths: three lists (of live slots, one is read while the other is written, and of slots with a shadow ray; push.counts has their lengths), then rows of 16 bytes a
-// slot, so that threads side by side load side by side.
+// The buffer push.paths: three lists (one of live slots that is read, one that is written, one of slots with a shadow ray), then rows of
+// 16 bytes a slot, so that threads side by side load side by side.
 #include "path_state.glsl"
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ListLengths { uint of[3]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileProgress { ProgressRecord tile; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SlotList { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RowTable { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LengthTable { float at[]; };
@@ -48,9 +48,12 @@ uint place_in_list(uvec2 launch) {
 
 SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list * slot_count())); }
 
+// push.begin: the first turn of a tile.
+bool turn_begins_sample() { return push.begin != 0u || TileProgress(push.progress).tile.idle != 0u; }
+
 // NONE past the end.
 uint slot_at(uint place, uint list) {
-    return place < ListLengths(push.counts).of[list] ? slot_list(list).at[place] : NONE;
+    return place < TileProgress(push.progress).tile.listed[list] ? slot_list(list).at[place] : NONE;
 }
 
 RowTable row_table(uint row) {
@@ -64,6 +67,7 @@ void store_row(uint row, uint slot, vec3 value, uint word) { store_row(row, slot
 // Flags, vertex and segment: 4, 14, 14 bits. No path comes that far: Russian roulette spares at most 95 %.
 const uint MAX_RAYS = 0x3fffu;
 uint progress_word(PathState path) { return path.flags | path.vertex << 4u | path.segment << 18u; }
+uint load_segment(uint slot) { return floatBitsToUint(load_row(ROW_DIRECTION, slot).w) >> 18u; }
 
 // What the ray alone needs: origin, direction, progress, sample.
 void load_ray(inout PathState path, uint slot) {

@@ -2,7 +2,8 @@ use crate::film::FilmState;
 use crate::kernels;
 use crate::oracle::albedo;
 use crate::params::{Heuristic, ReferenceParams, Strategy};
-use crate::records::{self, FilmPixel, FirstHitPixel, PathPush};
+use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord};
+use bytemuck::Zeroable;
 use glam::UVec2;
 use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
@@ -39,7 +40,7 @@ pub struct Turns {
     pub tile: Tile,
     /// Their samples.
     pub samples: Range<u32>,
-    /// Numbers of the turns; turn 0 begins the samples. A tile is done when [`PathTracer::live`] is 0.
+    /// Numbers of the turns; turn 0 begins the first sample. See [`PathTracer::is_done`].
     pub turns: Range<u32>,
 }
 
@@ -59,7 +60,7 @@ pub struct PathTracer {
     film: Buffer,
     first_hit: Buffer,
     dropped: Buffer,
-    counts: Buffer,
+    progress: Buffer,
     paths: Buffer,
 }
 
@@ -84,7 +85,7 @@ impl PathTracer {
             film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
             first_hit: buffer("first hits", pixels * size_of::<FirstHitPixel>() as u64)?,
             dropped: buffer("dropped samples", 4)?,
-            counts: Buffer::from_slice(device, "live paths", &[0u32; 3])?,
+            progress: Buffer::from_slice(device, "progress", &[ProgressRecord::zeroed()])?,
             paths: buffer("paths", slots * SLOT_BYTES)?,
         };
         tracer.set(&FilmState::zero(size))?;
@@ -118,12 +119,12 @@ impl PathTracer {
         })
     }
 
-    /// Pixels whose samples were not complete before the last turn submitted so far; waits for it.
+    /// Whether the turns so far have completed `samples` samples of all pixels of the tile; waits for them.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn live(&self) -> Result<u32> {
-        Ok(self.counts.read::<u32>()?[..2].iter().sum())
+    pub fn is_done(&self, samples: u32) -> Result<bool> {
+        Ok(self.progress.read::<ProgressRecord>()?[0].finished == samples)
     }
 
     /// Records the passes of some turns: four each.
@@ -149,24 +150,24 @@ impl PathTracer {
                 ..self.push(lights, params, tile, &samples)
             };
             let pass = frame.pass("path advance", &self.advance).read("frame_uniforms", uniforms.buffer());
-            let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.counts);
+            let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.film).addresses_updated(&self.dropped);
             pass.push(&push).dispatch(slots)?;
 
             let pass = frame.pass("path trace", &self.trace).read("frame_uniforms", uniforms.buffer());
-            let pass = scene.bind(pass).addresses_updated(&self.paths).addresses(&self.counts);
+            let pass = scene.bind(pass).addresses_updated(&self.paths).addresses_updated(&self.progress);
             pass.push(&push).dispatch(blocks)?;
 
             let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass).read("bsdf_tables", &self.bsdf_tables);
             let pass = lights.buffers().into_iter().fold(pass, pt_core::frame::Pass::addresses);
-            let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.counts);
+            let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             pass.addresses_updated(&self.first_hit).push(&push).dispatch(slots)?;
 
             let pass = scene
                 .bind(frame.pass("path shadow", &self.shadow))
                 .addresses_updated(&self.paths)
-                .addresses(&self.counts);
+                .addresses(&self.progress);
             pass.push(&push).dispatch(blocks)?;
         }
         Ok(())
@@ -183,7 +184,7 @@ impl PathTracer {
             film: self.film.address(),
             first_hit: self.first_hit.address(),
             dropped: self.dropped.address(),
-            counts: self.counts.address(),
+            progress: self.progress.address(),
             paths: self.paths.address(),
             tile_origin: UVec2::from_array(tile.origin),
             tile_size: UVec2::from_array(tile.size),

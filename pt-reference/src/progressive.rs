@@ -110,7 +110,7 @@ impl Progressive {
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
                 self.turns = adapt(self.turns, MAX_TURNS, submitted.elapsed(), SUBMISSION);
-                if self.tracer.live()? == 0 {
+                if self.tracer.is_done(samples.end - samples.start)? {
                     break;
                 }
             }

@@ -50,6 +50,20 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// How far the turns of a tile have come. Words that a kernel reads are written by others.
+    pub struct ProgressRecord {
+        /// Lengths of the lists of slots.
+        pub listed: [u32; 3],
+        /// Samples begun of each pixel.
+        pub begun: u32,
+        /// Samples finished.
+        pub finished: u32,
+        /// 1: no path goes on.
+        pub idle: u32,
+    }
+}
+
+gpu_struct! {
     /// Push constants of the path tracer's kernels.
     pub struct PathPush {
         /// `FilmPixel[]`, rows from the top.
@@ -58,8 +72,8 @@ gpu_struct! {
         pub first_hit: u64,
         /// `uint`: samples dropped because they were not finite.
         pub dropped: u64,
-        /// `uint[3]`: lengths of the lists of slots.
-        pub counts: u64,
+        /// `ProgressRecord`.
+        pub progress: u64,
         /// Paths between the kernels (path_slots.glsl).
         pub paths: u64,
         /// Top left pixel of the tile.
@@ -109,7 +123,7 @@ pub fn glsl() -> String {
     ];
     let mut text: String =
         constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
-    for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), PathPush::glsl()] {
+    for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), ProgressRecord::glsl(), PathPush::glsl()] {
         text.push_str(&record);
     }
     text
