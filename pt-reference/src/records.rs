@@ -50,7 +50,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `path.trace` and `first_hit.trace`.
+    /// Push constants of the path tracer's kernels.
     pub struct PathPush {
         /// `FilmPixel[]`, rows from the top.
         pub film: u64,
@@ -58,6 +58,10 @@ gpu_struct! {
         pub first_hit: u64,
         /// `uint`: samples dropped because they were not finite.
         pub dropped: u64,
+        /// `uint[3]`: lengths of the lists of slots.
+        pub counts: u64,
+        /// Paths between the kernels (path_slots.glsl).
+        pub paths: u64,
         /// Top left pixel of the tile.
         pub tile_origin: UVec2,
         /// Its width and height.
@@ -86,6 +90,10 @@ gpu_struct! {
         pub clamp: f32,
         /// Base-2 logarithm of the samples a pixel gets in all, rounded up.
         pub log2_spp: u32,
+        /// Which list the turn reads: 0, 1, 0, ...
+        pub parity: u32,
+        /// 1: the first turn of a tile, which begins its samples.
+        pub begin: u32,
     }
 }
 
