@@ -5,12 +5,10 @@ use crate::cli::{BenchArgs, BenchCommand, BenchPathArgs, BenchTraceArgs};
 use crate::session::{Session, choose_camera};
 use anyhow::Result;
 use pt_core::atomic_file::{check_writable, write_atomic};
-use pt_core::channels::field_width;
 use pt_core::trace::bench::{BenchOptions, RayKind, bench, native_rates};
 use pt_core::{Device, DeviceOptions};
 use pt_reference::{FilmState, Progressive, ReferenceParams};
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
-use pt_shaders::glam::UVec2;
 use pt_shaders::records::FrameRecord;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -85,15 +83,7 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     let triangles = scene.statistics().instanced_triangles;
 
     let mut session = Session::open(&args.device, scene)?;
-    let frame = FrameRecord {
-        camera: record,
-        camera_prev: record,
-        size: UVec2::from_array(size),
-        field_width: field_width(size[0]),
-        frame_index: 0,
-        seed: 0,
-        pad: [0; 3],
-    };
+    let frame = FrameRecord::new(record, record, size, 0, 0);
     let params = ReferenceParams { max_bounces: args.max_bounces, ..ReferenceParams::default() };
     let mut render =
         Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, None, 0)?;

@@ -2,7 +2,6 @@
 
 use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
-use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, Frame, Image, Result};
@@ -13,7 +12,6 @@ use pt_post::{Accumulate, Bloom, BloomMode, Exposure, ExposureRecord, Fsr, Taa, 
 use pt_scene::Camera;
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::channels::{ACCUMULATED, ChannelId, FLAT_COLOR, FLAT_MOTION};
-use pt_shaders::glam::UVec2;
 use pt_shaders::records::{CameraRecord, FrameRecord};
 
 /// The stages with the images that pass between them.
@@ -111,15 +109,13 @@ impl FullFrame {
         };
         self.jitter = frame_jitter(gbuffer.jitter, frame.index());
         let camera = gbuffer.with_lens(camera_record(camera, images.size()));
-        let uniforms = FrameRecord {
+        let uniforms = FrameRecord::new(
             camera,
-            camera_prev: self.previous_camera.replace(camera).unwrap_or(camera),
-            size: UVec2::from_array(images.size()),
-            field_width: field_width(images.size()[0]),
-            frame_index: frame.index(),
+            self.previous_camera.replace(camera).unwrap_or(camera),
+            images.size(),
+            frame.index(),
             seed,
-            pad: [0; 3],
-        };
+        );
         self.uniforms.upload(frame, &uniforms)?;
 
         self.primary.record(frame, scene, &self.uniforms, images, &gbuffer)?;

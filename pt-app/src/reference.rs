@@ -6,12 +6,10 @@ use anyhow::{Context, Result, bail, ensure};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use pt_core::atomic_file::check_writable;
 use pt_core::capture::keys;
-use pt_core::channels::field_width;
 use pt_core::console::print_warning;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_reference::{Checkpoint, Estimate, EstimateFile, Identity, Progressive, denoiser_inputs};
 use pt_scene::gpu::camera_record;
-use pt_shaders::glam::UVec2;
 use pt_shaders::records::FrameRecord;
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
@@ -55,15 +53,13 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     let mut session = Session::open(&args.device, scene)?;
 
     let record = |time: f64| camera_record(&camera.at(time), size);
-    let frame = FrameRecord {
-        camera: record(args.scene.time),
-        camera_prev: record(args.scene.time - 1.0 / args.scene.fps),
-        size: UVec2::from_array(size),
-        field_width: field_width(size[0]),
-        frame_index: 0,
-        seed: fold_seed(args.seed),
-        pad: [0; 3],
-    };
+    let frame = FrameRecord::new(
+        record(args.scene.time),
+        record(args.scene.time - 1.0 / args.scene.fps),
+        size,
+        0,
+        fold_seed(args.seed),
+    );
     let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
     let mut render =
         Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, tile, samples.start)?;

@@ -48,10 +48,7 @@ pub struct ChannelImages {
     slots: BTreeMap<ChannelId, Slot>,
 }
 
-/// Width of one checkerboard field of a frame that is `width` wide.
-pub const fn field_width(width: u32) -> u32 {
-    width.div_ceil(2)
-}
+pub use pt_shaders::records::field_width;
 
 /// Extent of a channel for a frame of `size` whose picture has `output_size`.
 pub fn extent(class: ExtentClass, size: [u32; 2], output_size: [u32; 2]) -> [u32; 2] {

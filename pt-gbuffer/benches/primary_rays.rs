@@ -2,7 +2,6 @@
 //!
 //! One thread is one ray: Mthreads/s are Mrays/s. Bytes are those of the images; what the traversal reads is not counted.
 
-use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::harness::bench;
 use pt_core::trace::TraceBackend;
@@ -22,15 +21,7 @@ fn main() -> ExitCode {
         let uniforms = Uniforms::new(device, "frame_uniforms")?;
         Ok(move |frame: &mut Frame<'_>| {
             gpu.update(frame, &scene)?;
-            let record = FrameRecord {
-                camera,
-                camera_prev: camera,
-                size: size.into(),
-                field_width: field_width(size[0]),
-                frame_index: frame.index(),
-                seed: 0,
-                pad: [0; 3],
-            };
+            let record = FrameRecord::new(camera, camera, size, frame.index(), 0);
             uniforms.upload(frame, &record)?;
             stage.record(frame, &gpu, &uniforms, &images, &GbufferParams::default())
         })

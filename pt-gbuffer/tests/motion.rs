@@ -49,15 +49,7 @@ fn check(file: &str, animation: AnimationChoice) {
             let previous = TIMES[index.saturating_sub(1)];
             scene.set_time(time, previous);
             let [now, then] = [time, previous].map(|t| camera_record(&view(&start, t), SIZE));
-            let record = FrameRecord {
-                camera: now,
-                camera_prev: then,
-                size: SIZE.into(),
-                field_width: field_width(SIZE[0]),
-                frame_index: index as u32,
-                seed: 0,
-                pad: [0; 3],
-            };
+            let record = FrameRecord::new(now, then, SIZE, index as u32, 0);
             let mut frame = recorder.begin().unwrap();
             gpu.update(&mut frame, &scene).unwrap();
             uniforms.upload(&mut frame, &record).unwrap();

@@ -52,15 +52,8 @@ fn check(backend: TraceBackend, orthographic: bool) {
         0.7,
     );
     before.projection = camera.projection;
-    let frame_record = FrameRecord {
-        camera: camera_record(&camera, SIZE),
-        camera_prev: camera_record(&before, SIZE),
-        size: SIZE.into(),
-        field_width: field_width(SIZE[0]),
-        frame_index: 0,
-        seed: 0,
-        pad: [0; 3],
-    };
+    let frame_record =
+        FrameRecord::new(camera_record(&camera, SIZE), camera_record(&before, SIZE), SIZE, 0, 0);
 
     let mut gpu = GpuScene::new(&device, &scene, backend).unwrap();
     let stage = PrimaryRays::new(&device, gpu.backend()).unwrap();

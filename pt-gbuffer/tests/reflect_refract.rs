@@ -1,7 +1,7 @@
 //! Mirrors and glass against closed forms. Nothing here needs light samples: all light is emission and environment, so that
 //! the channel `transparent` is the radiance of the pixel.
 
-use glam::{Affine3A, DVec2, DVec3, Mat3A, UVec2, Vec2, Vec3, Vec4};
+use glam::{Affine3A, DVec2, DVec3, Mat3A, Vec2, Vec3, Vec4};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::split::flat_to_split;
@@ -134,15 +134,13 @@ impl Rig {
         let texels = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
         let (mut radiance, mut shaded) = (vec![DVec3::ZERO; texels], vec![DVec3::ZERO; texels]);
         for index in 0..count {
-            let record = FrameRecord {
-                camera: camera_record(cameras[0], SIZE),
-                camera_prev: camera_record(cameras[1], SIZE),
-                size: UVec2::from_array(SIZE),
-                field_width: field_width(SIZE[0]),
-                frame_index: index,
-                seed: 7,
-                pad: [0; 3],
-            };
+            let record = FrameRecord::new(
+                camera_record(cameras[0], SIZE),
+                camera_record(cameras[1], SIZE),
+                SIZE,
+                index,
+                7,
+            );
             let mut frame = recorder.begin().unwrap();
             gpu.update(&mut frame, scene).unwrap();
             uniforms.upload(&mut frame, &record).unwrap();

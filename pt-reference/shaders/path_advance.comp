@@ -1,5 +1,5 @@
-// First kernel of a turn. When no path goes on it adds the samples, which are complete, to their pixels and begins the next ones, of all
-// pixels at once: rays of one depth, which have most in common, are traced together. Extent: the tile's slots.
+// First kernel of a turn. When few paths go on (path_shadow.trace decides) it adds the samples that are complete to their pixels and begins
+// the next ones there, all in one sweep: rays of one depth have most in common and are traced together. Extent: the tile's slots.
 #include "path_slots.glsl"
 #include "path_append.glsl"
 #include "path_camera.glsl"
@@ -17,9 +17,16 @@ void finish_sample(uint slot, uint index) {
     }
     if (push.clamp > 0.0) radiance = min(radiance, vec3(push.clamp));
     add_sample(pixel, radiance);
-    pixel.rays += load_segment(slot);
+    pixel.rays += load_progress(slot) >> 18u;
     pixel.shadow_rays += floatBitsToUint(row.w);
     FilmTable(push.film).at[index] = pixel;
+}
+
+void begin_sample(uint slot, uvec2 pixel, uint sample_index) {
+    PathState path = start_path(pixel, sample_index);
+    // The slot has done its part.
+    if (sample_index == push.first_sample + push.sample_count) path.flags = 0u;
+    store_path(slot, path);
 }
 
 void main() {
@@ -27,12 +34,17 @@ void main() {
     TileProgress progress = TileProgress(push.progress);
     // The last turn's shadow rays are done.
     if (slot == 0u) progress.tile.listed[LIST_SHADOW] = 0u;
-    if (!turn_begins_sample()) return;
+    if (push.turn != 0u && progress.tile.sweep == 0u) return;
     uvec2 pixel = slot_pixel(slot);
-    bool exists = slot < slot_count() && in_tile(pixel);
-    uint begun = push.turn == 0u ? 0u : progress.tile.begun;
-    if (exists && push.turn != 0u && begun > progress.tile.finished) finish_sample(slot, pixel_index(pixel));
-    bool begins = exists && begun < push.sample_count;
-    if (begins) store_path(slot, start_path(pixel, push.first_sample + begun));
-    append_slot(slot, list_read(), begins);
+    bool begins = slot < slot_count() && in_tile(pixel);
+    uint sample_index = push.first_sample;
+    if (begins && push.turn != 0u) {
+        begins = (load_progress(slot) & PATH_ENDED) != 0u;
+        if (begins) {
+            finish_sample(slot, pixel_index(pixel));
+            sample_index = load_sample(slot) + 1u;
+        }
+    }
+    if (begins) begin_sample(slot, pixel, sample_index);
+    append_slot(slot, list_read(), begins && sample_index < push.first_sample + push.sample_count);
 }

@@ -113,17 +113,13 @@ Onward shade(uint slot) {
     Onward onward = Onward(false, false);
     if (hit.instance == NONE) handle_miss(path);
     else onward.path = handle_hit(path, hit, slot, onward.shadow);
+    if (!onward.path) path.flags |= PATH_ENDED;
     store_path(slot, path);
     return onward;
 }
 
 void main() {
     uint place = gl_GlobalInvocationID.x;
-    if (place == 0u && turn_begins_sample()) {
-        TileProgress progress = TileProgress(push.progress);
-        progress.tile.finished = push.turn == 0u ? 0u : progress.tile.begun;
-        progress.tile.begun = push.turn == 0u ? 1u : min(progress.tile.begun + 1u, push.sample_count);
-    }
     uint slot = slot_at(place, list_read());
     Onward onward = Onward(false, false);
     if (slot != NONE) onward = shade(slot);

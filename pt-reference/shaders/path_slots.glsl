@@ -51,9 +51,6 @@ uint place_in_list(uvec2 launch) {
 
 SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list * slot_count())); }
 
-// Turn 0 of a tile begins its first sample.
-bool turn_begins_sample() { return push.turn == 0u || TileProgress(push.progress).tile.idle != 0u; }
-
 // NONE past the end.
 uint slot_at(uint place, uint list) {
     return place < TileProgress(push.progress).tile.listed[list] ? slot_list(list).at[place] : NONE;
@@ -70,7 +67,8 @@ void store_row(uint row, uint slot, vec3 value, uint word) { store_row(row, slot
 // Flags, vertex and segment: 4, 14, 14 bits. No path comes that far: Russian roulette spares at most 95 %.
 const uint MAX_RAYS = 0x3fffu;
 uint progress_word(PathState path) { return path.flags | path.vertex << 4u | path.segment << 18u; }
-uint load_segment(uint slot) { return floatBitsToUint(load_row(ROW_DIRECTION, slot).w) >> 18u; }
+uint load_progress(uint slot) { return floatBitsToUint(load_row(ROW_DIRECTION, slot).w); }
+uint load_sample(uint slot) { return floatBitsToUint(load_row(ROW_ORIGIN, slot).w); }
 
 // What the ray alone needs: origin, direction, progress, sample.
 void load_ray(inout PathState path, uint slot) {

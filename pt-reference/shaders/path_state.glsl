@@ -36,6 +36,8 @@ const uint PATH_DELTA = 1u;
 const uint PATH_SEEN = 2u;
 // Inside of a solid: the list is not empty.
 const uint PATH_INSIDE = 4u;
+// The sample is complete but for its last shadow ray.
+const uint PATH_ENDED = 8u;
 
 // Rays that may pass through an interface without scattering (nested dielectrics, edges) before a path is given up.
 const uint MAX_SEGMENTS = 256u;

@@ -135,12 +135,12 @@ impl PathTracer {
         })
     }
 
-    /// Whether the turns so far have completed `samples` samples of all pixels of the tile; waits for them.
+    /// Whether the turns so far have completed the samples of all pixels of the tile; waits for them.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn is_done(&self, samples: u32) -> Result<bool> {
-        Ok(self.progress.read::<ProgressRecord>()?[0].finished == samples)
+    pub fn is_done(&self) -> Result<bool> {
+        Ok(self.progress.read::<ProgressRecord>()?[0].done != 0)
     }
 
     /// Records the passes of some turns: four each.

@@ -109,7 +109,7 @@ impl Progressive {
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
                 self.turns = adapt(self.turns, MAX_TURNS, submitted.elapsed(), SUBMISSION);
-                if self.tracer.is_done(samples.end - samples.start)? {
+                if self.tracer.is_done()? {
                     break;
                 }
             }

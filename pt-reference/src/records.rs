@@ -54,12 +54,10 @@ gpu_struct! {
     pub struct ProgressRecord {
         /// Lengths of the lists of slots.
         pub listed: [u32; 3],
-        /// Samples begun of each pixel.
-        pub begun: u32,
-        /// Samples finished.
-        pub finished: u32,
-        /// 1: no path goes on.
-        pub idle: u32,
+        /// 1: the next turn begins samples where the last ones are complete.
+        pub sweep: u32,
+        /// 1: no path was left for the last turn.
+        pub done: u32,
     }
 }
 

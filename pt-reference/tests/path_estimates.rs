@@ -157,18 +157,15 @@ fn error_falls_with_the_number_of_samples() {
     let scene = builtin("cornell").unwrap();
     let camera = scene.default_camera();
     let mut stage = Stage::new(&device, scene);
-    let size = [24, 24];
+    let size = [64, 64];
     let params = ReferenceParams { max_bounces: 3, ..Default::default() };
-    let truth = stage.render(&camera, size, &params, 1000, 4096);
+    let truth = stage.render(&camera, size, &params, 1000, 1024);
     let slope = |stage: &mut Stage<'_>, sampler| {
         let params = ReferenceParams { sampler, spp: 256, ..params.clone() };
-        // Least squares through the logarithms; several seeds, so that luck averages out.
+        // Least squares through the logarithms.
         let points: Vec<(f64, f64)> = (0..=8)
             .map(|k| {
-                let seeds = 8;
-                let error =
-                    (0..seeds).map(|seed| mse(&stage.render(&camera, size, &params, seed, 1 << k), &truth));
-                (f64::from(k), (error.sum::<f64>() / f64::from(seeds)).log2())
+                (f64::from(k), mse(&stage.render(&camera, size, &params, k, 1 << k), &truth).log2())
             })
             .collect();
         let n = points.len() as f64;

@@ -52,6 +52,25 @@ gpu_struct! {
     }
 }
 
+/// Width of one checkerboard field of a frame that is `width` wide.
+pub const fn field_width(width: u32) -> u32 {
+    width.div_ceil(2)
+}
+
+impl FrameRecord {
+    /// A frame of `size` pixels, seen by `camera` and, in the last frame, by `camera_prev`.
+    pub fn new(
+        camera: CameraRecord,
+        camera_prev: CameraRecord,
+        size: [u32; 2],
+        frame_index: u32,
+        seed: u32,
+    ) -> Self {
+        let field_width = field_width(size[0]);
+        Self { camera, camera_prev, size: size.into(), field_width, frame_index, seed, pad: [0; 3] }
+    }
+}
+
 gpu_struct! {
     /// The scene's tables as device addresses (`buffer_reference` types in scene.glsl).
     pub struct SceneRecord {

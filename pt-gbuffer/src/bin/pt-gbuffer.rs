@@ -5,7 +5,6 @@
 use anyhow::Result;
 use clap::Parser;
 use pt_core::capture::keys;
-use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::harness::{StageArgs, check_output, save};
 use pt_core::image_file::ImageSize;
@@ -69,15 +68,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
         gpu.update(frame, &scene)?;
-        let record = FrameRecord {
-            camera,
-            camera_prev: camera,
-            size: size.into(),
-            field_width: field_width(size[0]),
-            frame_index: frame.index(),
-            seed: args.seed,
-            pad: [0; 3],
-        };
+        let record = FrameRecord::new(camera, camera, size, frame.index(), args.seed);
         uniforms.upload(frame, &record)?;
         stage.record(frame, &gpu, &uniforms, &images, &params)
     })?;

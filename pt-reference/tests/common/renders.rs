@@ -1,14 +1,12 @@
 //! Renders for the tests, and scenes with closed forms.
 
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
-use pt_core::channels::field_width;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_lights::LightTables;
 use pt_reference::{Estimate, EstimatePixel, FilmState, Progressive, ReferenceParams};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_scene::{Camera, Instance, Material, Mesh, Scene};
-use pt_shaders::glam::UVec2;
 use pt_shaders::records::FrameRecord;
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -43,15 +41,7 @@ impl<'a> Stage<'a> {
         samples: Range<u32>,
     ) -> FilmState {
         let record = camera_record(camera, size);
-        let frame = FrameRecord {
-            camera: record,
-            camera_prev: record,
-            size: UVec2::from_array(size),
-            field_width: field_width(size[0]),
-            frame_index: 0,
-            seed,
-            pad: [0; 3],
-        };
+        let frame = FrameRecord::new(record, record, size, 0, seed);
         let mut render = Progressive::new(
             self.device,
             &self.gpu,
