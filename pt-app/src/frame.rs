@@ -139,7 +139,7 @@ impl FullFrame {
         let radiance = radiance(images, &self.accumulate, &self.taa);
         let bloomed = match &self.bloom {
             Some(bloom) => bloom.record(frame, radiance, &params.post.bloom)?,
-            None => radiance,
+            None => radiance.into(),
         };
         self.exposure.record(frame, bloomed, self.time_step, &params.post)?;
         let encoding = params.post.encoding;

@@ -6,35 +6,26 @@
 #include "display_codes.glsl"
 #include "post_records.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+// A group does 32 x 32 pixels, each thread RCAS_ROWS below each other.
+layout(local_size_x = 32, local_size_y = 32 / RCAS_ROWS) in;
 layout(push_constant, scalar) uniform Push { RcasPush push; };
 layout(set = 2, binding = 0) uniform sampler2D source;
 layout(set = 2, binding = 1, TARGET_FORMAT) uniform writeonly image2D target;
 
 // At -1/4 the divisor vanishes.
 const float LIMIT = 0.25 - 1.0 / 16.0;
-const int TILE = 18;
-shared vec3 tile[TILE * TILE];
+const int SIDE = 32;
+const int THREADS = SIDE * SIDE / int(RCAS_ROWS);
+const int TILE = SIDE + 2;
+// Codes as half floats, which is what they are.
+shared uvec2 tile[TILE * TILE];
+
+vec3 code_at(int at) { return vec3(unpackHalf2x16(tile[at].x), unpackHalf2x16(tile[at].y).x); }
 
 float luma(vec3 c) { return c.g + 0.5 * (c.r + c.b); }
 
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 size = imageSize(target);
-    ivec2 base = ivec2(gl_WorkGroupID.xy) * 16 - 1;
-    for (int i = int(gl_LocalInvocationIndex); i < TILE * TILE; i += 256) {
-        ivec2 at = clamp(base + ivec2(i % TILE, i / TILE), ivec2(0), size - 1);
-        tile[i] = clamp(texelFetch(source, at, 0).rgb, 0.0, 1.0);
-    }
-    barrier();
-    if (any(greaterThanEqual(p, size))) return;
-
-    int at = (int(gl_LocalInvocationID.y) + 1) * TILE + int(gl_LocalInvocationID.x) + 1;
-    vec3 b = tile[at - TILE];
-    vec3 d = tile[at - 1];
-    vec3 e = tile[at];
-    vec3 f = tile[at + 1];
-    vec3 h = tile[at + TILE];
+// The pixel e between b above, d on the left, f on the right and h below.
+vec3 sharpened(vec3 b, vec3 d, vec3 e, vec3 f, vec3 h) {
     vec3 low = min(min(b, d), min(f, h));
     vec3 high = max(max(b, d), max(f, h));
     // -w at which e = low beside four neighbours `high` becomes 0, and e = high beside four `low` becomes 1.
@@ -49,6 +40,40 @@ void main() {
         w *= 1.0 - 0.5 * clamp(abs(mean - luma(e)) / max(range, 1e-6), 0.0, 1.0);
     }
     vec3 code = clamp((e + w * (b + d + f + h)) / (1.0 + 4.0 * w), 0.0, 1.0);
-    if (push.encoding == ENCODING_SCRGB) code = REC709_FROM_REC2020 * pq_decode(code) * SCRGB_PER_PQ;
-    imageStore(target, p, vec4(store(code, p), 1.0));
+    return push.encoding == ENCODING_SCRGB ? REC709_FROM_REC2020 * pq_decode(code) * SCRGB_PER_PQ : code;
+}
+
+void main() {
+    const int LOADS = (TILE * TILE + THREADS - 1) / THREADS;
+    ivec2 size = imageSize(target);
+    ivec2 corner = ivec2(gl_WorkGroupID.xy) * SIDE;
+    vec3 loaded[LOADS];
+    for (int k = 0; k < LOADS; ++k) {
+        int i = int(gl_LocalInvocationIndex) + k * THREADS;
+        loaded[k] = texelFetch(source, clamp(corner - 1 + ivec2(i % TILE, i / TILE), ivec2(0), size - 1), 0).rgb;
+    }
+    for (int k = 0; k < LOADS; ++k) {
+        int i = int(gl_LocalInvocationIndex) + k * THREADS;
+        vec3 code = clamp(loaded[k], 0.0, 1.0);
+        if (i < TILE * TILE) tile[i] = uvec2(packHalf2x16(code.rg), packHalf2x16(vec2(code.b, 0.0)));
+    }
+    barrier();
+
+    ivec2 local = ivec2(gl_LocalInvocationID.xy) * ivec2(1, RCAS_ROWS);
+    ivec2 p = corner + local;
+    if (p.x >= size.x) return;
+    int at = (local.y + 1) * TILE + local.x + 1;
+    vec3 above = code_at(at - TILE);
+    vec3 here = code_at(at);
+    for (int i = 0; i < int(RCAS_ROWS); ++i) {
+        vec3 below = code_at(at + TILE);
+        if (p.y < size.y) {
+            vec3 code = sharpened(above, code_at(at - 1), here, code_at(at + 1), below);
+            imageStore(target, p, vec4(store(code, p), 1.0));
+        }
+        above = here;
+        here = below;
+        at += TILE;
+        ++p.y;
+    }
 }

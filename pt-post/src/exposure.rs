@@ -1,9 +1,10 @@
 //! Metering, the eye's adaptation and the noise-aware curve of the frame.
 
+use crate::bloom::Bloomed;
 use crate::kernels;
 use crate::params::{ExposureMode, PostParams, Tonemap, exposure_scale};
 use crate::records::*;
-use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
+use pt_core::{Buffer, Device, Frame, Kernel, Result};
 
 /// Finds the exposure, and the tone curve where it depends on the frame. Both stay in device buffers.
 ///
@@ -55,10 +56,10 @@ impl Exposure {
     ///
     /// # Errors
     /// When the passes do not fit into the frame.
-    pub fn record(
+    pub fn record<'a>(
         &mut self,
         frame: &mut Frame<'_>,
-        radiance: &Image,
+        radiance: impl Into<Bloomed<'a>>,
         dt: Option<f32>,
         params: &PostParams,
     ) -> Result<()> {
@@ -78,13 +79,15 @@ impl Exposure {
             };
             return frame.upload(&self.exposure, bytemuck::bytes_of(&record));
         }
-        let [width, height] = radiance.extent();
+        let bloomed = radiance.into();
+        let [columns, rows] = bloomed.radiance.extent().map(|side| side.div_ceil(HISTOGRAM_SPAN));
         frame
             .pass("histogram", &self.histogram_kernel)
-            .sample("radiance", radiance)
+            .sample("radiance", bloomed.radiance)
+            .sample("glow", bloomed.glow)
             .update("histogram", &self.histogram)
-            .push(&HistogramPush { centre_weight: params.centre_weight })
-            .dispatch([width, height, 1])?;
+            .push(&HistogramPush { centre_weight: params.centre_weight, glow_share: bloomed.share })
+            .dispatch([columns, rows, 1])?;
         frame
             .pass("meter", &self.meter_kernel)
             .update("histogram", &self.histogram)

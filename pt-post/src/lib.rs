@@ -20,7 +20,7 @@ mod kernels {
 }
 
 pub use accumulate::Accumulate;
-pub use bloom::{Bloom, BloomMode, BloomParams, MAX_LEVELS};
+pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
 pub use blue_noise::blue_noise;
 pub use exposure::Exposure;
 pub use fsr::{Fsr, FsrParams, PRESETS};

@@ -179,7 +179,7 @@ impl Taa {
             .write("new_history", self.history.current())
             .write("resolved", &self.resolved)
             .push(&params.push(jitter, self.empty))
-            .dispatch([width, height, 1])?;
+            .dispatch([width, height.div_ceil(TAA_ROWS), 1])?;
         self.empty = false;
         Ok(())
     }
