@@ -141,7 +141,7 @@ impl FullFrame {
             Some(bloom) => bloom.record(frame, radiance, &params.post.bloom)?,
             None => radiance.into(),
         };
-        self.exposure.record(frame, bloomed, self.time_step, &params.post)?;
+        self.exposure.record(frame, radiance, self.time_step, &params.post)?;
         let encoding = params.post.encoding;
         let picture = images.current(encoding.channel());
         let Some(fsr) = &self.fsr else {

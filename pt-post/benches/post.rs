@@ -38,7 +38,7 @@ fn main() -> ExitCode {
             let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
             taa.record(frame, color, motion, [0.0; 2], &params.taa)?;
             let bloomed = bloom.record(frame, taa.resolved(), &params.bloom)?;
-            exposure.record(frame, bloomed, None, &params)?;
+            exposure.record(frame, taa.resolved(), None, &params)?;
             tone_map.record(frame, bloomed, &exposure, fsr.codes(), Encoding::Srgb, &params)?;
             fsr.record(frame, images.current(DISPLAY), &params)
         })

@@ -1,7 +1,7 @@
 // One axis of a Gaussian blur. Weights sum to 1; the edge texels go on outside.
 //
-// A group blurs 4 lines of 96 texels, of which it first brings all taps into shared memory. Each thread makes BLUR_OUTPUTS
-// texels in a row, and so reads a tap once for all of them; 3, so that the threads' places lie in different banks.
+// A group blurs 4 lines of 96 texels, whose taps it brings into shared memory, CHUNK of them at a time. Each thread makes
+// BLUR_OUTPUTS texels in a row, and so reads a tap once for all of them; an odd number, so that the threads' places lie in different banks.
 #include "post_records.glsl"
 
 layout(local_size_x = 32, local_size_y = 4) in;
@@ -12,8 +12,10 @@ layout(set = 2, binding = 1, rgba16f) uniform writeonly image2D target;
 const int LINES = 4;
 const int THREADS = 32 * LINES;
 const int SPAN = 32 * int(BLUR_OUTPUTS);
+// Enough for the default blur of 2160 rows at once.
+const int CHUNK = 192;
 // With 4 more, so that texels beside each other in different lines lie in different banks.
-const int WINDOW = SPAN + 2 * int(BLUR_MAX_RADIUS) + 4;
+const int WINDOW = SPAN + CHUNK + 4;
 // Texels as half floats, which is what they are.
 shared uvec2 taps[LINES * WINDOW];
 // By distance; 0 beyond the radius.
@@ -27,29 +29,39 @@ void main() {
     int radius = int(push.radius);
     ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(SPAN, LINES);
     ivec2 last = textureSize(source, 0) - 1;
-    for (int i = thread; i < LINES * (SPAN + 2 * radius); i += THREADS) {
-        ivec2 at = turned(corner + ivec2(i / LINES - radius, i % LINES));
-        vec3 c = texelFetch(source, clamp(at, ivec2(0), last), 0).rgb;
-        taps[i % LINES * WINDOW + i / LINES] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
-    }
     for (int i = thread; i < radius + int(BLUR_OUTPUTS); i += THREADS) {
         float x = float(i) / push.sigma;
         weights[i] = i <= radius ? exp(-0.5 * x * x) : 0.0;
     }
-    barrier();
 
     int first = int(BLUR_OUTPUTS * gl_LocalInvocationID.x);
     int window = int(gl_LocalInvocationID.y) * WINDOW + first;
-    vec3 sum[BLUR_OUTPUTS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0));
-    // Weights of this tap for the first texel, the second and the third.
-    vec3 weight = vec3(0.0);
+    vec3 sum[BLUR_OUTPUTS];
+    // Weights of a tap for the first texel, the second and so on.
+    float weight[BLUR_OUTPUTS];
+    for (int k = 0; k < int(BLUR_OUTPUTS); ++k) {
+        sum[k] = vec3(0.0);
+        weight[k] = 0.0;
+    }
     float total = 0.0;
-    for (int i = 0; i < 2 * radius + int(BLUR_OUTPUTS); ++i) {
-        uvec2 bits = taps[window + i];
-        vec3 c = vec3(unpackHalf2x16(bits.x), unpackHalf2x16(bits.y).x);
-        weight = vec3(weights[abs(i - radius)], weight.xy);
-        total += weight.x;
-        for (int k = 0; k < int(BLUR_OUTPUTS); ++k) sum[k] += weight[k] * c;
+    int count = 2 * radius + int(BLUR_OUTPUTS);
+    for (int chunk = 0; chunk < count; chunk += CHUNK) {
+        int end = min(count - chunk, CHUNK);
+        barrier();
+        for (int i = thread; i < LINES * (SPAN + end); i += THREADS) {
+            ivec2 at = turned(corner + ivec2(chunk + i / LINES - radius, i % LINES));
+            vec3 c = texelFetch(source, clamp(at, ivec2(0), last), 0).rgb;
+            taps[i % LINES * WINDOW + i / LINES] = uvec2(packHalf2x16(c.rg), packHalf2x16(vec2(c.b, 0.0)));
+        }
+        barrier();
+        for (int i = 0; i < end; ++i) {
+            uvec2 bits = taps[window + i];
+            vec3 c = vec3(unpackHalf2x16(bits.x), unpackHalf2x16(bits.y).x);
+            for (int k = int(BLUR_OUTPUTS) - 1; k > 0; --k) weight[k] = weight[k - 1];
+            weight[0] = weights[abs(chunk + i - radius)];
+            total += weight[0];
+            for (int k = 0; k < int(BLUR_OUTPUTS); ++k) sum[k] += weight[k] * c;
+        }
     }
     for (int k = 0; k < int(BLUR_OUTPUTS); ++k) {
         ivec2 p = turned(corner + ivec2(first + k, gl_LocalInvocationID.y));

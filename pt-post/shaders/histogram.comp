@@ -1,4 +1,4 @@
-// Luminance histogram of the flat frame with its bloom. A group counts HISTOGRAM_SPAN x HISTOGRAM_SPAN times as many pixels as
+// Luminance histogram of the flat frame. A group counts HISTOGRAM_SPAN x HISTOGRAM_SPAN times as many pixels as
 // it has threads.
 //
 // The bins are the leading bits of the luminance's float representation: exponent and BIN_BITS of the mantissa, which is
@@ -7,10 +7,10 @@
 // or have no luminance are not counted.
 #include "math.glsl"
 #include "post_records.glsl"
-#include "with_bloom.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(push_constant, scalar) uniform Push { HistogramPush push; };
+layout(set = 2, binding = 0) uniform sampler2D radiance;
 layout(set = 2, binding = 1, scalar) buffer histogram {
     uint counts[2 * HISTOGRAM_BINS]; // low words, then high words
     uint steps[2 * HISTOGRAM_BINS];
@@ -26,6 +26,7 @@ uint slot(uint bin, uint step) { return step * HISTOGRAM_BINS + (bin + 2u * step
 
 // Centre weighting: falls off linearly with the distance from the middle of the frame.
 uint weight_of(ivec2 p, ivec2 size) {
+    if (push.centre_weight == 0.0) return FULL_WEIGHT;
     vec2 uv = (vec2(p) + 0.5) / vec2(size);
     float centred = clamp(1.0 - 1.5 * length(uv - 0.5), 0.01, 1.0);
     return max(uint(mix(1.0, centred, push.centre_weight) * float(FULL_WEIGHT) + 0.5), 1u);
@@ -33,7 +34,8 @@ uint weight_of(ivec2 p, ivec2 size) {
 
 void count(vec3 c, ivec2 p, ivec2 size) {
     float y = luminance(c);
-    if (any(greaterThanEqual(p, size)) || !is_finite(c) || !is_finite(y) || y <= 0.0) return;
+    // What is not finite in a channel is not in the sum; those and 0 and negative numbers lie beyond as bits.
+    if (any(greaterThanEqual(p, size)) || floatBitsToUint(y) - 1u >= 0x7f7fffffu) return;
     int first = (127 + MIN_LOG_LUMINANCE) << (BIN_BITS + STEP_BITS);
     int last = int(HISTOGRAM_BINS << STEP_BITS) - 1;
     uint place = uint(clamp(int(floatBitsToUint(y) >> (23u - BIN_BITS - STEP_BITS)) - first, 0, last));
@@ -51,8 +53,7 @@ void main() {
     for (int y = 0; y < SPAN; ++y) {
         vec3 c[SPAN];
         for (int x = 0; x < SPAN; ++x) {
-            ivec2 p = min(first + 16 * ivec2(x, y), size - 1);
-            c[x] = with_bloom(texelFetch(radiance, p, 0).rgb, p, size, push.glow_share);
+            c[x] = texelFetch(radiance, min(first + 16 * ivec2(x, y), size - 1), 0).rgb;
         }
         for (int x = 0; x < SPAN; ++x) count(c[x], first + 16 * ivec2(x, y), size);
     }

@@ -6,21 +6,22 @@
 #include "display_codes.glsl"
 #include "post_records.glsl"
 
-// A group does 32 x 32 pixels, each thread RCAS_ROWS below each other.
-layout(local_size_x = 32, local_size_y = 32 / RCAS_ROWS) in;
+// A group is a row of threads that go down RCAS_ROWS rows of pixels, RCAS_COLUMNS wide.
+layout(local_size_x = RCAS_COLUMNS + 2) in;
 layout(push_constant, scalar) uniform Push { RcasPush push; };
 layout(set = 2, binding = 0) uniform sampler2D source;
 layout(set = 2, binding = 1, TARGET_FORMAT) uniform writeonly image2D target;
 
 // At -1/4 the divisor vanishes.
 const float LIMIT = 0.25 - 1.0 / 16.0;
-const int SIDE = 32;
-const int THREADS = SIDE * SIDE / int(RCAS_ROWS);
-const int TILE = SIDE + 2;
-// Codes as half floats, which is what they are.
-shared uvec2 tile[TILE * TILE];
+// A row of codes as half floats, which is what they are; twice: one is read while the next is written.
+shared uvec2 row[2][RCAS_COLUMNS + 2];
 
-vec3 code_at(int at) { return vec3(unpackHalf2x16(tile[at].x), unpackHalf2x16(tile[at].y).x); }
+vec3 unpacked(uvec2 code) { return vec3(unpackHalf2x16(code.x), unpackHalf2x16(code.y).x); }
+
+vec3 code_at(ivec2 at) {
+    return clamp(texelFetch(source, clamp(at, ivec2(0), textureSize(source, 0) - 1), 0).rgb, 0.0, 1.0);
+}
 
 float luma(vec3 c) { return c.g + 0.5 * (c.r + c.b); }
 
@@ -44,36 +45,27 @@ vec3 sharpened(vec3 b, vec3 d, vec3 e, vec3 f, vec3 h) {
 }
 
 void main() {
-    const int LOADS = (TILE * TILE + THREADS - 1) / THREADS;
     ivec2 size = imageSize(target);
-    ivec2 corner = ivec2(gl_WorkGroupID.xy) * SIDE;
-    vec3 loaded[LOADS];
-    for (int k = 0; k < LOADS; ++k) {
-        int i = int(gl_LocalInvocationIndex) + k * THREADS;
-        loaded[k] = texelFetch(source, clamp(corner - 1 + ivec2(i % TILE, i / TILE), ivec2(0), size - 1), 0).rgb;
-    }
-    for (int k = 0; k < LOADS; ++k) {
-        int i = int(gl_LocalInvocationIndex) + k * THREADS;
-        vec3 code = clamp(loaded[k], 0.0, 1.0);
-        if (i < TILE * TILE) tile[i] = uvec2(packHalf2x16(code.rg), packHalf2x16(vec2(code.b, 0.0)));
-    }
-    barrier();
-
-    ivec2 local = ivec2(gl_LocalInvocationID.xy) * ivec2(1, RCAS_ROWS);
-    ivec2 p = corner + local;
-    if (p.x >= size.x) return;
-    int at = (local.y + 1) * TILE + local.x + 1;
-    vec3 above = code_at(at - TILE);
-    vec3 here = code_at(at);
-    for (int i = 0; i < int(RCAS_ROWS); ++i) {
-        vec3 below = code_at(at + TILE);
-        if (p.y < size.y) {
-            vec3 code = sharpened(above, code_at(at - 1), here, code_at(at + 1), below);
-            imageStore(target, p, vec4(store(code, p), 1.0));
+    ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(RCAS_COLUMNS, RCAS_ROWS);
+    int thread = int(gl_LocalInvocationIndex);
+    // The first and the last thread only read.
+    ivec2 p = corner + ivec2(thread - 1, 0);
+    bool shown = thread > 0 && thread <= int(RCAS_COLUMNS) && p.x < size.x;
+    vec3 above = code_at(p - ivec2(0, 1));
+    vec3 here = code_at(p);
+    vec3 below = code_at(p + ivec2(0, 1));
+    int end = min(corner.y + int(RCAS_ROWS), size.y);
+    for (; p.y < end; ++p.y) {
+        vec3 next = code_at(p + ivec2(0, 2));
+        row[p.y & 1][thread] = uvec2(packHalf2x16(here.rg), packHalf2x16(vec2(here.b, 0.0)));
+        barrier();
+        if (shown) {
+            vec3 left = unpacked(row[p.y & 1][thread - 1]);
+            vec3 right = unpacked(row[p.y & 1][thread + 1]);
+            imageStore(target, p, vec4(store(sharpened(above, left, here, right, below), p), 1.0));
         }
         above = here;
         here = below;
-        at += TILE;
-        ++p.y;
+        below = next;
     }
 }

@@ -1,10 +1,9 @@
 //! Metering, the eye's adaptation and the noise-aware curve of the frame.
 
-use crate::bloom::Bloomed;
 use crate::kernels;
 use crate::params::{ExposureMode, PostParams, Tonemap, exposure_scale};
 use crate::records::*;
-use pt_core::{Buffer, Device, Frame, Kernel, Result};
+use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
 
 /// Finds the exposure, and the tone curve where it depends on the frame. Both stay in device buffers.
 ///
@@ -51,15 +50,15 @@ impl Exposure {
     }
 
     /// Adds its passes to the frame: "histogram" and "meter" (auto, or for the noise-aware curve) or an upload of the exposure,
-    /// then "tone curve" for the noise-aware curve. `dt`: seconds since the last frame; `None` or the first frame: no
+    /// then "tone curve" for the noise-aware curve. The frame is metered without its bloom, which moves light but keeps its sum. `dt`: seconds since the last frame; `None` or the first frame: no
     /// adaptation. Negative steps count as 0.
     ///
     /// # Errors
     /// When the passes do not fit into the frame.
-    pub fn record<'a>(
+    pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        radiance: impl Into<Bloomed<'a>>,
+        radiance: &Image,
         dt: Option<f32>,
         params: &PostParams,
     ) -> Result<()> {
@@ -79,14 +78,12 @@ impl Exposure {
             };
             return frame.upload(&self.exposure, bytemuck::bytes_of(&record));
         }
-        let bloomed = radiance.into();
-        let [columns, rows] = bloomed.radiance.extent().map(|side| side.div_ceil(HISTOGRAM_SPAN));
+        let [columns, rows] = radiance.extent().map(|side| side.div_ceil(HISTOGRAM_SPAN));
         frame
             .pass("histogram", &self.histogram_kernel)
-            .sample("radiance", bloomed.radiance)
-            .sample("glow", bloomed.glow)
+            .sample("radiance", radiance)
             .update("histogram", &self.histogram)
-            .push(&HistogramPush { centre_weight: params.centre_weight, glow_share: bloomed.share })
+            .push(&HistogramPush { centre_weight: params.centre_weight })
             .dispatch([columns, rows, 1])?;
         frame
             .pass("meter", &self.meter_kernel)

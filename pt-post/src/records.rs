@@ -19,17 +19,21 @@ pub const CURVE_BINS: u32 = 128;
 /// Bins of the noise-aware curve per octave.
 pub const CURVE_BINS_PER_OCTAVE: u32 = 4;
 
-/// Rows of pixels that a thread of `taa.comp` does: a divisor of 16.
-pub const TAA_ROWS: u32 = 4;
+/// Columns of pixels that a group of `taa.comp` does; two threads more read their neighbours.
+pub const TAA_COLUMNS: u32 = 62;
+/// Rows of pixels that it does.
+pub const TAA_ROWS: u32 = 8;
 /// Rows of pixels that a thread of `tonemap.comp` and `tonemap_codes.comp` does.
-pub const TONEMAP_ROWS: u32 = 2;
+pub const TONEMAP_ROWS: u32 = 4;
 /// Rows of pixels that a thread of `easu.comp` does: a divisor of 16.
 pub const EASU_ROWS: u32 = 2;
-/// Rows of pixels that a thread of `rcas.comp` and `rcas_codes.comp` does: a divisor of 32.
-pub const RCAS_ROWS: u32 = 4;
+/// Columns of pixels that a group of `rcas.comp` or `rcas_codes.comp` does; two threads more read their neighbours.
+pub const RCAS_COLUMNS: u32 = 30;
+/// Rows of pixels that it does.
+pub const RCAS_ROWS: u32 = 16;
 /// Side of the square of pixels that a thread of `histogram.comp` counts.
 pub const HISTOGRAM_SPAN: u32 = 4;
-/// Texels that a thread of `bloom_blur.comp` makes, beside each other along the blurred axis.
+/// Texels that a thread of `bloom_blur.comp` makes, beside each other along the blurred axis; odd.
 pub const BLUR_OUTPUTS: u32 = 3;
 /// Largest `BlurPush::radius`.
 pub const BLUR_MAX_RADIUS: u32 = 400;
@@ -92,8 +96,6 @@ gpu_struct! {
     pub struct HistogramPush {
         /// 0: all pixels weigh the same; 1: full centre weighting.
         pub centre_weight: f32,
-        /// Share of the light that the bloom spreads; 0 = no bloom.
-        pub glow_share: f32,
     }
 }
 

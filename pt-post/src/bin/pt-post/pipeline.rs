@@ -6,7 +6,9 @@ use anyhow::Result;
 use pt_core::capture::keys;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::{ChannelImages, Device, Frame, Image, Recorder};
-use pt_post::{Accumulate, Bloom, BloomMix, Exposure, Fsr, PostParams, Taa, ToneMap, picture_layers, write_picture};
+use pt_post::{
+    Accumulate, Bloom, BloomMix, Exposure, Fsr, PostParams, Taa, ToneMap, picture_layers, write_picture,
+};
 use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR, FLAT_MOTION};
 use std::path::Path;
 
@@ -92,7 +94,7 @@ impl Pipeline {
             mix.record(frame, bloomed)?;
         }
         let Some(tone_map) = &self.tone_map else { return Ok(()) };
-        self.exposure.record(frame, bloomed, dt, params)?;
+        self.exposure.record(frame, bloomed.radiance, dt, params)?;
         let picture = images.current(params.encoding.channel());
         match &self.fsr {
             None => tone_map.record(frame, bloomed, &self.exposure, picture, params.encoding, params),
