@@ -7,7 +7,8 @@ use pt_core::capture::keys;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::{ChannelImages, Device, Frame, Image, Recorder};
 use pt_post::{
-    Accumulate, Bloom, BloomMix, Exposure, Fsr, PostParams, Taa, ToneMap, picture_layers, write_picture,
+    Accumulate, Bloom, BloomMix, Exposure, Fsr, PostParams, Taa, ToneMap, picture_layers, radiance,
+    write_picture,
 };
 use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR, FLAT_MOTION};
 use std::path::Path;
@@ -85,7 +86,7 @@ impl Pipeline {
             let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
             taa.record(frame, color, motion, self.jitter, &params.taa)?;
         }
-        let source = radiance(images, &self.accumulate, &self.taa);
+        let source = radiance(images, self.accumulate.as_ref(), self.taa.as_ref());
         let bloomed = match &self.bloom {
             Some(bloom) => bloom.record(frame, source, &params.bloom)?,
             None => source.into(),
@@ -142,19 +143,7 @@ impl Pipeline {
     fn result(&self) -> &Image {
         match &self.bloom_mix {
             Some(mix) => mix.bloomed(),
-            None => radiance(&self.images, &self.accumulate, &self.taa),
+            None => radiance(&self.images, self.accumulate.as_ref(), self.taa.as_ref()),
         }
-    }
-}
-
-fn radiance<'a>(
-    images: &'a ChannelImages,
-    accumulate: &Option<Accumulate>,
-    taa: &'a Option<Taa>,
-) -> &'a Image {
-    match taa {
-        Some(taa) => taa.resolved(),
-        None if accumulate.is_some() => images.current(ACCUMULATED),
-        None => images.current(FLAT_COLOR),
     }
 }
