@@ -2,9 +2,10 @@
 #include "post_records.glsl"
 #include "pq.glsl"
 
-// IEC 61966-2-1.
+// IEC 61966-2-1. Written so that 1 stays 1: less would be cut off to the next half float, and dithered white would not be white.
 vec3 srgb_encode(vec3 x) {
-    return mix(1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
+    vec3 p = pow(x, vec3(1.0 / 2.4));
+    return mix(p + 0.055 * (p - 1.0), 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
 }
 
 // ITU-R BT.2087: linear Rec. 709 to Rec. 2020. Columns.
