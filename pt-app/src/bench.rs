@@ -13,6 +13,7 @@ use pt_scene::gpu::{camera_record, mesh_geometry, placements};
 use pt_shaders::glam::UVec2;
 use pt_shaders::records::FrameRecord;
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::time::Instant;
 
@@ -95,22 +96,29 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     };
     let params = ReferenceParams { max_bounces: args.max_bounces, ..ReferenceParams::default() };
     let mut render = Progressive::new(&session.device, &session.gpu, frame, params, None, 0)?;
-    let mut advance = |end: u32| -> Result<FilmState> {
+    // Sums, seconds and milliseconds of the passes; reading the sums takes time of its own.
+    let mut advance = |end: u32| -> Result<(FilmState, f64, BTreeMap<String, f64>)> {
+        let mut passes = BTreeMap::new();
+        let started = Instant::now();
         while render.next_sample() < end {
-            render.step(&session.scene, &mut session.gpu, &session.lights, end)?;
+            let timings = render.step(&session.scene, &mut session.gpu, &session.lights, end)?;
+            for pass in timings.into_iter().flat_map(|frame| frame.passes) {
+                *passes.entry(pass.pass).or_default() += pass.ms;
+            }
         }
-        Ok(render.state()?)
+        let seconds = started.elapsed().as_secs_f64();
+        Ok((render.state()?, seconds, passes))
     };
-    // Compiles the kernels, and finds out how many samples fit into a submission.
-    let mut before = advance(args.spp)?;
+    // Compiles the kernels, and finds out how many samples fit into a step.
+    let (mut before, ..) = advance(args.spp)?;
     let mut best = f64::INFINITY;
     let mut rays = [0; 2];
+    let mut best_passes = BTreeMap::new();
     for window in 1..=args.windows {
-        let started = Instant::now();
-        let after = advance(args.spp * (window + 1))?;
-        let seconds = started.elapsed().as_secs_f64();
+        let (after, seconds, passes) = advance(args.spp * (window + 1))?;
         if seconds < best {
             best = seconds;
+            best_passes = passes;
             rays = [0, 1].map(|kind| after.rays()[kind] - before.rays()[kind]);
         }
         before = after;
@@ -147,6 +155,10 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         native[0], native[1], native[2]
     )?;
     writeln!(out, "{:>12.2} x native", mrays_per_s / native_mrays_per_s)?;
+    for (pass, ms) in &best_passes {
+        writeln!(out, "{ms:>12.2} ms {pass}")?;
+    }
+    writeln!(out, "{:>12.2} ms in all, by the wall clock", best * 1e3)?;
     if let Some(path) = &args.json {
         let document = json!({
             "scene": session.scene.name,
@@ -158,6 +170,7 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
             "driver": session.device.info().driver_line(),
             "backend": session.gpu.backend().to_string(),
             "seconds": best,
+            "pass_ms": best_passes,
             "mpaths_per_s": paths / best * 1e-6,
             "mrays_per_s": mrays_per_s,
             "nearest_rays": rays[0],

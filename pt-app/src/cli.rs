@@ -6,11 +6,11 @@ use std::str::FromStr;
 use crate::bench_post::BenchPostArgs;
 use crate::cli_reference::{MergeArgs, ReferenceArgs};
 use crate::post_args::PostArgs;
+pub use crate::scene_args::{LoadArgs, SceneArgs};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::metrics::Metric;
-use pt_scene::{AnimationChoice, LoadOptions};
 
 /// Research workbench for real-time path tracing.
 #[derive(Debug, Parser)]
@@ -50,6 +50,7 @@ pub enum Command {
 
 /// `pt scenes`
 #[derive(Clone, Debug, Args)]
+#[command(mut_group("LoadArgs", |options| options.requires("stats")))]
 pub struct ScenesArgs {
     /// Say what is in this scene: a glTF or GLB file, or the name of a built-in scene.
     #[arg(long, value_name = "SCENE")]
@@ -60,6 +61,9 @@ pub struct ScenesArgs {
     /// Number of clusters to divide the scene into, 1 to 4096.
     #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "stats")]
     pub clusters: u32,
+    /// How the scene is read.
+    #[command(flatten)]
+    pub load: LoadArgs,
 }
 
 /// `pt sheet`
@@ -212,63 +216,6 @@ pub struct BenchTraceArgs {
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
-}
-
-/// The scene with its environment and its time.
-#[derive(Clone, Debug, Args)]
-pub struct SceneArgs {
-    /// glTF or GLB file, or the name of a built-in scene.
-    #[arg(value_name = "SCENE")]
-    pub file: String,
-    /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
-    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
-    pub gltf_scene: Option<String>,
-    /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
-    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
-    pub variant: Option<String>,
-    /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
-    #[arg(long, value_name = "DIR", help_heading = "Scene")]
-    pub baked: Option<PathBuf>,
-    /// Most texels that all images of the scene may have together.
-    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
-    pub max_texture_pixels: u64,
-    /// Environment: a lat-long .hdr or .exr image.
-    #[arg(long, value_name = "F", help_heading = "Scene")]
-    pub env: Option<PathBuf>,
-    /// Turns the environment about +Y, in degrees, counter-clockwise seen from above: 90 moves what was at +X to -Z.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true, help_heading = "Scene")]
-    pub env_rotation: f32,
-    /// Factor on the radiance of the environment, 0 or more.
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = not_negative, allow_negative_numbers = true, help_heading = "Scene")]
-    pub env_intensity: f32,
-    /// Animation of a glTF file that plays: a name, an index from 0, all, or none. Animations start again when they are over [default: the
-    /// first, with every other one that moves nothing that is moved already]
-    #[arg(long, value_name = "NAME|INDEX|all|none", help_heading = "Scene")]
-    pub animation: Option<AnimationChoice>,
-    /// Time of the first frame in the scene's animation, seconds.
-    #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = finite_f64, allow_negative_numbers = true, help_heading = "Scene")]
-    pub time: f64,
-    /// Frames per second of scene time between successive frames.
-    #[arg(long, value_name = "F", default_value_t = 60.0, value_parser = positive_f64, allow_negative_numbers = true, help_heading = "Scene")]
-    pub fps: f64,
-}
-
-impl SceneArgs {
-    /// What the loader needs to know.
-    pub fn load_options(&self) -> LoadOptions {
-        LoadOptions {
-            environment: self.env.clone(),
-            environment_rotation: self.env_rotation.to_radians(),
-            environment_intensity: self.env_intensity,
-            scene: self.gltf_scene.clone(),
-            variant: self.variant.clone(),
-            baked: self.baked.clone(),
-            max_texture_pixels: self.max_texture_pixels,
-            animation: self.animation.clone().unwrap_or_default(),
-            time: self.time,
-            ..LoadOptions::default()
-        }
-    }
 }
 
 /// The view.
@@ -545,15 +492,15 @@ fn numbers<T, const N: usize>(
     values.ok().and_then(|values| values.try_into().ok()).ok_or_else(|| format!("expected {expected}"))
 }
 
-fn finite_f64(text: &str) -> Result<f64, String> {
+pub(crate) fn finite_f64(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "expected a finite number".into())
 }
 
-fn finite(text: &str) -> Result<f32, String> {
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|value: &f32| value.is_finite()).ok_or_else(|| "expected a finite number".into())
 }
 
-fn not_negative(text: &str) -> Result<f32, String> {
+pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|&value| value >= 0.0).ok_or_else(|| "expected a number of 0 or more".into())
 }
 

@@ -16,6 +16,7 @@ pub mod post_args;
 pub mod progress;
 pub mod reference;
 pub mod render;
+pub mod scene_args;
 pub mod scene_stats;
 pub mod scenes;
 pub mod session;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use pt_scene::{BUILTIN, LoadOptions};
+use pt_scene::BUILTIN;
 use serde_json::{Value, json};
 
 use crate::cli::ScenesArgs;
@@ -40,7 +40,7 @@ fn list() -> Value {
 }
 
 fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
-    let scene = match pt_scene::open(name, &LoadOptions::default()) {
+    let scene = match pt_scene::open(name, &args.load.load_options()) {
         Ok(scene) => scene,
         Err(error) => {
             // Which extensions a refused file names is what its owner wants to know.

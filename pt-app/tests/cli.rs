@@ -36,7 +36,10 @@ fn render_defaults() {
     assert_eq!(args.output, [PathBuf::from("out/a.png")]);
     assert_eq!(args.size, ImageSize { width: 1280, height: 720 });
     assert_eq!((args.frames, args.seed, args.scene.time, args.scene.fps), (1, 0, 0.0, 60.0));
-    assert_eq!((args.scene.env_rotation, args.scene.env_intensity, args.camera.vfov), (0.0, 1.0, 50.0));
+    assert_eq!(
+        (args.scene.load.env_rotation, args.scene.load.env_intensity, args.camera.vfov),
+        (0.0, 1.0, 50.0)
+    );
     assert_eq!(args.device.backend, BackendChoice::Auto);
     assert!(!args.accumulate && !args.device.validation && args.set.is_empty());
     assert!(
@@ -56,8 +59,8 @@ fn render_takes_every_flag() {
          --timings t.json --validation -o a.exr",
     )
     .unwrap();
-    assert_eq!(args.scene.env, Some("sky.hdr".into()));
-    assert_eq!((args.scene.env_rotation, args.scene.env_intensity), (-30.0, 2.5));
+    assert_eq!(args.scene.load.env, Some("sky.hdr".into()));
+    assert_eq!((args.scene.load.env_rotation, args.scene.load.env_intensity), (-30.0, 2.5));
     assert_eq!(args.size, ImageSize { width: 640, height: 360 });
     assert_eq!(args.camera.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
     assert_eq!((args.camera.vfov, args.scene.time, args.scene.fps, args.seed), (40.0, 1.5, 24.0, u64::MAX));

@@ -97,6 +97,46 @@ fn statistics_tell_extensions_apart() {
 }
 
 #[test]
+fn statistics_take_the_options_of_reading_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // Two triangles' worth of scenes, and a variant of the material.
+    let positions = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].map(f32::to_le_bytes).concat();
+    fs::write(at.join("a.bin"), positions).unwrap();
+    fs::write(
+        at.join("a.gltf"),
+        r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_materials_variants"],
+        "extensions":{"KHR_materials_variants":{"variants":[{"name":"bright"}]}},
+        "scenes":[{"nodes":[0],"name":"one"},{"nodes":[0,1],"name":"two"}],"nodes":[{"mesh":0},{"mesh":0,"translation":[2,0,0]}],
+        "materials":[{},{"emissiveFactor":[1,1,1]}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0,
+          "extensions":{"KHR_materials_variants":{"mappings":[{"material":1,"variants":[0]}]}}}]}],
+        "buffers":[{"uri":"a.bin","byteLength":36}],"bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]}"#,
+    )
+    .unwrap();
+    let stats = |more: &[&str]| -> Value {
+        let line = [&["scenes", "--stats", "a.gltf", "--json"], more].concat();
+        serde_json::from_str(&succeeds(at, &line)).unwrap()
+    };
+    let plain = stats(&[]);
+    assert_eq!((&plain["instances"], &plain["triangles"]["emissive"]), (&1.into(), &0.into()));
+    let chosen = stats(&["--gltf-scene", "two", "--variant", "bright"]);
+    assert_eq!((&chosen["instances"], &chosen["triangles"]["emissive"]), (&2.into(), &2.into()));
+    assert_eq!(chosen["bounds"][1][0], 3.0);
+    let stats = ["scenes", "--stats", "a.gltf"];
+    let with = |more: &[&'static str]| [&stats[..], more].concat();
+    refused(at, &with(&["--env", "sky.hdr"]), &["sky.hdr"]);
+    refused(at, &with(&["--variant", "dark"]), &["a.gltf", "dark", "bright"]);
+    refused(
+        at,
+        &with(&["--max-geometry-bytes", "100"]),
+        &["a.gltf: meshes[0].primitives[0]: more than 100 bytes", "--max-geometry-bytes"],
+    );
+    refused(at, &["scenes", "--variant", "bright"], &["--stats"]);
+}
+
+#[test]
 fn sheets_have_a_tile_for_each_image() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -10,6 +10,7 @@ const uint NO_CLUSTER = 0xffffu;
 struct SeenSurface {
     Hit hit;
     Surface geometry;
+    vec3 position_prev; // of the same point of the object in the last frame
     MaterialSample material;
     bool front;       // seen from the front side
     vec3 flat_normal; // all three normals are on the viewer's side
@@ -24,6 +25,7 @@ SeenSurface seen_surface(Hit hit, vec3 direction, float radius, float lod_scale)
     SeenSurface s;
     s.hit = hit;
     s.geometry = load_surface(hit.instance, hit.triangle, hit.barycentrics);
+    s.position_prev = previous_position(hit.instance, hit.triangle, hit.barycentrics);
     Footprint footprint = cone_footprint(s.geometry, direction, radius);
     s.inverse_depth_range = 1.0 / footprint.depth_range;
     s.material = load_material(s.geometry, footprint, lod_scale);

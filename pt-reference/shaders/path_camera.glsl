@@ -22,6 +22,7 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.vertex = 0u;
     path.segment = 0u;
     path.shadow_rays = 0u;
+    path.sample_index = sample_index;
     path.interior = EMPTY_INTERIOR;
     return path;
 }

@@ -18,15 +18,19 @@ struct PathState {
     uint vertex;     // scattering events so far
     uint segment;    // rays traced so far, interfaces that were passed through included
     uint shadow_rays;
+    uint sample_index;
+    InteriorList interior;
+    // Follow from the others; not kept from ray to ray.
     float chord;     // length of the last ray, metres
     PathRandom random;
-    InteriorList interior;
 };
 
 // No light sampling could have found what this ray finds: it comes from the camera or from a delta lobe.
 const uint PATH_DELTA = 1u;
 // All scattering so far was delta: the camera sees what this ray finds, perhaps in a mirror.
 const uint PATH_SEEN = 2u;
+// Inside of a solid: the list is not empty.
+const uint PATH_INSIDE = 4u;
 
 // Rays that may pass through an interface without scattering (nested dielectrics, edges) before a path is given up.
 const uint MAX_SEGMENTS = 256u;

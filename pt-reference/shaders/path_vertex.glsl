@@ -3,7 +3,6 @@
 
 struct PathVertex {
     vec3 position;
-    vec3 position_prev;
     vec3 flat_normal; // on the path's side
     float twice_area; // of the triangle, m^2
     bool front;       // met on the front side
@@ -29,7 +28,6 @@ PathVertex load_vertex(PathState path, Hit hit) {
     v.material = s.material;
     v.flags = MaterialTable(scene.materials).at[s.material].flags;
     v.position = s.position;
-    v.position_prev = s.position_prev;
     v.front = dot(s.flat_normal, path.direction) < 0.0;
     v.flat_normal = v.front ? s.flat_normal : -s.flat_normal;
     v.twice_area = length(cross(s.e1, s.e2));

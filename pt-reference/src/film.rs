@@ -157,9 +157,10 @@ fn merge_pixel<'a>(
         let shift = p.mean.as_dvec3() - mean;
         p.variance.as_dvec3() * n * (n - 1.0) + n * shift * shift
     });
-    let hits = sum(&|n, p| DVec3::splat(n * f64::from(p.coverage))).x;
+    let hits_of = |n: f64, p: &EstimatePixel| (n * f64::from(p.coverage)).round();
+    let hits = sum(&|n, p| DVec3::splat(hits_of(n, p))).x;
     let over_hits = |value: &dyn Fn(&EstimatePixel) -> Vec3| {
-        let total = sum(&|n, p| n * f64::from(p.coverage) * value(p).as_dvec3());
+        let total = sum(&|n, p| hits_of(n, p) * value(p).as_dvec3());
         if hits > 0.0 { total / hits } else { DVec3::ZERO }
     };
     EstimatePixel {
@@ -173,6 +174,6 @@ fn merge_pixel<'a>(
         normal: over_hits(&|p| p.normal).as_vec3(),
         depth: over_hits(&|p| Vec3::splat(p.depth)).x as f32,
         motion: over_hits(&|p| p.motion.extend(0.0)).as_vec3().truncate(),
-        coverage: (hits / samples) as f32,
+        coverage: hits as f32 / samples as f32,
     }
 }

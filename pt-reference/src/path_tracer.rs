@@ -2,7 +2,8 @@ use crate::film::FilmState;
 use crate::kernels;
 use crate::oracle::albedo;
 use crate::params::{Heuristic, ReferenceParams, Strategy};
-use crate::records::{self, FilmPixel, FirstHitPixel, PathPush};
+use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord};
+use bytemuck::Zeroable;
 use glam::UVec2;
 use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
@@ -21,40 +22,71 @@ pub struct Tile {
     pub size: [u32; 2],
 }
 
-/// The path tracer with the sums that it adds to: 48 bytes a pixel, and 40 for what camera rays see first.
+/// Pixels of a block of slots, as in path_slots.glsl.
+const BLOCK: [u32; 2] = [8, 4];
+/// Bytes of a slot: its place in three lists (and a gap that keeps rows aligned), ten rows, the length of a ray.
+const SLOT_BYTES: u64 = 4 * 4 + 10 * 16 + 4;
+
+impl Tile {
+    fn blocks(self) -> [u32; 2] {
+        [0, 1].map(|axis| self.size[axis].div_ceil(BLOCK[axis]))
+    }
+}
+
+/// Turns of a tile's samples.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Turns {
+    /// Pixels that are worked on.
+    pub tile: Tile,
+    /// Their samples.
+    pub samples: Range<u32>,
+    /// Numbers of the turns; turn 0 begins the first sample. See [`PathTracer::is_done`].
+    pub turns: Range<u32>,
+}
+
+/// The path tracer with the sums that it adds to: 48 bytes a pixel, and 40 for what camera rays see first; and 180 bytes for every
+/// pixel of a tile, whose paths advance side by side.
 ///
-/// A sample is a pure function of pixel, sample index and seed, and a pixel's samples are added in the order of their
-/// indices: however they are cut into passes and tiles, the sums hold the same bits.
+/// Turns (`path_advance`, `path_trace`, `path_shade`, `path_shadow`) move all the tile's paths on by a ray and a shadow ray. A
+/// sample is a pure function of pixel, sample index and seed, and a pixel's samples are added in the order of their
+/// indices: however they are cut into passes, turns and tiles, the sums hold the same bits.
 pub struct PathTracer {
-    path: Kernel,
-    first_hit_kernel: Kernel,
+    advance: Kernel,
+    trace: Kernel,
+    shade: Kernel,
+    shadow: Kernel,
     size: [u32; 2],
     bsdf_tables: Buffer,
     film: Buffer,
     first_hit: Buffer,
     dropped: Buffer,
+    progress: Buffer,
+    paths: Buffer,
 }
 
 impl PathTracer {
-    /// Compiles the kernels and allocates sums of zero for an image of `size` pixels.
+    /// Compiles the kernels and allocates sums of zero for an image of `size` pixels; `tile`: size of the largest tile.
     ///
     /// # Errors
     /// When the device refuses, or has not the memory.
-    pub fn new(device: &Device, backend: TraceBackend, size: [u32; 2]) -> Result<Self> {
-        let pixels = size[0] as usize * size[1] as usize;
+    pub fn new(device: &Device, backend: TraceBackend, size: [u32; 2], tile: [u32; 2]) -> Result<Self> {
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        let blocks = Tile { origin: [0; 2], size: tile }.blocks().map(u64::from);
+        let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
+        let compute = |code| Kernel::compute::<PathPush>(device, code);
+        let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
-            path: Kernel::trace::<PathPush>(device, &kernels::PATH, backend)?,
-            first_hit_kernel: Kernel::trace::<PathPush>(device, &kernels::FIRST_HIT, backend)?,
+            advance: compute(&kernels::PATH_ADVANCE)?,
+            trace: Kernel::trace::<PathPush>(device, &kernels::PATH_TRACE, backend)?,
+            shade: compute(&kernels::PATH_SHADE)?,
+            shadow: Kernel::trace::<PathPush>(device, &kernels::PATH_SHADOW, backend)?,
             size,
             bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &albedo::packed())?,
-            film: Buffer::new(device, "film", (pixels * size_of::<FilmPixel>()) as u64, Location::Device)?,
-            first_hit: Buffer::new(
-                device,
-                "first hits",
-                (pixels * size_of::<FirstHitPixel>()) as u64,
-                Location::Device,
-            )?,
-            dropped: Buffer::new(device, "dropped samples", 4, Location::Device)?,
+            film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
+            first_hit: buffer("first hits", pixels * size_of::<FirstHitPixel>() as u64)?,
+            dropped: buffer("dropped samples", 4)?,
+            progress: Buffer::from_slice(device, "progress", &[ProgressRecord::zeroed()])?,
+            paths: buffer("paths", slots * SLOT_BYTES)?,
         };
         tracer.set(&FilmState::zero(size))?;
         Ok(tracer)
@@ -87,7 +119,15 @@ impl PathTracer {
         })
     }
 
-    /// Records the passes that add the samples to the pixels of the tile.
+    /// Whether the turns so far have completed `samples` samples of all pixels of the tile; waits for them.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn is_done(&self, samples: u32) -> Result<bool> {
+        Ok(self.progress.read::<ProgressRecord>()?[0].finished == samples)
+    }
+
+    /// Records the passes of some turns: four each.
     ///
     /// # Errors
     /// When a pass does not fit into the frame.
@@ -98,12 +138,54 @@ impl PathTracer {
         lights: &LightTables,
         uniforms: &Uniforms<FrameRecord>,
         params: &ReferenceParams,
-        (tile, samples): (Tile, Range<u32>),
+        Turns { tile, samples, turns }: Turns,
     ) -> Result<()> {
-        let push = PathPush {
+        let [across, down] = tile.blocks();
+        let blocks = [across * BLOCK[0], down * BLOCK[1], 1];
+        let slots = [blocks[0] * blocks[1], 1, 1];
+        for turn in turns {
+            let push = PathPush {
+                parity: turn % 2,
+                begin: u32::from(turn == 0),
+                ..self.push(lights, params, tile, &samples)
+            };
+            let pass = frame.pass("path advance", &self.advance).read("frame_uniforms", uniforms.buffer());
+            let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
+            let pass = pass.addresses_updated(&self.film).addresses_updated(&self.dropped);
+            pass.push(&push).dispatch(slots)?;
+
+            let pass = frame.pass("path trace", &self.trace).read("frame_uniforms", uniforms.buffer());
+            let pass = scene.bind(pass).addresses_updated(&self.paths).addresses_updated(&self.progress);
+            pass.push(&push).dispatch(blocks)?;
+
+            let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
+            let pass = scene.bind(pass).read("bsdf_tables", &self.bsdf_tables);
+            let pass = lights.buffers().into_iter().fold(pass, pt_core::frame::Pass::addresses);
+            let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
+            pass.addresses_updated(&self.first_hit).push(&push).dispatch(slots)?;
+
+            let pass = scene
+                .bind(frame.pass("path shadow", &self.shadow))
+                .addresses_updated(&self.paths)
+                .addresses(&self.progress);
+            pass.push(&push).dispatch(blocks)?;
+        }
+        Ok(())
+    }
+
+    fn push(
+        &self,
+        lights: &LightTables,
+        params: &ReferenceParams,
+        tile: Tile,
+        samples: &Range<u32>,
+    ) -> PathPush {
+        PathPush {
             film: self.film.address(),
             first_hit: self.first_hit.address(),
             dropped: self.dropped.address(),
+            progress: self.progress.address(),
+            paths: self.paths.address(),
             tile_origin: UVec2::from_array(tile.origin),
             tile_size: UVec2::from_array(tile.size),
             first_sample: samples.start,
@@ -125,14 +207,9 @@ impl PathTracer {
             energy_compensation: u32::from(params.energy_compensation),
             clamp: params.clamp,
             log2_spp: params.spp.max(1).next_power_of_two().trailing_zeros(),
-        };
-        let extent = [tile.size[0], tile.size[1], 1];
-        let pass = frame.pass("path", &self.path).read("frame_uniforms", uniforms.buffer());
-        let pass = pass.read("bsdf_tables", &self.bsdf_tables);
-        let pass = lights.buffers().into_iter().fold(scene.bind(pass), pt_core::frame::Pass::addresses);
-        pass.addresses_written(&self.film).addresses_written(&self.dropped).push(&push).dispatch(extent)?;
-        let pass = frame.pass("first hit", &self.first_hit_kernel).read("frame_uniforms", uniforms.buffer());
-        scene.bind(pass).addresses_written(&self.first_hit).push(&push).dispatch(extent)
+            parity: 0,
+            begin: 0,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 use crate::film::FilmState;
 use crate::params::ReferenceParams;
-use crate::path_tracer::{PathTracer, Tile};
-use pt_core::frame::Uniforms;
+use crate::path_tracer::{PathTracer, Tile, Turns};
+use pt_core::frame::{FrameTiming, Uniforms};
 use pt_core::{Device, Recorder, Result};
 use pt_lights::LightTables;
 use pt_scene::Scene;
@@ -11,8 +11,14 @@ use std::time::{Duration, Instant};
 
 /// How long a submission is to take: long enough to hide its cost, short enough to be interrupted.
 const SUBMISSION: Duration = Duration::from_millis(100);
-/// Most samples a pixel gets in one submission.
-const MAX_BATCH: u32 = 64;
+/// Most turns of a submission.
+const MAX_TURNS: u32 = 32;
+/// How long a step is to take: the last paths of a step leave a wide device idle.
+const STEP: Duration = Duration::from_millis(500);
+/// Most samples a pixel gets in one step.
+const MAX_BATCH: u32 = 256;
+/// Most pixels of a tile: some 360 MB of paths.
+const MAX_TILE_PIXELS: u32 = 1 << 21;
 
 /// A render that gains samples step by step and can be stopped and resumed at every step.
 pub struct Progressive {
@@ -23,13 +29,14 @@ pub struct Progressive {
     params: ReferenceParams,
     tiles: Vec<Tile>,
     next_sample: u32,
-    /// Samples of the next submission, adapted to the device's speed.
+    /// Samples of the next step and turns of the next submission, adapted to the device's speed.
     batch: u32,
+    turns: u32,
 }
 
 impl Progressive {
     /// A render of the view and size that `frame` states, with sums of zero, whose first sample has the index `first_sample`.
-    /// `tile`: largest part of the image that one submission works on; `None`: all of it.
+    /// `tile`: part of the image that is worked on at a time; `None`: whole rows, as many as fit into some 360 MB.
     ///
     /// # Errors
     /// When the device refuses, or has not the memory.
@@ -42,15 +49,19 @@ impl Progressive {
         first_sample: u32,
     ) -> Result<Self> {
         let size = frame.size.to_array();
+        let rows = (MAX_TILE_PIXELS / size[0].max(1)).max(1);
+        let tile = tile.unwrap_or([size[0], rows]);
+        let tile = [0, 1].map(|axis| tile[axis].clamp(1, size[axis].max(1)));
         Ok(Self {
             recorder: Recorder::new(device)?,
-            tracer: PathTracer::new(device, gpu.backend(), size)?,
+            tracer: PathTracer::new(device, gpu.backend(), size, tile)?,
             uniforms: Uniforms::new(device, "frame_uniforms")?,
             frame,
             params,
-            tiles: tiles(size, tile.unwrap_or(size)),
+            tiles: tiles(size, tile),
             next_sample: first_sample,
             batch: 1,
+            turns: 1,
         })
     }
 
@@ -68,48 +79,64 @@ impl Progressive {
         self.next_sample
     }
 
-    /// Submits some more samples, up to the index `end`; returns before they are done.
+    /// Traces some more samples, up to the index `end`; returns their timings, submission by submission.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn step(&mut self, scene: &Scene, gpu: &mut GpuScene, lights: &LightTables, end: u32) -> Result<()> {
+    pub fn step(
+        &mut self,
+        scene: &Scene,
+        gpu: &mut GpuScene,
+        lights: &LightTables,
+        end: u32,
+    ) -> Result<Vec<FrameTiming>> {
         let samples = self.next_sample..end.min(self.next_sample.saturating_add(self.batch));
+        let mut timings = Vec::new();
         if samples.is_empty() {
-            return Ok(());
+            return Ok(timings);
         }
         let started = Instant::now();
         for &tile in &self.tiles {
-            let mut frame = self.recorder.begin()?;
-            gpu.update(&mut frame, scene)?;
-            self.uniforms.upload(&mut frame, &self.frame)?;
-            self.tracer.record(
-                &mut frame,
-                gpu,
-                lights,
-                &self.uniforms,
-                &self.params,
-                (tile, samples.clone()),
-            )?;
-            frame.submit()?;
+            let mut turn = 0;
+            loop {
+                let turns = turn..turn + self.turns;
+                turn = turns.end;
+                let submitted = Instant::now();
+                let mut frame = self.recorder.begin()?;
+                gpu.update(&mut frame, scene)?;
+                self.uniforms.upload(&mut frame, &self.frame)?;
+                let work = Turns { tile, samples: samples.clone(), turns };
+                self.tracer.record(&mut frame, gpu, lights, &self.uniforms, &self.params, work)?;
+                frame.submit()?;
+                timings.extend(self.recorder.finish()?);
+                self.turns = adapt(self.turns, MAX_TURNS, submitted.elapsed(), SUBMISSION);
+                if self.tracer.is_done(samples.end - samples.start)? {
+                    break;
+                }
+            }
         }
-        // Two submissions are in flight: once there are more, the time between them is the device's.
-        let per_tile = started.elapsed() / self.tiles.len() as u32;
-        if per_tile * 2 < SUBMISSION {
-            self.batch = (self.batch * 2).min(MAX_BATCH);
-        } else if per_tile > SUBMISSION * 2 {
-            self.batch = (self.batch / 2).max(1);
-        }
+        self.batch = adapt(self.batch, MAX_BATCH, started.elapsed(), STEP);
         self.next_sample = samples.end;
-        Ok(())
+        Ok(timings)
     }
 
-    /// Waits, and returns the sums.
+    /// The sums.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn state(&mut self) -> Result<FilmState> {
-        self.recorder.finish()?;
+    pub fn state(&self) -> Result<FilmState> {
         self.tracer.state()
+    }
+}
+
+/// The next amount of work, 1 to `most`, after `amount` of it took `time`.
+fn adapt(amount: u32, most: u32, time: Duration, aim: Duration) -> u32 {
+    if time * 2 < aim {
+        (amount * 2).min(most)
+    } else if time > aim * 2 {
+        (amount / 2).max(1)
+    } else {
+        amount
     }
 }
 

@@ -50,7 +50,21 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `path.trace` and `first_hit.trace`.
+    /// How far the turns of a tile have come. Words that a kernel reads are written by others.
+    pub struct ProgressRecord {
+        /// Lengths of the lists of slots.
+        pub listed: [u32; 3],
+        /// Samples begun of each pixel.
+        pub begun: u32,
+        /// Samples finished.
+        pub finished: u32,
+        /// 1: no path goes on.
+        pub idle: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the path tracer's kernels.
     pub struct PathPush {
         /// `FilmPixel[]`, rows from the top.
         pub film: u64,
@@ -58,6 +72,10 @@ gpu_struct! {
         pub first_hit: u64,
         /// `uint`: samples dropped because they were not finite.
         pub dropped: u64,
+        /// `ProgressRecord`.
+        pub progress: u64,
+        /// Paths between the kernels (path_slots.glsl).
+        pub paths: u64,
         /// Top left pixel of the tile.
         pub tile_origin: UVec2,
         /// Its width and height.
@@ -86,6 +104,10 @@ gpu_struct! {
         pub clamp: f32,
         /// Base-2 logarithm of the samples a pixel gets in all, rounded up.
         pub log2_spp: u32,
+        /// Which list the turn reads: 0, 1, 0, ...
+        pub parity: u32,
+        /// 1: the first turn of a tile, which begins its samples.
+        pub begin: u32,
     }
 }
 
@@ -101,7 +123,7 @@ pub fn glsl() -> String {
     ];
     let mut text: String =
         constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
-    for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), PathPush::glsl()] {
+    for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), ProgressRecord::glsl(), PathPush::glsl()] {
         text.push_str(&record);
     }
     text

@@ -28,6 +28,7 @@ mod motion;
 mod scene;
 mod sky;
 mod texture;
+mod validate;
 
 pub use animation::{AnimationChoice, AnimationInfo};
 pub use builtin::{BUILTIN, builtin};
@@ -39,8 +40,8 @@ pub use error::SceneError;
 pub use framing::automatic_camera;
 pub use glam;
 pub use import::{
-    DEFAULT_MAX_TEXTURE_PIXELS, EXTENSIONS, ExtensionUse, LoadOptions, MAX_TEXTURE_SIDE, Support, load,
-    load_bytes, open, support,
+    DEFAULT_MAX_GEOMETRY_BYTES, DEFAULT_MAX_TEXTURE_PIXELS, EXTENSIONS, ExtensionUse, LoadOptions,
+    MAX_TEXTURE_SIDE, Support, load, load_bytes, open, support,
 };
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};

@@ -1,7 +1,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
+use crate::Material;
 use crate::animation::{Deformation, Influence, MorphDelta, VertexLists};
-use crate::{Material, SceneError};
 
 /// Triangles with their vertices, in object space. All vertex arrays have the same length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -105,11 +105,8 @@ impl Mesh {
         let corners: Vec<u32> = self.indices.iter().flatten().copied().collect();
         self.gather(&corners);
         self.indices = (0..self.indices.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        self.normals = self
-            .positions
-            .chunks_exact(3)
-            .flat_map(|p| [(p[1] - p[0]).cross(p[2] - p[0]).normalize_or(Vec3::Y); 3])
-            .collect();
+        self.normals =
+            self.positions.chunks_exact(3).flat_map(|p| [flat_normal(p[1] - p[0], p[2] - p[0]); 3]).collect();
         if !self.morphs.is_empty() {
             self.flat_morphs();
         }
@@ -137,22 +134,15 @@ impl Mesh {
         self.tangents = sums.iter().zip(&self.normals).map(|(&(u, v), &n)| tangent(n, u, v)).collect();
     }
 
-    pub(crate) fn check(
-        &self,
-        materials: &[Material],
-        fail: &dyn Fn(String) -> SceneError,
-    ) -> Result<(), SceneError> {
-        let name = &self.name;
+    pub(crate) fn check(&self, materials: &[Material]) -> Result<(), String> {
         let vertices = self.positions.len();
         let lengths =
             [self.normals.len(), self.tangents.len(), self.uv0.len(), self.uv1.len(), self.colors.len()];
         if lengths.iter().any(|&n| n != vertices) {
-            return Err(fail(format!(
-                "mesh {name}: attribute arrays differ in length: {vertices}, {lengths:?}"
-            )));
+            return Err(format!("attribute arrays differ in length: {vertices}, {lengths:?}"));
         }
         if self.triangle_materials.len() != self.indices.len() || self.first_masked > self.indices.len() {
-            return Err(fail(format!("mesh {name}: per-triangle arrays differ in length")));
+            return Err("per-triangle arrays differ in length".into());
         }
         let listed = |empty, length| empty || length == vertices;
         let targets = self.deformation.as_ref().map_or(0, |d| d.weights.len());
@@ -163,7 +153,7 @@ impl Mesh {
             || self.morphs.items().iter().any(|m| m.target as usize >= targets)
             || self.deformation.as_ref().is_some_and(|d| d.rest.positions.len() != vertices)
         {
-            return Err(fail(format!("mesh {name}: joints or morph targets do not fit its vertices")));
+            return Err("joints or morph targets do not fit its vertices".into());
         }
         for v in 0..vertices {
             let finite = self.positions[v].is_finite()
@@ -173,31 +163,32 @@ impl Mesh {
                 && self.uv1[v].is_finite()
                 && self.colors[v].is_finite();
             if !finite {
-                return Err(fail(format!("mesh {name}: vertex {v} is not finite")));
+                return Err(format!("vertex {v} is not finite"));
             }
             if (self.normals[v].length() - 1.0).abs() > 1e-2 {
-                return Err(fail(format!(
-                    "mesh {name}: normal {v} is not of unit length: {}",
-                    self.normals[v]
-                )));
+                return Err(format!("normal {v} is not of unit length: {}", self.normals[v]));
             }
         }
         for (t, corners) in self.indices.iter().enumerate() {
             if corners.iter().any(|&v| v as usize >= vertices) {
-                return Err(fail(format!("mesh {name}: triangle {t} names a vertex past {vertices}")));
+                return Err(format!("triangle {t} names a vertex past {vertices}"));
             }
             let Some(material) = materials.get(self.triangle_materials[t] as usize) else {
-                return Err(fail(format!(
-                    "mesh {name}: triangle {t} names a material past {}",
-                    materials.len()
-                )));
+                return Err(format!("triangle {t} names a material past {}", materials.len()));
             };
             if material.is_masked() != (t >= self.first_masked) {
-                return Err(fail(format!("mesh {name}: triangle {t} is on the wrong side of first_masked")));
+                return Err(format!("triangle {t} is on the wrong side of first_masked"));
             }
         }
         Ok(())
     }
+}
+
+/// Unit normal of a triangle by two edges; +Y where it has no area. Squares of tiny and of huge numbers are avoided by powers of two,
+/// which change no bit otherwise.
+fn flat_normal(e1: Vec3, e2: Vec3) -> Vec3 {
+    let scaled = |v: Vec3| v / f32::from_bits(v.abs().max_element().to_bits() & 0x7f80_0000);
+    scaled(scaled(e1).cross(scaled(e2))).normalize_or(Vec3::Y)
 }
 
 fn tangent(normal: Vec3, along_u: Vec3, along_v: Vec3) -> Vec4 {
@@ -206,5 +197,24 @@ fn tangent(normal: Vec3, along_u: Vec3, along_v: Vec3) -> Vec4 {
         // Texture v runs down, the green channel of a normal map up: the bitangent points to smaller v.
         Some(t) => t.extend(if normal.cross(t).dot(along_v) > 0.0 { -1.0 } else { 1.0 }),
         None => normal.any_orthonormal_vector().extend(1.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flat_normals_of_every_size() {
+        let (e1, e2) = (Vec3::new(0.3, 0.7, -0.2), Vec3::new(-0.5, 0.1, 0.9));
+        let normal = e1.cross(e2).normalize();
+        for size in [1e-30, 1e-15, 1.0, 1e6, 1e12] {
+            assert!(flat_normal(size * e1, size * e2).distance(normal) < 1e-6, "{size}");
+        }
+        // A sliver, and triangles without area.
+        assert!(flat_normal(Vec3::X, Vec3::new(1.0, 1e-25, 0.0)).abs_diff_eq(Vec3::Z, 1e-6));
+        for e2 in [Vec3::ZERO, e1, -2.0 * e1] {
+            assert_eq!(flat_normal(e1, e2), Vec3::Y);
+        }
     }
 }

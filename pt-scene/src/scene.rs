@@ -5,10 +5,7 @@ use std::sync::Arc;
 
 use crate::animation::{Pose, Rig, visible};
 use crate::light::shines;
-use crate::{
-    AlphaMode, AnimationInfo, Camera, Environment, ExtensionUse, Light, LightKind, Lobes, MAX_PRIORITY,
-    Material, Mesh, Motion, Projection, SceneError, Texture,
-};
+use crate::{AnimationInfo, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Texture};
 
 /// Everything that is to be rendered.
 #[derive(Clone, Debug, Default)]
@@ -238,166 +235,10 @@ impl Scene {
         }
         s
     }
-
-    /// Checks every invariant that consumers rely on: indices in range, arrays of equal length, finite and physical
-    /// values, masked triangles sorted to the end. Run by [`crate::load`].
-    pub fn validate(&self) -> Result<(), SceneError> {
-        let fail = |what: String| SceneError::Inconsistent { scene: self.name.clone(), what };
-        self.meshes.iter().try_for_each(|mesh| mesh.check(&self.materials, &fail))?;
-        for instance in &self.instances {
-            if instance.mesh as usize >= self.meshes.len() {
-                return Err(fail(format!(
-                    "instance {}: mesh {} does not exist",
-                    instance.name, instance.mesh
-                )));
-            }
-            if let Some(material) = instance.material {
-                let masked = self.materials.get(material as usize).is_none_or(Material::is_masked);
-                let mesh = &self.meshes[instance.mesh as usize];
-                if masked || mesh.first_masked < mesh.triangle_count() {
-                    return Err(fail(format!(
-                        "instance {}: material {material} cannot stand in for others",
-                        instance.name
-                    )));
-                }
-            }
-            for transform in [instance.world_from_object, instance.world_from_object_prev] {
-                if !is_invertible(&transform) {
-                    return Err(fail(format!(
-                        "instance {}: transform is not finite and invertible",
-                        instance.name
-                    )));
-                }
-            }
-        }
-        if self.bounds().is_some_and(|b| b.min.abs().max(b.max.abs()).max_element() > MAX_COORDINATE) {
-            return Err(fail(format!("it reaches farther out than {MAX_COORDINATE:e} m")));
-        }
-        for m in &self.materials {
-            check_material(m, self.textures.len()).map_err(fail)?;
-            if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
-                let what = format!(
-                    "material {}: priority {} or exterior {:?} is out of range",
-                    m.name, m.priority, m.exterior
-                );
-                return Err(fail(what));
-            }
-        }
-        self.textures.iter().try_for_each(|t| t.check().map_err(fail))?;
-        self.lights.iter().try_for_each(|light| check_light(light).map_err(fail))?;
-        self.cameras.iter().try_for_each(|camera| check_camera(camera).map_err(fail))?;
-        self.environment.check().map_err(|what| fail(format!("environment: {what}")))
-    }
 }
-
-/// Farthest that anything may be from the origin, metres: the areas that trees are built by stay far from overflow.
-pub(crate) const MAX_COORDINATE: f32 = 1e12;
 
 /// Finite, with a determinant that leaves room for an inverse in single precision.
 pub(crate) fn is_invertible(transform: &Affine3A) -> bool {
     let determinant = transform.matrix3.determinant();
     transform.is_finite() && determinant.is_normal() && transform.inverse().is_finite()
-}
-
-fn check_material(m: &Material, textures: usize) -> Result<(), String> {
-    let unit = |slot: &str, x: f32| {
-        if (0.0..=1.0).contains(&x) {
-            Ok(())
-        } else {
-            Err(format!("material {}: {slot} {x} is not in 0..1", m.name))
-        }
-    };
-    unit("metallic", m.metallic)?;
-    unit("roughness", m.roughness)?;
-    unit("transmission", m.transmission)?;
-    unit("specular", m.specular)?;
-    if let AlphaMode::Mask { cutoff } = m.alpha_mode
-        && !(cutoff >= 0.0 && cutoff.is_finite())
-    {
-        return Err(format!("material {}: alpha cutoff {cutoff} is negative or not finite", m.name));
-    }
-    let physical = m.base_color.is_finite()
-        && m.base_color.min_element() >= 0.0
-        && m.emissive.is_finite()
-        && m.emissive.min_element() >= 0.0
-        && m.specular_color.is_finite()
-        && m.specular_color.min_element() >= 0.0
-        && m.attenuation_color.is_finite()
-        && m.attenuation_color.min_element() >= 0.0
-        && m.attenuation_distance > 0.0
-        && m.thickness >= 0.0
-        && m.thickness.is_finite()
-        && m.normal_scale.is_finite()
-        && m.ior >= 1.0
-        && m.ior.is_finite();
-    if let Some(lobes) = &m.lobes {
-        check_lobes(lobes, &unit)?;
-    }
-    if !physical {
-        return Err(format!("material {}: a factor is negative, not finite, or below its range", m.name));
-    }
-    for (slot, texture) in m.textures() {
-        if texture.texture as usize >= textures || texture.uv_set > 1 || !texture.transform.is_finite() {
-            return Err(format!(
-                "material {}: {slot} names texture {} and UV set {}",
-                m.name, texture.texture, texture.uv_set
-            ));
-        }
-    }
-    Ok(())
-}
-
-fn check_lobes(l: &Lobes, unit: &impl Fn(&str, f32) -> Result<(), String>) -> Result<(), String> {
-    unit("clearcoat", l.clearcoat)?;
-    unit("clearcoat roughness", l.clearcoat_roughness)?;
-    unit("sheen colour", l.sheen_color.min_element())?;
-    unit("sheen colour", l.sheen_color.max_element())?;
-    unit("sheen roughness", l.sheen_roughness)?;
-    unit("anisotropy strength", l.anisotropy_strength)?;
-    unit("iridescence", l.iridescence)?;
-    let not_negative = |x: f32| (0.0..f32::INFINITY).contains(&x);
-    let physical = l.clearcoat_normal_scale.is_finite()
-        && l.sheen_color.is_finite()
-        && l.anisotropy_rotation.is_finite()
-        && l.iridescence_ior >= 1.0
-        && l.iridescence_ior.is_finite()
-        && not_negative(l.iridescence_thickness_min)
-        && not_negative(l.iridescence_thickness_max)
-        && not_negative(l.dispersion);
-    if physical { Ok(()) } else { Err(format!("a value of an extension lobe is out of range: {l:?}")) }
-}
-
-fn check_light(light: &Light) -> Result<(), String> {
-    let cone = match light.kind {
-        LightKind::Spot { inner, outer } => {
-            (0.0..outer).contains(&inner) && outer <= std::f32::consts::FRAC_PI_2 + 1e-4
-        }
-        LightKind::Point | LightKind::Directional => true,
-    };
-    let physical = light.intensity.is_finite()
-        && light.intensity.min_element() >= 0.0
-        && light.position.is_finite()
-        && light.direction.is_normalized()
-        && (0.0..f32::INFINITY).contains(&light.radius)
-        && (0.0..std::f32::consts::FRAC_PI_2).contains(&light.angular_radius);
-    if cone && physical {
-        Ok(())
-    } else {
-        Err(format!("light {}: a value is out of range: {light:?}", light.name))
-    }
-}
-
-fn check_camera(camera: &Camera) -> Result<(), String> {
-    let projection = match camera.projection {
-        Projection::Perspective { yfov } => yfov > 0.0 && yfov < std::f32::consts::PI,
-        Projection::Orthographic { ymag } => ymag > 0.0 && ymag.is_finite(),
-    };
-    let m = camera.world_from_camera.matrix3;
-    let rigid = camera.world_from_camera.is_finite() && (m.determinant() - 1.0).abs() < 1e-3;
-    let lens = camera.lens_radius >= 0.0 && camera.lens_radius.is_finite() && camera.focus_distance > 0.0;
-    if projection && rigid && lens {
-        Ok(())
-    } else {
-        Err(format!("camera {}: a value is out of range: {camera:?}", camera.name))
-    }
 }

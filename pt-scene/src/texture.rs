@@ -190,16 +190,16 @@ impl Texture {
             if bytes == expected {
                 Ok(())
             } else {
-                Err(format!("texture {}: {bytes} bytes for {}x{}", self.name, self.width, self.height))
+                Err(format!("{bytes} bytes for {}x{}", self.width, self.height))
             }
         };
         if self.width == 0 || self.height == 0 {
-            return Err(format!("texture {} has no texels", self.name));
+            return Err("it has no texels".into());
         }
         match &self.texels {
             Texels::Rgba8(texels) => fits(texels.len(), self.width as usize * self.height as usize * 4),
             Texels::Blocks { levels, .. } if levels.is_empty() || levels.len() > self.full_level_count() => {
-                Err(format!("texture {}: {} mip levels", self.name, levels.len()))
+                Err(format!("{} mip levels", levels.len()))
             }
             Texels::Blocks { format, levels } => levels.iter().enumerate().try_for_each(|(i, level)| {
                 let extent = [self.width, self.height].map(|side| (side >> i).max(1));

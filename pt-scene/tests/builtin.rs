@@ -1,7 +1,7 @@
 //! The built-in scenes.
 
-use pt_scene::glam::Vec3;
-use pt_scene::{BUILTIN, Camera, CameraKey, CameraPath, Scene, builtin};
+use pt_scene::glam::{Affine3A, Vec3};
+use pt_scene::{BUILTIN, Camera, CameraKey, CameraPath, Scene, automatic_camera, builtin};
 
 fn scene(name: &str) -> Scene {
     builtin(name).unwrap()
@@ -138,4 +138,23 @@ fn validation_names_what_is_wrong() {
     broken(|s| s.instances[0].world_from_object.matrix3.x_axis *= 0.0, "invertible");
     broken(|s| s.materials[0].roughness = 2.0, "roughness");
     broken(|s| s.materials[0].base_color_texture = Some(pt_scene::TextureRef::new(3)), "texture 3");
+}
+
+#[test]
+fn a_mirrored_room_is_still_seen_from_within() {
+    let mut room = scene("lamps");
+    room.cameras.clear();
+    let within = |scene: &Scene| {
+        let (bounds, camera) = (scene.bounds().unwrap(), automatic_camera(scene));
+        let eye = camera.position();
+        assert!(eye.cmpgt(bounds.min).all() && eye.cmplt(bounds.max).all(), "{eye} in {bounds:?}");
+        camera
+    };
+    let camera = within(&room);
+    for instance in &mut room.instances {
+        instance.world_from_object =
+            Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0)) * instance.world_from_object;
+    }
+    // As far up as before.
+    assert!((within(&room).position().y - camera.position().y).abs() < 1e-3);
 }

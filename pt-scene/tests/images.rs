@@ -86,6 +86,8 @@ fn png_of_every_channel_count_and_depth() {
             DynamicImage::ImageRgb16(ImageBuffer::from_pixel(w, h, Rgb([0x0101, 0x0202, 0xffff]))),
             [1, 2, 255, 255],
         ),
+        // 16 bits are rounded, not cut off.
+        (DynamicImage::ImageRgb16(ImageBuffer::from_pixel(w, h, Rgb([255, 128, 0xfeff]))), [1, 0, 254, 255]),
         (DynamicImage::ImageRgba16(ImageBuffer::from_pixel(w, h, Rgba([257, 514, 771, 1028]))), [1, 2, 3, 4]),
     ] {
         let t = texture("image.png", &encoded(image));

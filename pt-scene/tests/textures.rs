@@ -43,9 +43,12 @@ fn every_level_has_the_mean_of_the_texture() {
 #[test]
 fn colour_is_averaged_in_linear_light() {
     let texels = [[0u8, 0, 0, 255], [255, 255, 255, 255]].repeat(2).concat();
-    let texture = Texture::rgba8("checks", [2, 2], TextureUsage::Color, texels);
     // Half the light is 188 in sRGB, not 128.
-    assert_eq!(texture.mips()[1].texels, [188, 188, 188, 255]);
+    for usage in [TextureUsage::Color, TextureUsage::Cutout] {
+        assert!(usage.is_srgb());
+        let texture = Texture::rgba8("checks", [2, 2], usage, texels.clone());
+        assert_eq!(texture.mips()[1].texels, [188, 188, 188, 255], "{usage:?}");
+    }
 }
 
 #[test]

@@ -2,10 +2,11 @@
 // (whether there is a solid behind), _clearcoat, _sheen, _anisotropy. Directions are unit vectors in world space that point away
 // from the surface: wo to where light leaves, wi to where it comes from.
 //
-//     vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi)        f |cos|, all lobes that are no delta
-//     float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi)        density per solid angle of wi with which bsdf_sample draws them
-//     BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec4 u) direction, weight = f |cos| / pdf, pdf, flags
-//     bool bsdf_is_delta(Bsdf b)                      whether all lobes are: no use in sampling lights
+//     Bsdf bsdf_towards(Bsdf b, vec3 wo)     with what depends on wo alone; for all of these:
+//     vec3 bsdf_eval(Bsdf b, vec3 wi)        f |cos|, all lobes that are no delta
+//     float bsdf_pdf(Bsdf b, vec3 wi)        density per solid angle of wi with which bsdf_sample draws them
+//     BsdfSample bsdf_sample(Bsdf b, vec4 u) direction, weight = f |cos| / pdf, pdf, flags
+//     bool bsdf_is_delta(Bsdf b)             whether all lobes are: no use in sampling lights
 //
 // A sample with pdf == 0 is no sample: the path ends. BSDF_DELTA: eval and pdf know nothing of the direction, pdf is the
 // probability of the lobe, other strategies never find it (their weight is 1). BSDF_TRANSMISSION: wi is on the other side.
@@ -47,6 +48,15 @@ const uint BSDF_TRANSMISSION = 2u;
 // Below it a lobe is a delta: half as wide as the sun at 0.05.
 const float MIRROR_ROUGHNESS = 0.02;
 
+// Probabilities with which bsdf_sample takes the lobes.
+struct LobeChoice { float coat, interface_, diffuse; };
+
+struct LobeWeights {
+    float coat;    // c Fc
+    float base;    // what coat and sheen leave, as far as it depends on v alone
+    LobeChoice p;
+};
+
 struct Bsdf {
     mat3 frame;          // world from local: tangent, bitangent, shading normal on the side of wo
     vec3 geo_normal;     // of the triangle, on the side of wo
@@ -63,6 +73,10 @@ struct Bsdf {
     vec3 sheen_color;
     float sheen_alpha;
     uint flags;          // BSDF_SOLID, BSDF_ENERGY_COMPENSATION
+    // Made by bsdf_towards.
+    vec3 wo;
+    vec3 local_wo;       // in `frame`
+    LobeWeights lobes;
 };
 
 struct BsdfSample {
@@ -150,19 +164,11 @@ Compensation bsdf_compensation(Bsdf b, float v_z, float l_z) {
     return c;
 }
 
-// Probabilities with which bsdf_sample takes the lobes.
-struct LobeChoice { float coat, interface_, diffuse; };
-
-struct LobeWeights {
-    float coat;    // c Fc
-    float base;    // what coat and sheen leave, as far as it depends on v alone
-    LobeChoice p;
-};
-
-LobeWeights bsdf_lobes(Bsdf b, vec3 v, vec3 wo) {
+LobeWeights bsdf_lobes(Bsdf b) {
+    vec3 v = b.local_wo;
     const float LEAST = 0.05;
     LobeWeights w;
-    w.coat = b.coat > 0.0 ? b.coat * coat_fresnel(dot(b.coat_normal, wo)) : 0.0;
+    w.coat = b.coat > 0.0 ? b.coat * coat_fresnel(dot(b.coat_normal, b.wo)) : 0.0;
     w.base = 1.0 - w.coat;
     float sheen = max_component(b.sheen_color), left = w.base, sheen_albedo = 0.0;
     if (sheen > 0.0) {
@@ -185,6 +191,13 @@ LobeWeights bsdf_lobes(Bsdf b, vec3 v, vec3 wo) {
     return w;
 }
 
+Bsdf bsdf_towards(Bsdf b, vec3 wo) {
+    b.wo = wo;
+    b.local_wo = wo * b.frame;
+    b.lobes = bsdf_lobes(b);
+    return b;
+}
+
 // Probability that a microfacet of the interface which has been drawn reflects.
 float bsdf_reflect_probability(Bsdf b, InterfaceShare share) {
     float transmitted = share.passed * b.transmission * luminance(b.base_color);
@@ -197,11 +210,16 @@ struct BsdfValue {
     float pdf;
 };
 
-BsdfValue bsdf_reflection(Bsdf b, LobeWeights w, vec3 v, vec3 l) {
+// Without it nothing but the diffuse base is under coat and sheen.
+bool bsdf_has_interface(Bsdf b) { return b.specular > 0.0 || b.metallic > 0.0 || b.transmission > 0.0; }
+
+BsdfValue bsdf_reflection(Bsdf b, vec3 l) {
+    LobeWeights w = b.lobes;
+    vec3 v = b.local_wo;
     BsdfValue r = BsdfValue(vec3(0.0), w.p.diffuse * cosine_hemisphere_pdf(l.z));
     vec3 h = normalize(v + l);
     InterfaceShare share = bsdf_interface(b, dot(v, h));
-    if (b.alpha.x > 0.0) {
+    if (b.alpha.x > 0.0 && bsdf_has_interface(b)) {
         float d = ggx_d(b.alpha, h);
         r.f_cos = share.reflected * (d * ggx_visibility(b.alpha, v, l) * l.z);
         r.pdf += w.p.interface_ * bsdf_reflect_probability(b, share) * 0.5 * d / (v.z + ggx_root(b.alpha, v));
@@ -222,7 +240,9 @@ BsdfValue bsdf_reflection(Bsdf b, LobeWeights w, vec3 v, vec3 l) {
     return r;
 }
 
-BsdfValue bsdf_transmission(Bsdf b, LobeWeights w, vec3 v, vec3 l) {
+BsdfValue bsdf_transmission(Bsdf b, vec3 l) {
+    LobeWeights w = b.lobes;
+    vec3 v = b.local_wo;
     BsdfValue r = BsdfValue(vec3(0.0), 0.0);
     if (!bsdf_transmits(b) || bsdf_transmits_delta(b)) return r;
     Refraction t;
@@ -243,19 +263,19 @@ BsdfValue bsdf_transmission(Bsdf b, LobeWeights w, vec3 v, vec3 l) {
     return r;
 }
 
-BsdfValue bsdf_evaluate(Bsdf b, vec3 wo, vec3 wi) {
+BsdfValue bsdf_evaluate(Bsdf b, vec3 wi) {
     BsdfValue r = BsdfValue(vec3(0.0), 0.0);
-    vec3 v = wo * b.frame, l = wi * b.frame;
-    if (v.z <= 0.0) return r;
-    LobeWeights w = bsdf_lobes(b, v, wo);
+    if (b.local_wo.z <= 0.0) return r;
+    vec3 l = wi * b.frame;
+    LobeWeights w = b.lobes;
     if (dot(b.geo_normal, wi) <= 0.0) {
-        if (l.z < 0.0) r = bsdf_transmission(b, w, v, l);
+        if (l.z < 0.0) r = bsdf_transmission(b, l);
         return r;
     }
-    if (l.z > 0.0) r = bsdf_reflection(b, w, v, l);
+    if (l.z > 0.0) r = bsdf_reflection(b, l);
     if (w.coat > 0.0 && b.coat_alpha > 0.0) {
         mat3 coat_frame = basis_around(b.coat_normal);
-        vec3 coat_v = wo * coat_frame, coat_l = wi * coat_frame;
+        vec3 coat_v = b.wo * coat_frame, coat_l = wi * coat_frame;
         if (coat_v.z > 0.0 && coat_l.z > 0.0) {
             vec2 alpha = vec2(b.coat_alpha);
             float d = ggx_d(alpha, normalize(coat_v + coat_l));
@@ -266,9 +286,9 @@ BsdfValue bsdf_evaluate(Bsdf b, vec3 wo, vec3 wi) {
     return r;
 }
 
-vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_evaluate(b, wo, wi).f_cos; }
+vec3 bsdf_eval(Bsdf b, vec3 wi) { return bsdf_evaluate(b, wi).f_cos; }
 
-float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi) { return bsdf_evaluate(b, wo, wi).pdf; }
+float bsdf_pdf(Bsdf b, vec3 wi) { return bsdf_evaluate(b, wi).pdf; }
 
 bool bsdf_is_delta(Bsdf b) {
     bool diffuse = b.metallic < 1.0 && b.transmission < 1.0 && max_component(b.base_color) > 0.0;
@@ -277,11 +297,11 @@ bool bsdf_is_delta(Bsdf b) {
 }
 
 // u.xy: direction within a lobe; u.z: which lobe; u.w: reflection or transmission.
-BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec4 u) {
+BsdfSample bsdf_sample(Bsdf b, vec4 u) {
     BsdfSample s = NO_BSDF_SAMPLE;
-    vec3 v = wo * b.frame;
+    vec3 v = b.local_wo;
     if (v.z <= 0.0) return s;
-    LobeWeights w = bsdf_lobes(b, v, wo);
+    LobeWeights w = b.lobes;
     float sheen = max_component(b.sheen_color);
     float base = w.base * (sheen > 0.0 ? max(1.0 - sheen * charlie_albedo(v.z, b.sheen_alpha), 0.0) : 1.0);
 
@@ -290,7 +310,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec4 u) {
     vec3 reflectance = vec3(0.0);
     if (u.z < w.p.coat) {
         mat3 coat_frame = basis_around(b.coat_normal);
-        vec3 coat_v = wo * coat_frame;
+        vec3 coat_v = b.wo * coat_frame;
         delta = b.coat_alpha == 0.0;
         vec3 h = delta ? vec3(0.0, 0.0, 1.0) : sample_ggx_vndf(coat_v, b.coat_alpha, u.xy);
         vec3 coat_l = reflect(-coat_v, h);
@@ -331,7 +351,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec4 u) {
         s.weight = reflectance / pmf;
         return s;
     }
-    BsdfValue r = bsdf_evaluate(b, wo, s.direction);
+    BsdfValue r = bsdf_evaluate(b, s.direction);
     if (r.pdf <= 0.0) return NO_BSDF_SAMPLE;
     s.pdf = r.pdf;
     s.weight = r.f_cos / r.pdf;

@@ -41,5 +41,5 @@ Bsdf surface_bsdf(Surface s, MaterialSample m, LobesSample lobes, vec3 wo, float
     b.sheen_color = outside ? lobes.sheen_color : vec3(0.0);
     b.sheen_alpha = max(lobes.sheen_roughness * lobes.sheen_roughness, MIN_SHEEN_ALPHA);
     b.flags = flags | (solid ? BSDF_SOLID : 0u);
-    return b;
+    return bsdf_towards(b, wo);
 }

@@ -1,7 +1,7 @@
 // What a point lies inside of: solids that may overlap. Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images":
 // where solids overlap the strongest is there and the others are not; boundaries of the others inside of it are false hits, which
 // a path passes as if they were not. The strongest has the highest priority, of equal ones the highest index of refraction, of equal
-// ones the lowest material index: the same whatever the order in which they were entered. Host twin: pt_reference::oracle::interior.
+// ones the lowest medium index: the same whatever the order in which they were entered. Host twin: pt_reference::oracle::interior.
 //
 // The list lives in registers and belongs to the path. Pure functions:
 //
@@ -21,7 +21,7 @@
 // camera's list with interior_add and not to `walked`; then walked = interior_cross(walked, ...).
 #include "records.glsl"
 
-// word: 24 bits of material + 1, 8 bits of priority below; 0: vacuum.
+// word: 24 bits of medium + 1, 8 bits of priority below; 0: vacuum.
 struct Solid { uint word; float ior; };
 
 const Solid VACUUM = Solid(0u, 1.0);
@@ -37,10 +37,10 @@ const InteriorList EMPTY_INTERIOR = InteriorList(uvec4(0u), vec4(1.0));
 // Seen along the path.
 struct Crossing { Solid here; Solid beyond; };
 
-Solid make_solid(uint material, uint priority, float ior) { return Solid((material + 1u) << 8u | min(priority, 255u), ior); }
+Solid make_solid(uint medium, uint priority, float ior) { return Solid((medium + 1u) << 8u | min(priority, 255u), ior); }
 
 // NONE for the vacuum.
-uint solid_material(Solid s) { return (s.word >> 8u) - 1u; }
+uint solid_medium(Solid s) { return (s.word >> 8u) - 1u; }
 
 Solid stronger(Solid a, Solid b) {
     uint pa = a.word & 0xffu, pb = b.word & 0xffu;

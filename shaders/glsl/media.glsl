@@ -21,16 +21,18 @@
 
 bool is_solid(MaterialRecord m) { return m.transmission > 0.0 && m.thickness > 0.0; }
 
-Solid medium_solid(uint material) {
+// Solids are told apart by what is in them: `medium` stands for all materials that have the same (MaterialRecord.medium).
+Solid medium_solid(uint medium) {
     MaterialTable materials = MaterialTable(scene.materials);
-    return make_solid(material, materials.at[material].nesting & 0xffu, materials.at[material].ior);
+    return make_solid(medium, materials.at[medium].nesting & 0xffu, materials.at[medium].ior);
 }
 
 Boundary medium_boundary(uint material) {
-    uint exterior = MaterialTable(scene.materials).at[material].nesting >> 8u;
+    MaterialTable materials = MaterialTable(scene.materials);
+    uint exterior = materials.at[material].nesting >> 8u;
     Solid front = VACUUM;
     if (exterior != 0u) front = medium_solid(exterior - 1u);
-    return Boundary(medium_solid(material), front);
+    return Boundary(medium_solid(materials.at[material].medium), front);
 }
 
 float medium_eta(Crossing c) { return c.beyond.ior / c.here.ior; }
@@ -41,6 +43,6 @@ vec3 medium_transmittance(InteriorList list, float length) {
     Solid s = interior_top(list);
     if (s.word == 0u) return vec3(1.0);
     MaterialTable materials = MaterialTable(scene.materials);
-    uint material = solid_material(s);
-    return absorption(materials.at[material].attenuation_color, materials.at[material].attenuation_distance, length);
+    uint medium = solid_medium(s);
+    return absorption(materials.at[medium].attenuation_color, materials.at[medium].attenuation_distance, length);
 }

@@ -29,29 +29,27 @@ struct Sampler {
     uint dimension; // of the next call
 };
 
-// Dimensions 2 to 4 of Sobol's sequence for the bits of the index; the first is the index with its bits turned round.
-const uvec3 SOBOL_DIRECTIONS[32] = uvec3[32](
-    uvec3(0x80000000u, 0x80000000u, 0x80000000u), uvec3(0xc0000000u, 0xc0000000u, 0xc0000000u),
-    uvec3(0xa0000000u, 0x60000000u, 0x20000000u), uvec3(0xf0000000u, 0x90000000u, 0x50000000u),
-    uvec3(0x88000000u, 0xe8000000u, 0xf8000000u), uvec3(0xcc000000u, 0x5c000000u, 0x74000000u),
-    uvec3(0xaa000000u, 0x8e000000u, 0xa2000000u), uvec3(0xff000000u, 0xc5000000u, 0x93000000u),
-    uvec3(0x80800000u, 0x68800000u, 0xd8800000u), uvec3(0xc0c00000u, 0x9cc00000u, 0x25400000u),
-    uvec3(0xa0a00000u, 0xee600000u, 0x59e00000u), uvec3(0xf0f00000u, 0x55900000u, 0xe6d00000u),
-    uvec3(0x88880000u, 0x80680000u, 0x78080000u), uvec3(0xcccc0000u, 0xc09c0000u, 0xb40c0000u),
-    uvec3(0xaaaa0000u, 0x60ee0000u, 0x82020000u), uvec3(0xffff0000u, 0x90550000u, 0xc3050000u),
-    uvec3(0x80008000u, 0xe8808000u, 0x208f8000u), uvec3(0xc000c000u, 0x5cc0c000u, 0x51474000u),
-    uvec3(0xa000a000u, 0x8e606000u, 0xfbea2000u), uvec3(0xf000f000u, 0xc5909000u, 0x75d93000u),
-    uvec3(0x88008800u, 0x6868e800u, 0xa0858800u), uvec3(0xcc00cc00u, 0x9c9c5c00u, 0x914e5400u),
-    uvec3(0xaa00aa00u, 0xeeee8e00u, 0xdbe79e00u), uvec3(0xff00ff00u, 0x5555c500u, 0x25db6d00u),
-    uvec3(0x80808080u, 0x8000e880u, 0x58800080u), uvec3(0xc0c0c0c0u, 0xc0005cc0u, 0xe54000c0u),
-    uvec3(0xa0a0a0a0u, 0x60008e60u, 0x79e00020u), uvec3(0xf0f0f0f0u, 0x9000c590u, 0xb6d00050u),
-    uvec3(0x88888888u, 0xe8006868u, 0x800800f8u), uvec3(0xccccccccu, 0x5c009c9cu, 0xc00c0074u),
-    uvec3(0xaaaaaaaau, 0x8e00eeeeu, 0x200200a2u), uvec3(0xffffffffu, 0xc5005555u, 0x50050093u)
-);
-
+// Dimensions 2 to 4 of Sobol's sequence by the bits of the index; the first is the index with its bits turned round. Written
+// out: a table that is indexed goes to memory on most devices.
+#define SOBOL_BIT(k, a, b, c) x ^= uvec3(a, b, c) & uint(bitfieldExtract(int(index), int(k), 1));
 uvec4 sobol(uint index) {
     uvec3 x = uvec3(0u);
-    for (uint rest = index; rest != 0u; rest &= rest - 1u) x ^= SOBOL_DIRECTIONS[findLSB(rest)];
+    SOBOL_BIT(0u, 0x80000000u, 0x80000000u, 0x80000000u) SOBOL_BIT(1u, 0xc0000000u, 0xc0000000u, 0xc0000000u)
+    SOBOL_BIT(2u, 0xa0000000u, 0x60000000u, 0x20000000u) SOBOL_BIT(3u, 0xf0000000u, 0x90000000u, 0x50000000u)
+    SOBOL_BIT(4u, 0x88000000u, 0xe8000000u, 0xf8000000u) SOBOL_BIT(5u, 0xcc000000u, 0x5c000000u, 0x74000000u)
+    SOBOL_BIT(6u, 0xaa000000u, 0x8e000000u, 0xa2000000u) SOBOL_BIT(7u, 0xff000000u, 0xc5000000u, 0x93000000u)
+    SOBOL_BIT(8u, 0x80800000u, 0x68800000u, 0xd8800000u) SOBOL_BIT(9u, 0xc0c00000u, 0x9cc00000u, 0x25400000u)
+    SOBOL_BIT(10u, 0xa0a00000u, 0xee600000u, 0x59e00000u) SOBOL_BIT(11u, 0xf0f00000u, 0x55900000u, 0xe6d00000u)
+    SOBOL_BIT(12u, 0x88880000u, 0x80680000u, 0x78080000u) SOBOL_BIT(13u, 0xcccc0000u, 0xc09c0000u, 0xb40c0000u)
+    SOBOL_BIT(14u, 0xaaaa0000u, 0x60ee0000u, 0x82020000u) SOBOL_BIT(15u, 0xffff0000u, 0x90550000u, 0xc3050000u)
+    SOBOL_BIT(16u, 0x80008000u, 0xe8808000u, 0x208f8000u) SOBOL_BIT(17u, 0xc000c000u, 0x5cc0c000u, 0x51474000u)
+    SOBOL_BIT(18u, 0xa000a000u, 0x8e606000u, 0xfbea2000u) SOBOL_BIT(19u, 0xf000f000u, 0xc5909000u, 0x75d93000u)
+    SOBOL_BIT(20u, 0x88008800u, 0x6868e800u, 0xa0858800u) SOBOL_BIT(21u, 0xcc00cc00u, 0x9c9c5c00u, 0x914e5400u)
+    SOBOL_BIT(22u, 0xaa00aa00u, 0xeeee8e00u, 0xdbe79e00u) SOBOL_BIT(23u, 0xff00ff00u, 0x5555c500u, 0x25db6d00u)
+    SOBOL_BIT(24u, 0x80808080u, 0x8000e880u, 0x58800080u) SOBOL_BIT(25u, 0xc0c0c0c0u, 0xc0005cc0u, 0xe54000c0u)
+    SOBOL_BIT(26u, 0xa0a0a0a0u, 0x60008e60u, 0x79e00020u) SOBOL_BIT(27u, 0xf0f0f0f0u, 0x9000c590u, 0xb6d00050u)
+    SOBOL_BIT(28u, 0x88888888u, 0xe8006868u, 0x800800f8u) SOBOL_BIT(29u, 0xccccccccu, 0x5c009c9cu, 0xc00c0074u)
+    SOBOL_BIT(30u, 0xaaaaaaaau, 0x8e00eeeeu, 0x200200a2u) SOBOL_BIT(31u, 0xffffffffu, 0xc5005555u, 0x50050093u)
     return uvec4(bitfieldReverse(index), x);
 }
 

@@ -5,7 +5,6 @@
 struct Surface {
     uint material;
     vec3 position;
-    vec3 position_prev;  // the same point of the object in the last frame
     vec3 flat_normal;    // of the triangle, on the front side
     vec3 geo_normal;     // interpolated, on the front side
     vec4 tangent;        // w: sign of the bitangent
@@ -49,6 +48,17 @@ struct Footprint {
     float depth_range; // along the ray, metres
 };
 
+// Where the same point of the object was in the last frame.
+vec3 previous_position(uint instance_index, uint triangle, vec2 barycentrics) {
+    InstanceRecord instance = scene_instance(instance_index);
+    MeshRecord mesh = scene_mesh(instance.mesh);
+    uvec3 index = IndexTable(mesh.indices).at[triangle];
+    PositionTable position = PositionTable(mesh.positions_prev);
+    vec3 w = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+    precise vec3 object_position = w.x * position.at[index.x] + w.y * position.at[index.y] + w.z * position.at[index.z];
+    return transform_point(instance.world_from_object_prev, object_position);
+}
+
 Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
     InstanceRecord instance = scene_instance(instance_index);
     MeshRecord mesh = scene_mesh(instance.mesh);
@@ -56,16 +66,12 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
     PositionTable position = PositionTable(mesh.positions);
     VertexTable vertex = VertexTable(mesh.vertices);
     vec3 w = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
-    PositionTable position_prev = PositionTable(mesh.positions_prev);
     vec3 p0 = position.at[index.x], p1 = position.at[index.y], p2 = position.at[index.z];
     precise vec3 object_position = w.x * p0 + w.y * p1 + w.z * p2;
-    precise vec3 object_position_prev =
-        w.x * position_prev.at[index.x] + w.y * position_prev.at[index.y] + w.z * position_prev.at[index.z];
 
     Surface s;
     s.material = material_of(instance, mesh, triangle);
     s.position = transform_point(instance.world_from_object, object_position);
-    s.position_prev = transform_point(instance.world_from_object_prev, object_position_prev);
     s.e1 = transform_vector(instance.world_from_object, p1 - p0);
     s.e2 = transform_vector(instance.world_from_object, p2 - p0);
     float side = instance.mirrored != 0u ? -1.0 : 1.0;
@@ -117,11 +123,13 @@ Footprint cone_footprint(Surface s, vec3 direction, float radius) {
 }
 
 vec4 sample_texture(TextureSlot slot, Surface s, Footprint f, float lod_scale) {
-    uint k = slot.uv_set;
-    vec2 uv = transform_uv(slot, s.uv[k]);
+    // By choice and not by index, which would put the surface into memory.
+    bool first = slot.uv_set == 0u;
+    vec2 uv = transform_uv(slot, first ? s.uv[0] : s.uv[1]);
+    vec2 duv1 = first ? s.duv1[0] : s.duv1[1], duv2 = first ? s.duv2[0] : s.duv2[1];
     mat2 linear = mat2(slot.transform[0][0], slot.transform[1][0], slot.transform[0][1], slot.transform[1][1]);
-    vec2 dx = linear * (s.duv1[k] * f.bary_x.x + s.duv2[k] * f.bary_x.y) * lod_scale;
-    vec2 dy = linear * (s.duv1[k] * f.bary_y.x + s.duv2[k] * f.bary_y.y) * lod_scale;
+    vec2 dx = linear * (duv1 * f.bary_x.x + duv2 * f.bary_x.y) * lod_scale;
+    vec2 dy = linear * (duv1 * f.bary_y.x + duv2 * f.bary_y.y) * lod_scale;
     return textureGrad(textures[nonuniformEXT(slot.texture)], uv, dx, dy);
 }
 

@@ -277,11 +277,13 @@ gpu_struct! {
         pub attenuation_color: Vec3,
         /// Index of the `LobeRecord`, or [`NONE`]: no extension lobe and no texture of those that stand there.
         pub lobes: u32,
-        /// Of nested solids. Bits 0-7: priority. Bits 8-31: 1 + material on the front side of an interface of two
-        /// solids; 0: none.
+        /// Of nested solids. Bits 0-7: priority. Bits 8-31: 1 + `medium` of the material on the front side of an interface
+        /// of two solids; 0: none.
         pub nesting: u32,
+        /// What is behind the surface: the first of all materials with the same index, attenuation and priority.
+        pub medium: u32,
         /// Alignment.
-        pub pad: [u32; 3],
+        pub pad: [u32; 2],
         /// Base colour and alpha.
         pub base_color_texture: TextureSlot,
         /// Roughness in g, metalness in b.

@@ -204,7 +204,7 @@ impl Trees {
             return Ok(());
         }
         self.top
-            .rebuild(placements.iter().map(|p| (self.meshes[p.mesh as usize].bounds, p.world_from_object)));
+            .rebuild(placements.iter().map(|p| (self.meshes[p.mesh as usize].bounds, p.world_from_object)))?;
         frame.upload(&self.top_nodes, bytemuck::cast_slice(&bvh::gpu_nodes(&self.top.bvh)))?;
         frame.upload(&self.top_instances, bytemuck::cast_slice(&self.top.bvh.primitive_indices))
     }

@@ -6,16 +6,20 @@
 use super::TraceError;
 use glam::{Affine3A, UVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::cwbvh::{CwBvh, node::CwBvhNode};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use pt_shaders::records::{BvhNode, BvhTriangle};
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 
-/// Levels of a mesh's tree. `trace_compute.glsl` has a stack of 48 entries: one a level, and two where a mesh is entered;
-/// the rest is for the BVH over the instances.
+/// Levels of a mesh's tree and of the one over the instances. `trace_compute.glsl` has a stack of 48 entries: one a level,
+/// and two where a mesh is entered.
 const MAX_MESH_DEPTH: u32 = 28;
+const MAX_TOP_DEPTH: u32 = 18;
+/// Levels that a binary tree may have before it is made wide: `obvhs` recurses down to its leaves. Real scenes have 40.
+const MAX_BINARY_DEPTH: u32 = 256;
 
 /// How much time goes into a mesh's BVH. Seconds are for 237,000 triangles on one core of a 2023 server.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,6 +78,7 @@ impl MeshBvh {
         if kept.is_empty() {
             return Ok(Self::default());
         }
+        tell_apart(&mut bounds);
         let (distance, narrow_levels, reinsertion) = quality.parameters();
         let order = (0..kept.len() as u32).collect();
         let mut bvh2 = PlocBuilder::with_capacity(bounds.len()).build(
@@ -83,12 +88,10 @@ impl MeshBvh {
             SortPrecision::U64,
             narrow_levels,
         );
-        ReinsertionOptimizer::default().run(&mut bvh2, reinsertion, None);
-        let mut bvh = bvh2_to_cwbvh(&bvh2, LEAF_ENTRIES, true, false);
-        let depth = levels(&bvh.nodes).into_iter().max().unwrap_or(0);
-        if depth > MAX_MESH_DEPTH {
-            return Err(TraceError::BvhDepth { depth, limit: MAX_MESH_DEPTH });
+        if binary_depth(&bvh2) <= MAX_BINARY_DEPTH {
+            ReinsertionOptimizer::default().run(&mut bvh2, reinsertion, None);
         }
+        let mut bvh = wide(&bvh2, &bounds, MAX_MESH_DEPTH)?;
         let triangles = bvh
             .primitive_indices
             .iter()
@@ -126,7 +129,13 @@ pub struct TopLevel {
 
 impl TopLevel {
     /// Rebuilds over `instances`: object-space bounds (`None`: nothing to hit) and world-from-object transform of each.
-    pub fn rebuild(&mut self, instances: impl Iterator<Item = (Option<Aabb>, Affine3A)>) {
+    ///
+    /// # Errors
+    /// [`TraceError::BvhDepth`] when the instances make a tree deeper than the traversal's stack.
+    pub fn rebuild(
+        &mut self,
+        instances: impl Iterator<Item = (Option<Aabb>, Affine3A)>,
+    ) -> Result<(), TraceError> {
         self.bounds.clear();
         self.instances.clear();
         for (index, (bounds, world_from_object)) in instances.enumerate() {
@@ -139,16 +148,18 @@ impl TopLevel {
         }
         if self.bounds.is_empty() {
             self.bvh = CwBvh::default();
-            return;
+            return Ok(());
         }
+        tell_apart(&mut self.bounds);
         let builder = self.builder.get_or_insert_default();
         let order = (0..self.bounds.len() as u32).collect();
         let distance = PlocSearchDistance::Medium;
         builder.build_with_bvh(&mut self.bvh2, distance, &self.bounds, order, SortPrecision::U64, 0);
-        self.bvh = bvh2_to_cwbvh(&self.bvh2, LEAF_ENTRIES, true, false);
+        self.bvh = wide(&self.bvh2, &self.bounds, MAX_TOP_DEPTH)?;
         for index in &mut self.bvh.primitive_indices {
             *index = self.instances[*index as usize];
         }
+        Ok(())
     }
 }
 
@@ -190,6 +201,78 @@ fn world_bounds(bounds: &Aabb, world_from_object: &Affine3A) -> Aabb {
     Aabb::new(center - half - pad, center + half + pad)
 }
 
+/// Widens boxes that are alike or next to nothing by different amounts: some roundings of the largest coordinate. Clustering takes quadratic
+/// time where all distances are equal.
+fn tell_apart(bounds: &mut [Aabb]) {
+    let whole = bounds.iter().fold(Aabb::empty(), |all, b| all.union(b));
+    let tiny = 4e-6 * whole.min.abs().max(whole.max.abs()).max_element().max(1e-12);
+    let mut seen = HashSet::with_capacity(bounds.len());
+    for (i, b) in (0u32..).zip(bounds) {
+        let is_small = b.diagonal().max_element() <= tiny;
+        if is_small || !seen.insert([b.min, b.max].map(|p| p.to_array().map(f32::to_bits))) {
+            // Multiples of the golden ratio are spread evenly.
+            let random = i.wrapping_mul(0x9e37_79b9) as f32 / 2f32.powi(32);
+            let pad = tiny * (0.5 + 0.5 * random);
+            (b.min, b.max) = (b.min - pad, b.max + pad);
+        }
+    }
+}
+
+/// The binary tree over `bounds` as a wide one of at most `limit` levels. Where clustering made chains, a balanced
+/// tree takes its place.
+fn wide(bvh2: &Bvh2, bounds: &[Aabb], limit: u32) -> Result<CwBvh, TraceError> {
+    let convert = |bvh2: &Bvh2| {
+        let bvh = bvh2_to_cwbvh(bvh2, LEAF_ENTRIES, true, false);
+        let depth = levels(&bvh.nodes).into_iter().max().unwrap_or(0);
+        if depth > limit { Err(TraceError::BvhDepth { depth, limit }) } else { Ok(bvh) }
+    };
+    match binary_depth(bvh2) {
+        0..=MAX_BINARY_DEPTH => convert(bvh2).or_else(|_| convert(&balanced(bounds))),
+        _ => convert(&balanced(bounds)),
+    }
+}
+
+/// A binary tree whose depth is the logarithm of the number of boxes: each node is cut at the median of the centres along its
+/// longest axis.
+fn balanced(bounds: &[Aabb]) -> Bvh2 {
+    let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
+    let mut nodes = vec![Bvh2Node::default()];
+    let mut pending = vec![(0, 0..bounds.len())];
+    while let Some((node, range)) = pending.pop() {
+        let part = &mut order[range.clone()];
+        let aabb = part.iter().fold(Aabb::empty(), |all, &i| all.union(&bounds[i as usize]));
+        if let [_] = part {
+            nodes[node] = Bvh2Node::new(aabb, 1, range.start as u32);
+            continue;
+        }
+        let axis = aabb.diagonal().max_position();
+        let half = part.len() / 2;
+        let center = |i: u32| bounds[i as usize].center()[axis];
+        part.select_nth_unstable_by(half, |&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
+        let child = nodes.len();
+        nodes[node] = Bvh2Node::new(aabb, 0, child as u32);
+        nodes.resize(child + 2, Bvh2Node::default());
+        let middle = range.start + half;
+        pending.push((child, range.start..middle));
+        pending.push((child + 1, middle..range.end));
+    }
+    Bvh2 { nodes, primitive_indices: order, children_are_ordered_after_parents: true, ..Bvh2::default() }
+}
+
+/// Number of levels.
+fn binary_depth(bvh2: &Bvh2) -> u32 {
+    let mut deepest = 0;
+    let mut pending = vec![(0, 1)];
+    while let Some((node, depth)) = pending.pop() {
+        deepest = deepest.max(depth);
+        let node = &bvh2.nodes[node as usize];
+        if !node.is_leaf() {
+            pending.extend([node.first_index, node.first_index + 1].map(|child| (child, depth + 1)));
+        }
+    }
+    deepest
+}
+
 /// Level of every node, the root's is 1. Children come after their parent in `nodes`.
 pub(super) fn levels(nodes: &[CwBvhNode]) -> Vec<u32> {
     let mut levels = vec![1u32; nodes.len()];
@@ -200,4 +283,78 @@ pub(super) fn levels(nodes: &[CwBvhNode]) -> Vec<u32> {
         }
     }
     levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_levels_fit_the_stack_of_the_traversal() {
+        let source = include_str!("../../../shaders/glsl/trace_compute.glsl");
+        let stack = format!("const uint STACK_SIZE = {}u;", MAX_MESH_DEPTH + 2 + MAX_TOP_DEPTH);
+        assert!(source.contains(&stack), "{stack}");
+    }
+
+    /// Places of boxes without extent that clustering makes a chain of: all the same, on a line, and closer and closer.
+    fn chains(count: usize) -> [Vec<Vec3>; 5] {
+        let step = 130.0 / count as f32;
+        let closer = |i: usize| 2f32.powf(i as f32 * step - 90.0);
+        let make = |place: &dyn Fn(usize) -> Vec3| (0..count).map(place).collect();
+        [
+            make(&|_| Vec3::ZERO),
+            make(&|_| Vec3::ONE),
+            make(&|i| Vec3::X * i as f32),
+            make(&|i| Vec3::X * closer(i)),
+            make(&|i| Vec3::ONE * closer(i)),
+        ]
+    }
+
+    fn depth(nodes: &[CwBvhNode]) -> u32 {
+        levels(nodes).into_iter().max().unwrap_or(0)
+    }
+
+    fn is_permutation(indices: &[u32], count: usize) -> bool {
+        let mut sorted = indices.to_vec();
+        sorted.sort_unstable();
+        sorted.into_iter().eq(0..count as u32)
+    }
+
+    #[test]
+    fn degenerate_meshes_make_trees_that_can_be_traced() {
+        for count in [1000, 30_000] {
+            for places in chains(count) {
+                let positions: Vec<_> = places.iter().flat_map(|&p| [p; 3]).collect();
+                let indices: Vec<_> =
+                    (0..count as u32).map(|i| UVec3::new(3 * i, 3 * i + 1, 3 * i + 2)).collect();
+                for quality in [BvhQuality::Fast, BvhQuality::Medium, BvhQuality::High] {
+                    let tree = MeshBvh::build(&positions, &indices, quality).unwrap();
+                    assert!(depth(&tree.bvh.nodes) <= MAX_MESH_DEPTH);
+                    assert!(is_permutation(&tree.bvh.primitive_indices, count));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn coincident_and_crowded_instances_make_a_tree_that_can_be_traced() {
+        for count in [200, 30_000] {
+            for places in chains(count) {
+                let bounds = Some(Aabb::new(Vec3A::ZERO, Vec3A::splat(1e-20)));
+                let instances = places.iter().map(|&p| (bounds, Affine3A::from_translation(p)));
+                let mut top = TopLevel::default();
+                top.rebuild(instances).unwrap();
+                assert!(depth(&top.bvh.nodes) <= MAX_TOP_DEPTH);
+                assert!(is_permutation(&top.bvh.primitive_indices, count));
+            }
+        }
+    }
+
+    #[test]
+    fn trees_beyond_the_limit_are_errors() {
+        let bounds = vec![Aabb::new(Vec3A::ZERO, Vec3A::ZERO); 65];
+        assert!(wide(&balanced(&bounds), &bounds, 8).is_ok());
+        let error = wide(&balanced(&bounds), &bounds, 6).unwrap_err().to_string();
+        assert!(error.contains("levels, the traversal takes 6"), "{error}");
+    }
 }

@@ -37,10 +37,9 @@ pub enum TraceError {
         /// Number of vertices.
         vertices: usize,
     },
-    /// The tree is deeper than the traversal's stack.
+    /// A tree is deeper than the traversal's stack.
     #[error(
-        "the mesh's BVH has {depth} levels, the traversal takes {limit}: the geometry is degenerate \
-         (very many coincident triangles?)"
+        "a BVH has {depth} levels, the traversal takes {limit}: far too many triangles or instances coincide"
     )]
     BvhDepth {
         /// Levels of the tree.

@@ -39,7 +39,7 @@ impl NativeScene {
     /// Builds the trees of `meshes` and the one over `instances`.
     ///
     /// # Errors
-    /// As [`MeshBvh::build`], and [`TraceError::UnknownMesh`] for an instance of a mesh that is not there.
+    /// As [`MeshBvh::build`] and [`TopLevel::rebuild`], and [`TraceError::UnknownMesh`] for an instance of a mesh that is not there.
     pub fn new(
         meshes: &[MeshGeometry],
         instances: &[InstancePlacement],
@@ -66,12 +66,12 @@ impl NativeScene {
     /// Replaces the instances.
     ///
     /// # Errors
-    /// [`TraceError::UnknownMesh`].
+    /// [`TraceError::UnknownMesh`], and as [`TopLevel::rebuild`].
     pub fn place(&mut self, instances: &[InstancePlacement]) -> Result<(), TraceError> {
         super::check_instances(instances, self.meshes.len())?;
         self.top.rebuild(
             instances.iter().map(|i| (self.meshes[i.mesh as usize].tree.bounds(), i.world_from_object)),
-        );
+        )?;
         self.instances = instances
             .iter()
             .map(|i| NativeInstance {

@@ -20,8 +20,17 @@ pub(super) struct Refit {
     kernel: Kernel,
     nodes: Buffer,
     bounds: Buffer,
-    /// First entry and number of nodes of each level, from the deepest to the roots.
-    levels: Vec<[u32; 2]>,
+    /// From the deepest to the roots.
+    levels: Vec<Level>,
+}
+
+/// Nodes that are refitted by one pass.
+struct Level {
+    /// Name of the pass; the roots are level 1.
+    pass: String,
+    /// First entry in the list of nodes.
+    first: u32,
+    count: u32,
 }
 
 impl Refit {
@@ -45,9 +54,10 @@ impl Refit {
         }
         let mut levels = Vec::new();
         let mut nodes = Vec::new();
-        for level in by_level.iter().rev() {
-            levels.push([nodes.len() as u32, level.len() as u32]);
-            nodes.extend_from_slice(level);
+        for (level, of_level) in by_level.iter().enumerate().rev() {
+            let (first, count) = (nodes.len() as u32, of_level.len() as u32);
+            levels.push(Level { pass: format!("refit level {}", level + 1), first, count });
+            nodes.extend_from_slice(of_level);
         }
         let bytes = u64::from(bounds) * size_of::<NodeBounds>() as u64;
         Ok(Some(Self {
@@ -67,7 +77,8 @@ impl Refit {
         read: &[&Buffer],
         trees: impl Iterator<Item = &'a Buffer> + Clone,
     ) -> Result<()> {
-        for &[first, count] in &self.levels {
+        for Level { pass, first, count } in &self.levels {
+            let (first, count) = (*first, *count);
             let push = RefitPush {
                 meshes: meshes.address(),
                 nodes: self.nodes.address(),
@@ -77,7 +88,7 @@ impl Refit {
                 width: count.min(ROW),
                 pad: 0,
             };
-            let pass = frame.pass("refit", &self.kernel).push(&push);
+            let pass = frame.pass(pass, &self.kernel).push(&push);
             let tables = [meshes, &self.nodes].into_iter().chain(read.iter().copied());
             let pass = tables.fold(pass, |pass, b| pass.addresses(b));
             let pass = trees.clone().chain([&self.bounds]).fold(pass, |pass, b| pass.addresses_updated(b));

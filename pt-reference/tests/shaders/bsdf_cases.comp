@@ -10,8 +10,8 @@ void main() {
     if (i >= push.count) return;
     BsdfCase c = case_at[i];
     Bsdf b = test_bsdf(c);
-    BsdfSample s = bsdf_sample(b, c.wo, c.u);
-    result_at[i] = BsdfResult(bsdf_eval(b, c.wo, c.wi), bsdf_pdf(b, c.wo, c.wi), s.direction, s.pdf, s.weight, s.flags,
-                              bsdf_eval(b, c.wo, s.direction), bsdf_pdf(b, c.wo, s.direction),
+    BsdfSample s = bsdf_sample(b, c.u);
+    result_at[i] = BsdfResult(bsdf_eval(b, c.wi), bsdf_pdf(b, c.wi), s.direction, s.pdf, s.weight, s.flags,
+                              bsdf_eval(b, s.direction), bsdf_pdf(b, s.direction),
                               bend_normal(c.coat_normal, c.geo_normal, c.wo));
 }

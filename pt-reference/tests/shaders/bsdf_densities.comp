@@ -17,7 +17,7 @@ void main() {
     for (uint k = 0u; k < push.per_thread; k++) {
         vec2 p = (vec2(cell * push.per_thread + uvec2(k, row)) + 0.5) * step;
         vec4 direction = chart_direction(push.axis, push.width, p);
-        BsdfValue value = bsdf_evaluate(b, c.wo, direction.xyz);
+        BsdfValue value = bsdf_evaluate(b, direction.xyz);
         sum += vec4(value.f_cos, value.pdf) * direction.w;
     }
     integral_at[i] = sum * (step * step);

@@ -9,6 +9,7 @@ mod kinds;
 mod lamps;
 mod noise;
 mod plane;
+mod room;
 mod shapes;
 mod solids;
 mod textures;
@@ -41,6 +42,7 @@ pub const BUILTIN: &[(&str, &str)] = &[
         "a flat of many rooms with hundreds of small emissive triangles, most of them hidden from any one point",
     ),
     ("plane", "one point light of 100 cd over a large Lambertian plane, for closed-form tests"),
+    ("room", "a closed diffuse room of 236,000 triangles, to measure ray rates"),
     (
         "textures",
         "patterns near and far: a chequered plane to the horizon, zone plates, print, a wire fence, grazing walls",
@@ -63,6 +65,7 @@ pub fn builtin(name: &str) -> Option<Scene> {
         "kinds" => kinds::scene(),
         "lamps" => lamps::scene(),
         "plane" => plane::scene(),
+        "room" => room::scene(),
         "textures" => textures::scene(),
         "veach" => veach::scene(),
         _ => return None,

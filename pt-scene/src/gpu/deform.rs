@@ -197,13 +197,18 @@ impl DeformingMeshes {
         &self.positions[self.current]
     }
 
-    /// Positions of a mesh in this frame and in the last one; `None` for a rigid mesh. Waits.
-    pub(super) fn read(&self, mesh: usize, vertices: usize) -> Option<Result<[Vec<Vec3>; 2]>> {
+    /// Positions of a mesh in this frame and in the last one, where its record says that they are; `None` for a rigid mesh. Waits.
+    pub(super) fn read(
+        &self,
+        mesh: usize,
+        record: &MeshRecord,
+        vertices: usize,
+    ) -> Option<Result<[Vec<Vec3>; 2]>> {
         let (_, first) = *self.meshes.iter().find(|(m, _)| *m == mesh)?;
-        let previous = if self.moved { 1 - self.current } else { self.current };
+        let in_first = |at: u64| at == self.positions[0].address() + first * size_of::<Vec3>() as u64;
         let part = |all: Vec<Vec3>| all[first as usize..first as usize + vertices].to_vec();
-        let read = |which: usize| self.positions[which].read().map(part);
-        Some(read(self.current).and_then(|now| Ok([now, read(previous)?])))
+        let read = |at: u64| self.positions[usize::from(!in_first(at))].read().map(part);
+        Some(read(record.positions).and_then(|now| Ok([now, read(record.positions_prev)?])))
     }
 
     /// Declares to a pass what it reads of the vertices.

@@ -285,7 +285,7 @@ impl GpuScene {
     /// Positions of a mesh that deforms, in the frame recorded last and in the one before it; `None` for a rigid mesh. Waits: for
     /// tests and tools.
     pub fn read_positions(&self, scene: &Scene, mesh: usize) -> Option<Result<[Vec<Vec3>; 2]>> {
-        self.deforming.as_ref()?.read(mesh, scene.meshes[mesh].vertex_count())
+        self.deforming.as_ref()?.read(mesh, &self.mesh_records[mesh], scene.meshes[mesh].vertex_count())
     }
 
     /// The instances as the frame recorded last saw them. Waits: for tests and tools.

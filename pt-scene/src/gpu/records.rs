@@ -7,6 +7,7 @@ use pt_shaders::records::{
     InstanceRecord, LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED,
     MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
+use std::collections::BTreeMap;
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
     let Some(TextureRef { texture, uv_set, transform }) = texture else {
@@ -20,7 +21,8 @@ fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
 /// The records of all materials, and of those lobes that they have.
 pub(super) fn materials(materials: &[Material]) -> (Vec<MaterialRecord>, Vec<LobeRecord>) {
     let mut lobes = Vec::new();
-    let records = materials.iter().map(|m| {
+    let media = media(materials);
+    let records = materials.iter().zip(&media).map(|(m, &medium)| {
         let of_lobes =
             [m.transmission_texture, m.thickness_texture, m.specular_texture, m.specular_color_texture];
         let index = if m.lobes.is_some() || of_lobes.iter().any(Option::is_some) {
@@ -29,7 +31,7 @@ pub(super) fn materials(materials: &[Material]) -> (Vec<MaterialRecord>, Vec<Lob
         } else {
             NONE
         };
-        material(m, index)
+        material(m, index, medium, m.exterior.map(|exterior| media[exterior as usize]))
     });
     let records = records.collect();
     // A table without entries still has an address.
@@ -70,7 +72,19 @@ fn lobe(m: &Material) -> LobeRecord {
     }
 }
 
-fn material(m: &Material, lobes: u32) -> MaterialRecord {
+/// For each material the first one with the same medium behind its surfaces: one solid may be bounded by several materials
+/// (walls that are wet in part, say).
+fn media(materials: &[Material]) -> Vec<u32> {
+    let mut first = BTreeMap::new();
+    let number = |(i, m): (usize, &Material)| {
+        let color = m.attenuation_color.to_array().map(f32::to_bits);
+        let medium = (m.priority, m.ior.to_bits(), color, m.attenuation_distance.to_bits());
+        *first.entry(medium).or_insert(i as u32)
+    };
+    materials.iter().enumerate().map(number).collect()
+}
+
+fn material(m: &Material, lobes: u32, medium: u32, exterior: Option<u32>) -> MaterialRecord {
     let mut flags = 0;
     let mut alpha_cutoff = 0.0;
     match m.alpha_mode {
@@ -100,8 +114,9 @@ fn material(m: &Material, lobes: u32) -> MaterialRecord {
         flags,
         attenuation_color: m.attenuation_color,
         lobes,
-        nesting: m.priority | m.exterior.map_or(0, |material| (material + 1) << 8),
-        pad: [0; 3],
+        nesting: m.priority | exterior.map_or(0, |medium| (medium + 1) << 8),
+        medium,
+        pad: [0; 2],
         base_color_texture: texture_slot(m.base_color_texture),
         metallic_roughness_texture: texture_slot(m.metallic_roughness_texture),
         normal_texture: texture_slot(m.normal_texture),

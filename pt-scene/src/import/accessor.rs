@@ -153,9 +153,10 @@ impl Document {
         if self.elements_read.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes)
             > self.max_geometry_bytes
         {
-            return Err(
-                self.invalid(used_at, format!("more than {} bytes of elements", self.max_geometry_bytes))
-            );
+            return Err(self.invalid(
+                used_at,
+                format!("more than {} bytes of elements; see --max-geometry-bytes", self.max_geometry_bytes),
+            ));
         }
         let packed =
             |bytes| Elements { bytes, stride: size, size, count, component, normalized: accessor.normalized };

@@ -347,8 +347,9 @@ pub(super) fn attach(
         let items = size_of_val(mesh.influences.items()) + size_of_val(mesh.morphs.items());
         // Two poses, vertices at rest and their other attributes.
         copied = copied.saturating_add((items + 256 * mesh.vertex_count()) as u64);
-        if copied > document.max_geometry_bytes {
-            let what = format!("more than {} bytes of meshes that deform", document.max_geometry_bytes);
+        let limit = document.max_geometry_bytes;
+        if copied > limit {
+            let what = format!("more than {limit} bytes of meshes that deform; see --max-geometry-bytes");
             return Err(document.invalid(format!("nodes[{node}].mesh"), what));
         }
         if skin.is_some() {

@@ -76,7 +76,7 @@ pub(super) fn decode_views(document: &mut Document) -> Result<(), SceneError> {
 }
 
 fn too_much(document: &Document) -> String {
-    format!("more than {} bytes of geometry; raise the limit if this is meant", document.max_geometry_bytes)
+    format!("more than {} bytes of geometry; see --max-geometry-bytes", document.max_geometry_bytes)
 }
 
 /// The strides, counts and filters that the decoder demands are checked first: it trusts its caller with them.

@@ -9,8 +9,13 @@ use super::material_extensions;
 use super::textures::Uses;
 use crate::{AlphaMode, LoadOptions, Material, Scene, SceneError, TextureUsage, bake};
 
-/// Fills materials (one per glTF material, then the default material) and the textures that they use.
-pub(super) fn read(document: &Document, options: &LoadOptions, scene: &mut Scene) -> Result<(), SceneError> {
+/// Fills materials (one per glTF material, then the default material) and the textures that they use. Returns the images of the
+/// textures.
+pub(super) fn read(
+    document: &Document,
+    options: &LoadOptions,
+    scene: &mut Scene,
+) -> Result<Vec<usize>, SceneError> {
     let (materials, mut uses) = collect(document)?;
     scene.materials = materials;
     let baked = options.baked.as_deref().map(bake::Folder::open).transpose()?;
@@ -29,7 +34,7 @@ pub(super) fn read(document: &Document, options: &LoadOptions, scene: &mut Scene
             .notices
             .push(format!("lobes that the real-time frame does not shade yet: {}", lobes.join(", ")));
     }
-    Ok(())
+    Ok(uses.in_order.iter().map(|u| u.image).collect())
 }
 
 /// The materials, and the images that they use.

@@ -10,7 +10,7 @@ use super::animation;
 use super::document::Document;
 use super::notices::{Notices, Remark};
 use super::tangents;
-use crate::scene::MAX_COORDINATE;
+use crate::validate::MAX_COORDINATE;
 use crate::{Material, Mesh, Scene, SceneError};
 
 /// What became of a glTF mesh.
@@ -52,7 +52,7 @@ pub(super) fn read(
             bytes = bytes.saturating_add(size(document, primitive, &scene.materials[material], &at)?);
             if bytes > document.max_geometry_bytes {
                 let limit = document.max_geometry_bytes;
-                let what = format!("more than {limit} bytes of geometry; raise the limit if this is meant");
+                let what = format!("more than {limit} bytes of geometry; see --max-geometry-bytes");
                 return Err(document.invalid(at, what));
             }
             work.push(Work { mesh: m, primitive, mode, material, at });

@@ -23,10 +23,12 @@ use std::path::{Path, PathBuf};
 pub use extensions::{EXTENSIONS, ExtensionUse, Support, support};
 pub use textures::MAX_TEXTURE_SIDE;
 
+use crate::validate::{Flaw, Part};
 use crate::{
     AnimationChoice, Environment, Scene, SceneError, Texture, TextureUsage, builtin, default_sky, default_sun,
 };
 use document::Document;
+use nodes::Origins;
 use notices::Notices;
 use pt_core::phases::Phases;
 
@@ -62,6 +64,9 @@ pub struct LoadOptions {
 /// [`LoadOptions::max_texture_pixels`] unless it is set: 2 GiB of texels without compression.
 pub const DEFAULT_MAX_TEXTURE_PIXELS: u64 = 1 << 29;
 
+/// [`LoadOptions::max_geometry_bytes`] unless it is set: 16 GiB.
+pub const DEFAULT_MAX_GEOMETRY_BYTES: u64 = 16 << 30;
+
 impl Default for LoadOptions {
     fn default() -> Self {
         Self {
@@ -73,7 +78,7 @@ impl Default for LoadOptions {
             time: 0.0,
             scene: None,
             variant: None,
-            max_geometry_bytes: 16 << 30,
+            max_geometry_bytes: DEFAULT_MAX_GEOMETRY_BYTES,
             baked: None,
             max_texture_pixels: DEFAULT_MAX_TEXTURE_PIXELS,
         }
@@ -92,7 +97,7 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
                 let what = "a built-in scene has no animations to choose from";
                 Err(SceneError::Inconsistent { scene: scene.name, what: what.into() })
             }
-            _ => finish(scene, options),
+            _ => finish(scene, options, |scene, flaw| scene.inconsistent(&flaw)),
         },
         None if Path::new(name_or_path).exists() || Path::new(name_or_path).components().count() > 1 => {
             load(name_or_path, options)
@@ -149,24 +154,45 @@ fn fill(
         document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
     })?;
     note_unsupported(&scene, &mut notices);
-    materials::read(document, options, &mut scene)?;
+    let images = materials::read(document, options, &mut scene)?;
     phases.mark("textures: read and decode");
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
     let rig = animation::read_rig(document, &options.animation, &mut scene, &mut notices)?;
-    nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
+    let origins = nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
     animation::attach(document, rig, &mut scene)?;
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }
     phases.mark("geometry");
     scene.notices.splice(0..0, notices.into_lines());
-    let mut scene = finish(scene, options).map_err(|error| match error {
-        SceneError::Inconsistent { what, .. } => SceneError::file(path, what),
-        other => other,
+    let mut scene = finish(scene, options, |scene, flaw| {
+        let at = path_of(document, &origins, &images, scene, flaw.part);
+        document.invalid(at, flaw.what)
     })?;
     phases.mark("environment and checks");
     scene.load_phases = phases.list().to_vec();
     Ok(scene)
+}
+
+/// JSON path of what a part of the scene was read from.
+fn path_of(document: &Document, origins: &Origins, images: &[usize], scene: &Scene, part: Part) -> String {
+    match part {
+        Part::Mesh(mesh) => {
+            let instance = scene.instances.iter().position(|i| i.mesh as usize == mesh);
+            let node = instance.and_then(|i| document.root.nodes.get(origins.instances[i]));
+            let mesh = node.and_then(|node| node.mesh);
+            mesh.map_or("meshes".into(), |mesh| format!("meshes[{}]", mesh.value()))
+        }
+        Part::Instance(i) => format!("nodes[{}]", origins.instances[i]),
+        Part::Material(i) => format!("materials[{i}]"),
+        Part::Texture(i) => format!("images[{}]", images[i]),
+        Part::Light(i) => match origins.lights.get(i) {
+            Some(node) => format!("nodes[{node}].extensions.KHR_lights_punctual"),
+            None => "default light".into(),
+        },
+        Part::Camera(i) => format!("nodes[{}].camera", origins.cameras[i]),
+        Part::Environment => "environment".into(),
+    }
 }
 
 /// The index of a name or, failing that, the number that the text is. The error says what there is to choose from.
@@ -272,7 +298,11 @@ fn note_unsupported(scene: &Scene, notices: &mut Notices) {
 }
 
 /// What every scene goes through: the environment asked for, light where there is none, the invariants.
-fn finish(mut scene: Scene, options: &LoadOptions) -> Result<Scene, SceneError> {
+fn finish(
+    mut scene: Scene,
+    options: &LoadOptions,
+    refusal: impl Fn(&Scene, Flaw) -> SceneError,
+) -> Result<Scene, SceneError> {
     if let Some(file) = &options.environment {
         scene.environment = Environment::load(file)?;
     } else if options.default_sky && scene.is_unlit() {
@@ -284,6 +314,8 @@ fn finish(mut scene: Scene, options: &LoadOptions) -> Result<Scene, SceneError> 
     scene.environment.intensity *= options.environment_intensity;
     scene.set_time(options.time, options.time);
     scene.pose_meshes();
-    scene.validate()?;
-    Ok(scene)
+    match scene.check() {
+        Ok(()) => Ok(scene),
+        Err(flaw) => Err(refusal(&scene, flaw)),
+    }
 }

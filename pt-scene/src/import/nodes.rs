@@ -20,6 +20,14 @@ use crate::light::shines;
 use crate::scene::is_invertible;
 use crate::{Attachment, Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
 
+/// The nodes that instances, cameras and lights come from, in the order of those in [`Scene`].
+#[derive(Default)]
+pub(super) struct Origins {
+    pub instances: Vec<usize>,
+    pub cameras: Vec<usize>,
+    pub lights: Vec<usize>,
+}
+
 /// Walks the node hierarchy of a scene and places meshes, cameras and lights.
 pub(super) fn read(
     document: &Document,
@@ -28,8 +36,9 @@ pub(super) fn read(
     options: &LoadOptions,
     scene: &mut Scene,
     notices: &mut Notices,
-) -> Result<(), SceneError> {
+) -> Result<Origins, SceneError> {
     let root = &document.root;
+    let mut origins = Origins::default();
     let mut pending: Vec<(Index<Node>, Affine3A, String)> = Vec::new();
     match chosen_scene(document, options)? {
         Some(index) => {
@@ -63,10 +72,13 @@ pub(super) fn read(
         }
         let motion = rig.and_then(|rig| NodeMotion::new(rig, index.value() as u32));
         place(document, index, motion, &world, &at, shapes, scene, notices)?;
+        origins.instances.resize(scene.instances.len(), index.value());
+        origins.cameras.resize(scene.cameras.len(), index.value());
+        origins.lights.resize(scene.lights.len(), index.value());
         let children = node.children.iter().flatten().rev();
         pending.extend(children.map(|&child| (child, world, format!("{at}.children"))));
     }
-    Ok(())
+    Ok(origins)
 }
 
 /// The scene asked for by name or, failing that, by index; else the default one, else the first.
@@ -119,7 +131,7 @@ fn instances(document: &Document, node: &Node, at: &str) -> Result<Option<Vec<Af
     }
     let count = count.unwrap_or(0);
     if (count as u64).saturating_mul(size_of::<Instance>() as u64) > document.max_geometry_bytes {
-        return Err(document.invalid(at, format!("{count} instances are too many")));
+        return Err(document.invalid(at, format!("{count} instances are too many; see --max-geometry-bytes")));
     }
     let find = |name: &str| attributes.get(name).map(|&a| (Index::new(a), format!("{at}.{name}")));
     let vectors = |name: &str, default: Vec3| match find(name) {

@@ -24,7 +24,7 @@ const SOURCES: [&str; 3] = ["MSFT_texture_dds", "KHR_texture_basisu", "EXT_textu
 /// An image as used: what for, and with which sampler. Uses that agree share a [`Texture`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Use {
-    image: usize,
+    pub image: usize,
     sampler: Option<usize>,
     pub usage: TextureUsage,
 }
@@ -84,13 +84,11 @@ impl<'a> Uses<'a> {
         let texture = self.document.get(index, at)?;
         let at = format!("textures[{}]", index.value());
         let source = self.source(texture, &at)?;
-        if source.is_none() && texture.extensions.is_some() {
+        let Some(source) = source else {
             self.notices
-                .push(format!("{at}: its image needs an extension that is not supported; texture left out"));
+                .push(format!("{at}: has no image, or one of an extension that is not supported; left out"));
             return Ok(None);
-        }
-        let source = source.unwrap_or(texture.source);
-        self.document.get(source, &format!("{at}.source"))?;
+        };
         if let Some(sampler) = texture.sampler {
             self.document.get(sampler, &format!("{at}.sampler"))?;
         }
@@ -121,7 +119,12 @@ impl<'a> Uses<'a> {
             self.document.get(index, &at)?;
             return Ok(Some(index));
         }
-        Ok(self.document.root.get(texture.source).map(|_| texture.source))
+        // What the JSON crate writes where the property is missing, which the format allows.
+        if texture.source.value() == u32::MAX as usize {
+            return Ok(None);
+        }
+        self.document.get(texture.source, &format!("{at}.source"))?;
+        Ok(Some(texture.source))
     }
 
     /// The file that a use names: its label and its bytes.

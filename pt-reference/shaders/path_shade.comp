@@ -1,0 +1,132 @@
+// Third kernel of a turn, the path tracer proper: paths from the camera with next event estimation and multiple importance sampling
+// at every vertex (Veach 1997, chapter 9; Kajiya 1986), and Russian roulette (Arvo and Kirk 1990). Extent: the tile's slots.
+#include "path_slots.glsl"
+#include "path_append.glsl"
+#include "camera.glsl"
+#include "path_lights.glsl"
+#include "path_vertex.glsl"
+#include "film.glsl"
+
+// Wide groups: NVIDIA's compiler then keeps to 128 registers, and twice as many threads hide the loads.
+layout(local_size_x = 512) in;
+
+// The path's ray has left the scene.
+void handle_miss(inout PathState path) {
+    path.radiance += path.throughput * medium_transmittance(path.interior, RAY_FAR) * radiance_from_afar(path);
+}
+
+// Light that the surface itself emits.
+void add_emission(inout PathState path, PathVertex v, Hit hit) {
+    bool emits = v.front || (v.flags & MATERIAL_DOUBLE_SIDED) != 0u;
+    if (push.emission == 0u || !emits || max_component(v.sampled.emission) <= 0.0) return;
+    float light_pdf = 0.0;
+    if (kind_on(KIND_EMISSIVE)) {
+        uint index = emissive_index(hit.instance, hit.triangle);
+        light_pdf = kind_pmf() * emissive_pdf(index, v.twice_area, path.chord, dot(v.flat_normal, -path.direction));
+    }
+    path.radiance += path.throughput * v.sampled.emission * found_light_share(path, light_pdf);
+}
+
+// One sample of one light, whose kind `xi` chooses, and its shadow ray; false: there is none.
+bool next_event(inout PathState path, PathVertex v, float xi, uint slot) {
+    LightSample light = sample_light(v.position, xi, random_light(path.random, path.vertex));
+    if (light.pdf <= 0.0 || push.strategy == STRATEGY_BSDF && !light.delta) return false;
+    BsdfValue bsdf = bsdf_evaluate(v.bsdf, light.direction);
+    float share = light.delta ? 1.0 : light_sample_share(light.pdf, bsdf.pdf);
+    vec3 radiance = bsdf.f_cos * light.radiance * (share / light.pdf);
+    if (max_component(radiance) <= 0.0) return false;
+    vec3 side = dot(v.flat_normal, light.direction) > 0.0 ? v.flat_normal : -v.flat_normal;
+    Ray ray = shadow_ray(v.position, side, light);
+    path.shadow_rays++;
+    vec3 transmittance = medium_transmittance(path.interior, light.finite ? ray.t_max : RAY_FAR);
+    store_row(ROW_SHADOW_ORIGIN, slot, vec4(ray.origin, ray.t_max));
+    store_row(ROW_SHADOW_DIRECTION, slot, ray.direction, path_coverage_seed(path.random, path.segment, 1u));
+    store_row(ROW_SHADOW_RADIANCE, slot, vec4(path.throughput * transmittance * radiance, 0.0));
+    return true;
+}
+
+// Chooses how the path goes on; false: it ends. `xi`: for Russian roulette.
+bool scatter(inout PathState path, PathVertex v, float xi) {
+    BsdfSample s = bsdf_sample(v.bsdf, random_bsdf(path.random, path.vertex));
+    if (s.pdf <= 0.0 || max_component(s.weight) <= 0.0) return false;
+    path.throughput *= s.weight;
+    path.direction = s.direction;
+    path.last_pdf = s.pdf;
+    path.flags = (s.flags & BSDF_DELTA) != 0u ? path.flags | PATH_DELTA : 0u;
+    bool transmitted = (s.flags & BSDF_TRANSMISSION) != 0u;
+    path.origin = offset_point(v.position, transmitted ? -v.flat_normal : v.flat_normal);
+    if (transmitted) cross_interface(path, v);
+    path.vertex++;
+    if (path.vertex > push.roulette_start) {
+        float survival = clamp(max_component(path.throughput), 0.05, 0.95);
+        if (xi >= survival) return false;
+        path.throughput /= survival;
+    }
+    return path.segment < MAX_RAYS;
+}
+
+// What the camera ray sees, for denoisers: from the image's own rays, so that they find its antialiasing, depth of field and coverage.
+void add_first_hit(PathVertex v, Hit hit, uint slot) {
+    FirstHitTable table = FirstHitTable(push.first_hit);
+    uint index = pixel_index(slot_pixel(slot));
+    FirstHitPixel sum = table.at[index];
+    vec3 before = previous_position(hit.instance, hit.triangle, hit.barycentrics);
+    sum.albedo += v.sampled.base_color;
+    sum.normal += v.bsdf.frame[2];
+    sum.depth += hit.t;
+    sum.motion += project(frame.camera_prev, before).xy - project(frame.camera, v.position).xy;
+    sum.hits += 1.0;
+    table.at[index] = sum;
+}
+
+// The path's ray has met a surface; false: the path ends there. `shadow`: whether it has a shadow ray.
+bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
+    shadow = false;
+    path.chord = hit.t;
+    path.throughput *= medium_transmittance(path.interior, hit.t);
+    PathVertex v = load_vertex(path, hit);
+    if (path.segment == 1u) add_first_hit(v, hit, slot);
+    if (v.is_passed) {
+        path.origin = offset_point(v.position, -v.flat_normal);
+        cross_interface(path, v);
+        return path.segment < MAX_SEGMENTS;
+    }
+    if ((v.flags & MATERIAL_UNLIT) != 0u) {
+        // Has the colour that the camera sees, in mirrors too, and lights nothing.
+        if ((path.flags & PATH_SEEN) != 0u && push.emission != 0u) path.radiance += path.throughput * v.sampled.base_color;
+        return false;
+    }
+    add_emission(path, v, hit);
+    if (path.vertex > push.max_bounces) return false;
+    vec2 xi = random_choices(path.random, path.vertex);
+    if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, xi.x, slot);
+    return scatter(path, v, xi.y);
+}
+
+struct Onward { bool path, shadow; };
+
+// Which rays the slot has next.
+Onward shade(uint slot) {
+    PathState path = load_path(slot);
+    Hit hit = load_hit(slot);
+    path.segment++;
+    Onward onward = Onward(false, false);
+    if (hit.instance == NONE) handle_miss(path);
+    else onward.path = handle_hit(path, hit, slot, onward.shadow);
+    store_path(slot, path);
+    return onward;
+}
+
+void main() {
+    uint place = gl_GlobalInvocationID.x;
+    if (place == 0u && turn_begins_sample()) {
+        TileProgress progress = TileProgress(push.progress);
+        progress.tile.finished = push.begin != 0u ? 0u : progress.tile.begun;
+        progress.tile.begun = push.begin != 0u ? 1u : min(progress.tile.begun + 1u, push.sample_count);
+    }
+    uint slot = slot_at(place, push.parity);
+    Onward onward = Onward(false, false);
+    if (slot != NONE) onward = shade(slot);
+    append_slot(slot, 1u - push.parity, onward.path);
+    append_slot(slot, LIST_SHADOW, onward.shadow);
+}

@@ -1,0 +1,124 @@
+// Where paths wait between the kernels of a turn (advance, trace, shade, shadow): a slot for each pixel of the tile, which traces the
+// pixel's samples one after the other, and a list of the slots whose path goes on: Laine, Karras, Aila 2013, "Megakernels
+// Considered Harmful: Wavefront Path Tracing on GPUs". Slots stand in blocks of 8 x 4 pixels, so that neighbours in the list
+// are neighbours in the image.
+//
+// The buffer push.paths: three lists (one of live slots that is read, one that is written, one of slots with a shadow ray), then rows of
+// 16 bytes a slot, so that threads side by side load side by side.
+#include "path_state.glsl"
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileProgress { ProgressRecord tile; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SlotList { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RowTable { vec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LengthTable { float at[]; };
+
+const uint LIST_SHADOW = 2u;
+
+const uint ROW_ORIGIN = 0u;     // w: index of the sample
+const uint ROW_DIRECTION = 1u;  // w: progress_word()
+const uint ROW_THROUGHPUT = 2u; // w: last_pdf
+const uint ROW_RADIANCE = 3u;   // w: shadow rays
+const uint ROW_SOLIDS = 4u;     // the interior list, if PATH_INSIDE
+const uint ROW_IORS = 5u;
+const uint ROW_SHADOW_ORIGIN = 6u;    // w: t_max
+const uint ROW_SHADOW_DIRECTION = 7u; // w: seed for partial coverage
+const uint ROW_SHADOW_RADIANCE = 8u;  // what the light brings if nothing is in its way
+const uint ROW_HIT = 9u;              // instance, triangle, barycentrics
+const uint ROWS = 10u;                // and the length of the ray
+
+uvec2 tile_blocks() { return (push.tile_size + uvec2(7u, 3u)) / uvec2(8u, 4u); }
+
+// Rounded up to whole blocks.
+uint slot_count() { return tile_blocks().x * tile_blocks().y * 32u; }
+
+// Of the image; outside of the tile for a slot that rounding up has added.
+uvec2 slot_pixel(uint slot) {
+    uint block = slot / 32u, place = slot % 32u, across = tile_blocks().x;
+    return push.tile_origin + uvec2(block % across, block / across) * uvec2(8u, 4u) + uvec2(place % 8u, place / 8u);
+}
+
+bool in_tile(uvec2 pixel) { return all(lessThan(pixel - push.tile_origin, push.tile_size)); }
+
+uint pixel_index(uvec2 pixel) { return pixel.y * frame.size.x + pixel.x; }
+
+// Place in the list of a thread of a launch over the tile's blocks.
+uint place_in_list(uvec2 launch) {
+    return (launch.y / 4u * tile_blocks().x + launch.x / 8u) * 32u + launch.y % 4u * 8u + launch.x % 8u;
+}
+
+SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list * slot_count())); }
+
+// push.begin: the first turn of a tile.
+bool turn_begins_sample() { return push.begin != 0u || TileProgress(push.progress).tile.idle != 0u; }
+
+// NONE past the end.
+uint slot_at(uint place, uint list) {
+    return place < TileProgress(push.progress).tile.listed[list] ? slot_list(list).at[place] : NONE;
+}
+
+RowTable row_table(uint row) {
+    return RowTable(push.paths + uint64_t(slot_count()) * uint64_t(16u + 16u * row));
+}
+
+vec4 load_row(uint row, uint slot) { return row_table(row).at[slot]; }
+void store_row(uint row, uint slot, vec4 value) { row_table(row).at[slot] = value; }
+void store_row(uint row, uint slot, vec3 value, uint word) { store_row(row, slot, vec4(value, uintBitsToFloat(word))); }
+
+// Flags, vertex and segment: 4, 14, 14 bits. No path comes that far: Russian roulette spares at most 95 %.
+const uint MAX_RAYS = 0x3fffu;
+uint progress_word(PathState path) { return path.flags | path.vertex << 4u | path.segment << 18u; }
+uint load_segment(uint slot) { return floatBitsToUint(load_row(ROW_DIRECTION, slot).w) >> 18u; }
+
+// What the ray alone needs: origin, direction, progress, sample.
+void load_ray(inout PathState path, uint slot) {
+    vec4 origin = load_row(ROW_ORIGIN, slot), direction = load_row(ROW_DIRECTION, slot);
+    uint word = floatBitsToUint(direction.w);
+    path.origin = origin.xyz;
+    path.sample_index = floatBitsToUint(origin.w);
+    path.direction = direction.xyz;
+    path.flags = word & 15u;
+    path.vertex = word >> 4u & MAX_RAYS;
+    path.segment = word >> 18u;
+    path.random = path_random(slot_pixel(slot), path.sample_index);
+}
+
+PathState load_path(uint slot) {
+    PathState path;
+    load_ray(path, slot);
+    vec4 throughput = load_row(ROW_THROUGHPUT, slot), radiance = load_row(ROW_RADIANCE, slot);
+    path.throughput = throughput.xyz;
+    path.last_pdf = throughput.w;
+    path.radiance = radiance.xyz;
+    path.shadow_rays = floatBitsToUint(radiance.w);
+    path.interior = EMPTY_INTERIOR;
+    if ((path.flags & PATH_INSIDE) != 0u) {
+        path.interior = InteriorList(floatBitsToUint(load_row(ROW_SOLIDS, slot)), load_row(ROW_IORS, slot));
+    }
+    path.chord = 0.0;
+    return path;
+}
+
+void store_path(uint slot, PathState path) {
+    path.flags &= ~PATH_INSIDE;
+    if (any(notEqual(path.interior.words, uvec4(0u)))) {
+        path.flags |= PATH_INSIDE;
+        store_row(ROW_SOLIDS, slot, uintBitsToFloat(path.interior.words));
+        store_row(ROW_IORS, slot, path.interior.iors);
+    }
+    store_row(ROW_ORIGIN, slot, path.origin, path.sample_index);
+    store_row(ROW_DIRECTION, slot, path.direction, progress_word(path));
+    store_row(ROW_THROUGHPUT, slot, vec4(path.throughput, path.last_pdf));
+    store_row(ROW_RADIANCE, slot, path.radiance, path.shadow_rays);
+}
+
+LengthTable length_table() { return LengthTable(row_table(ROWS)); }
+
+Hit load_hit(uint slot) {
+    vec4 row = load_row(ROW_HIT, slot);
+    return Hit(floatBitsToUint(row.x), floatBitsToUint(row.y), row.zw, length_table().at[slot]);
+}
+
+void store_hit(uint slot, Hit hit) {
+    store_row(ROW_HIT, slot, vec4(uintBitsToFloat(hit.instance), uintBitsToFloat(hit.triangle), hit.barycentrics));
+    length_table().at[slot] = hit.t;
+}

@@ -1,0 +1,156 @@
+//! The path tracer against closed forms.
+
+mod common;
+
+use common::renders::{Stage, add_floor, add_mesh, add_sphere, assert_mean};
+use glam::{Vec3, Vec4};
+use pt_core::test_support::TestDevice;
+use pt_reference::{Heuristic, ReferenceParams, SamplerKind, Strategy};
+use pt_scene::{Camera, Environment, Light, Material, Scene};
+use std::f32::consts::PI;
+
+/// Looks down at a piece of the floor so small that its radiance is that of its middle.
+fn down(x: f32, z: f32) -> Camera {
+    Camera::look_at("down", Vec3::new(x, 1.0, z + 1e-3), Vec3::new(x, 0.0, z), 1e-3)
+}
+
+#[test]
+fn inside_a_glowing_sphere() {
+    let device = TestDevice::open();
+    let mut scene = Scene::default();
+    let half = Vec3::splat(0.5);
+    add_sphere(&mut scene, 1.0, 8, -1.0, Material { emissive: half, ..Material::lambertian("wall", half) });
+    let camera = Camera::look_at("inside", Vec3::new(0.2, 0.1, 0.0), Vec3::X, 1.2);
+    let mut stage = Stage::new(&device, scene);
+    // e / (1 - a) = 1, whatever the strategy and wherever the path begins.
+    for (strategy, heuristic, sampler) in [
+        (Strategy::Both, Heuristic::Power, SamplerKind::Sobol),
+        (Strategy::Both, Heuristic::Balance, SamplerKind::Pcg),
+        (Strategy::Lights, Heuristic::Power, SamplerKind::BlueNoise),
+        (Strategy::Bsdf, Heuristic::Power, SamplerKind::Sobol),
+    ] {
+        let params = ReferenceParams { strategy, heuristic, sampler, spp: 32, ..Default::default() };
+        let estimate = stage.render(&camera, [48, 48], &params, 1, 32);
+        assert_mean(&estimate, 1.0, &format!("sphere, {strategy:?}, {heuristic:?}, {sampler:?}"));
+    }
+}
+
+#[test]
+fn a_few_bounces_inside_a_glowing_sphere() {
+    let device = TestDevice::open();
+    let mut scene = Scene::default();
+    let half = Vec3::splat(0.5);
+    add_sphere(&mut scene, 1.0, 8, -1.0, Material { emissive: half, ..Material::lambertian("wall", half) });
+    let camera = Camera::look_at("inside", Vec3::ZERO, Vec3::X, 1.0);
+    let mut stage = Stage::new(&device, scene);
+    for bounces in 0..3 {
+        let params = ReferenceParams { max_bounces: bounces, ..Default::default() };
+        let estimate = stage.render(&camera, [32, 32], &params, 2, 32);
+        // Emission of the first hit, direct light, and one term for each bounce.
+        let exact: f64 = (0..bounces + 2).map(|k| 0.5f64.powi(k as i32 + 1)).sum();
+        assert_mean(&estimate, exact, &format!("{bounces} bounces"));
+    }
+}
+
+#[test]
+fn point_light_over_a_floor() {
+    let device = TestDevice::open();
+    let mut scene = Scene::default();
+    add_floor(&mut scene, 50.0, Material::lambertian("floor", Vec3::splat(0.5)));
+    scene.lights.push(Light::point("lamp", Vec3::new(0.0, 2.0, 0.0), Vec3::splat(100.0)));
+    let mut stage = Stage::new(&device, scene);
+    for (x, z) in [(0.0f32, 0.0f32), (1.5, -2.0), (7.0, 3.0)] {
+        let r2 = f64::from(x * x + z * z);
+        let exact = 0.5 / f64::from(PI) * 100.0 * 2.0 / (r2 + 4.0).powf(1.5);
+        assert_mean(&stage.render(&down(x, z), [8, 8], &Default::default(), 0, 4), exact, "point light");
+    }
+}
+
+#[test]
+fn sun_over_a_floor() {
+    let device = TestDevice::open();
+    for angular_radius in [0.0, 0.00465, 0.2] {
+        let mut scene = Scene::default();
+        add_floor(&mut scene, 50.0, Material::lambertian("floor", Vec3::splat(0.5)));
+        let sun = Light::directional("sun", Vec3::new(0.6, -0.8, 0.0), Vec3::splat(3.0));
+        scene.lights.push(Light { angular_radius, ..sun });
+        let mut stage = Stage::new(&device, scene);
+        // The nominal lux are those of a surface that faces the sun; the cosine is linear over the disc.
+        let exact = 0.5 / f64::from(PI) * 3.0 * 0.8;
+        let estimate = stage.render(&down(0.0, 0.0), [32, 32], &Default::default(), 0, 64);
+        assert_mean(&estimate, exact, &format!("sun of radius {angular_radius}"));
+    }
+}
+
+/// A sphere in an environment of radiance 1; the image lies within its silhouette.
+fn furnace(device: &TestDevice, material: Material) -> (Stage<'_>, Camera) {
+    let mut scene = Scene { environment: Environment::constant(Vec3::ONE), ..Scene::default() };
+    add_sphere(&mut scene, 1.0, 24, 1.0, material);
+    (Stage::new(device, scene), Camera::look_at("furnace", Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 0.2))
+}
+
+#[test]
+fn lambertian_furnace() {
+    let device = TestDevice::open();
+    let (mut stage, camera) = furnace(&device, Material::lambertian("white", Vec3::ONE));
+    assert_mean(&stage.render(&camera, [32, 32], &Default::default(), 0, 64), 1.0, "white furnace");
+}
+
+#[test]
+fn metal_furnace_keeps_its_energy_with_compensation() {
+    let device = TestDevice::open();
+    for roughness in [0.0, 0.1, 0.3, 0.5, 0.7, 1.0] {
+        let material = Material { base_color: Vec4::ONE, metallic: 1.0, roughness, ..Material::default() };
+        let (mut stage, camera) = furnace(&device, material);
+        let mean = |stage: &mut Stage<'_>, energy_compensation| {
+            let params = ReferenceParams { energy_compensation, ..Default::default() };
+            common::renders::image_mean(&stage.render(&camera, [24, 24], &params, 3, 64)).0.x
+        };
+        let (on, off) = (mean(&mut stage, true), mean(&mut stage, false));
+        println!("roughness {roughness}: {on:.4} with energy compensation, {off:.4} without");
+        assert!((on - 1.0).abs() < 0.01, "roughness {roughness}: {on}");
+        assert!(off < 1.001 && (roughness < 0.6 || off < 0.95), "roughness {roughness} without: {off}");
+    }
+}
+
+#[test]
+fn glass_furnace() {
+    // Clear glass neither takes nor gives: all that a path meets is the environment.
+    let device = TestDevice::open();
+    for roughness in [0.0, 0.3] {
+        let (mut stage, camera) = furnace(&device, Material { roughness, ..Material::solid("glass", 1.5) });
+        let estimate = stage.render(&camera, [24, 24], &Default::default(), 4, 64);
+        let (mean, error) = common::renders::image_mean(&estimate);
+        println!("glass of roughness {roughness}: {mean} +- {error}");
+        // What single scattering loses between rough microfacets is lost.
+        let least = if roughness == 0.0 { 1.0 - 3.0 * error.x - 1e-3 } else { 0.95 };
+        assert!(mean.x > least && mean.x < 1.0 + 3.0 * error.x + 1e-3);
+    }
+}
+
+#[test]
+fn absorption_along_a_slab() {
+    // Straight through a slab of index 1: exp(-sigma d) of the environment, by the colour at the attenuation distance.
+    let device = TestDevice::open();
+    let mut scene = Scene { environment: Environment::constant(Vec3::ONE), ..Scene::default() };
+    let slab = Material {
+        attenuation_color: Vec3::splat(0.25),
+        attenuation_distance: 0.5,
+        ..Material::solid("slab", 1.0)
+    };
+    let mut positions = Vec::new();
+    let mut normals = Vec::new();
+    let mut indices = Vec::new();
+    for side in [1.0f32, -1.0] {
+        let first = positions.len() as u32;
+        for (x, y) in [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)] {
+            positions.push(Vec3::new(x * side, y, 0.5 * side));
+            normals.push(Vec3::Z * side);
+        }
+        indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    add_mesh(&mut scene, positions, normals, indices, slab);
+    let mut stage = Stage::new(&device, scene);
+    let camera = Camera::look_at("through", Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, 1e-3);
+    assert_mean(&stage.render(&camera, [16, 16], &Default::default(), 0, 16), 0.0625, "slab of one metre");
+}

@@ -1,0 +1,184 @@
+//! What the path tracer promises about its estimates: strategies agree, kinds of light add up, backends and slices too.
+
+mod common;
+
+use common::renders::Stage;
+use glam::DVec3;
+use pt_core::test_support::TestDevice;
+use pt_core::trace::TraceBackend;
+use pt_reference::{Estimate, LightTypes, ReferenceParams, SamplerKind, Strategy};
+use pt_scene::builtin;
+
+const SIZE: [u32; 2] = [48, 32];
+
+/// Mean over the pixels of the squared distance, channels averaged.
+fn mse(a: &Estimate, b: &Estimate) -> f64 {
+    let term = |(a, b): (&pt_reference::EstimatePixel, &pt_reference::EstimatePixel)| {
+        (a.mean.as_dvec3() - b.mean.as_dvec3()).length_squared() / 3.0
+    };
+    a.pixels.iter().zip(&b.pixels).map(term).sum::<f64>() / a.pixels.len() as f64
+}
+
+/// Share of the pixels in which two estimates agree: |a - b| below `z` standard errors in all channels.
+fn agreement(a: &Estimate, b: &Estimate, z: f64) -> f64 {
+    let agrees = |(a, b): (&pt_reference::EstimatePixel, &pt_reference::EstimatePixel)| {
+        let (x, y) = (a.mean.as_dvec3(), b.mean.as_dvec3());
+        let error = (a.variance.as_dvec3() + b.variance.as_dvec3()).map(f64::sqrt);
+        ((x - y).abs()).cmple(z * error + 1e-5 * x.max(y)).all()
+    };
+    a.pixels.iter().zip(&b.pixels).filter(|&pair| agrees(pair)).count() as f64 / a.pixels.len() as f64
+}
+
+#[test]
+fn combined_strategies_beat_each_of_them_on_the_plates() {
+    let device = TestDevice::open();
+    let scene = builtin("veach").unwrap();
+    let camera = scene.default_camera();
+    let mut stage = Stage::new(&device, scene);
+    let params = |strategy| ReferenceParams { strategy, max_bounces: 0, ..Default::default() };
+    let truth = stage.render(&camera, SIZE, &params(Strategy::Both), 99, 1024);
+    let error =
+        |stage: &mut Stage<'_>, strategy| mse(&stage.render(&camera, SIZE, &params(strategy), 1, 16), &truth);
+    let [both, lights, bsdf] =
+        [Strategy::Both, Strategy::Lights, Strategy::Bsdf].map(|strategy| error(&mut stage, strategy));
+    println!("veach, 16 spp, MSE: both {both:.3e}, lights {lights:.3e}, bsdf {bsdf:.3e}");
+    assert!(both < lights && both < bsdf);
+}
+
+#[test]
+fn kinds_of_light_add_up() {
+    let device = TestDevice::open();
+    let mut scene = builtin("lamps").unwrap();
+    scene.lights.push(pt_scene::default_sun());
+    scene.environment = pt_scene::default_sky();
+    let camera = scene.default_camera();
+    let mut stage = Stage::new(&device, scene);
+    let none = LightTypes { sun: false, punctual: false, emissive: false, environment: false };
+    let mut render = |light_types, seed| {
+        let params = ReferenceParams { light_types, max_bounces: 3, ..Default::default() };
+        stage.render(&camera, SIZE, &params, seed, 32)
+    };
+    let whole = render(LightTypes::default(), 0);
+    let parts = [
+        render(LightTypes { sun: true, ..none }, 1),
+        render(LightTypes { punctual: true, ..none }, 2),
+        render(LightTypes { emissive: true, ..none }, 3),
+        render(LightTypes { environment: true, ..none }, 4),
+    ];
+    // Blocks of 16 x 16 pixels: within 3 standard errors, of 18 comparisons with a chance of 0.3 % each one may fail.
+    let mut failed = 0;
+    for block_y in 0..SIZE[1] / 16 {
+        for block_x in 0..SIZE[0] / 16 {
+            let sum = |estimate: &Estimate| {
+                let inside = (0..256).map(|i| {
+                    let (x, y) = (block_x * 16 + i % 16, block_y * 16 + i / 16);
+                    estimate.pixels[(y * SIZE[0] + x) as usize]
+                });
+                inside.fold((DVec3::ZERO, DVec3::ZERO), |(mean, variance), p| {
+                    (mean + p.mean.as_dvec3(), variance + p.variance.as_dvec3())
+                })
+            };
+            let (a, var_a) = sum(&whole);
+            let (b, var_b) =
+                parts.iter().map(sum).fold((DVec3::ZERO, DVec3::ZERO), |(m, v), (dm, dv)| (m + dm, v + dv));
+            let off = (a - b).abs() / (var_a + var_b).map(f64::sqrt).max(DVec3::splat(1e-12));
+            failed += [off.x, off.y, off.z].iter().filter(|&&z| z > 3.0).count();
+        }
+    }
+    assert!(failed <= 1, "{failed} blocks differ");
+}
+
+#[test]
+fn backends_agree() {
+    let device = TestDevice::open();
+    for name in ["cornell", "kinds"] {
+        let mut first: Option<Estimate> = None;
+        for backend in TraceBackend::available(&device) {
+            let scene = builtin(name).unwrap();
+            let camera = scene.default_camera();
+            let params = ReferenceParams { max_bounces: 4, ..Default::default() };
+            let estimate = Stage::on(&device, scene, backend).render(&camera, [32, 24], &params, 5, 4);
+            let first = first.get_or_insert_with(|| estimate.clone());
+            let terms = first.pixels.iter().zip(&estimate.pixels).map(|(a, b)| {
+                let (a, b) = (a.mean.as_dvec3(), b.mean.as_dvec3());
+                ((a - b) * (a - b) / (a * a + pt_core::metrics::RELMSE_EPSILON)).element_sum() / 3.0
+            });
+            let relmse = terms.sum::<f64>() / first.pixels.len() as f64;
+            println!("{name}: {backend} relMSE {relmse:.2e}");
+            assert!(relmse <= 1e-4, "{name}: {backend} differs by relMSE {relmse}");
+        }
+    }
+}
+
+#[test]
+fn nested_solids_by_priority_or_by_single_interfaces() {
+    let device = TestDevice::open();
+    let params = ReferenceParams { max_bounces: 24, ..Default::default() };
+    let [overlapping, gapless] = [("glass", 1), ("glass-gapless", 2)].map(|(name, seed)| {
+        let scene = builtin(name).unwrap();
+        let camera = scene.default_camera();
+        Stage::new(&device, scene).render(&camera, SIZE, &params, seed, 192)
+    });
+    // Sidak: a chance of 1 % for any of the pixels to fail by chance.
+    let share = agreement(&overlapping, &gapless, 4.9);
+    println!("glass and glass-gapless agree in {:.3} % of the pixels", 100.0 * share);
+    assert!(share >= 0.9975, "{share}");
+}
+
+#[test]
+fn samples_in_any_portions_make_the_same_sums() {
+    let device = TestDevice::open();
+    let scene = builtin("cornell").unwrap();
+    let camera = scene.default_camera();
+    let mut stage = Stage::new(&device, scene);
+    let params = ReferenceParams::default();
+    let whole = stage.state(&camera, SIZE, &params, 7, 0..12);
+    assert_eq!(whole, stage.state(&camera, SIZE, &params, 7, 0..12), "the same twice");
+    assert_ne!(whole, stage.state(&camera, SIZE, &params, 8, 0..12), "another seed");
+    // Slices merged: mean and variance of all samples but for rounding.
+    let slices: Vec<_> = [0..3, 3..4, 4..12]
+        .map(|range| {
+            let n = range.end - range.start;
+            stage.state(&camera, SIZE, &params, 7, range).estimate(n)
+        })
+        .into();
+    let (merged, single) = (Estimate::merge(&slices).unwrap(), whole.estimate(12));
+    assert_eq!(merged.samples, 12);
+    for (a, b) in merged.pixels.iter().zip(&single.pixels) {
+        assert!(a.mean.abs_diff_eq(b.mean, 1e-6 * b.mean.max_element().max(1e-3)), "{a:?} {b:?}");
+        assert!(a.variance.abs_diff_eq(b.variance, 1e-5 * b.variance.max_element() + 1e-9), "{a:?} {b:?}");
+        assert!((a.depth - b.depth).abs() <= 1e-5 * b.depth && a.coverage == b.coverage);
+    }
+}
+
+#[test]
+fn error_falls_with_the_number_of_samples() {
+    let device = TestDevice::open();
+    let scene = builtin("cornell").unwrap();
+    let camera = scene.default_camera();
+    let mut stage = Stage::new(&device, scene);
+    let size = [24, 24];
+    let params = ReferenceParams { max_bounces: 3, ..Default::default() };
+    let truth = stage.render(&camera, size, &params, 1000, 4096);
+    let slope = |stage: &mut Stage<'_>, sampler| {
+        let params = ReferenceParams { sampler, spp: 256, ..params.clone() };
+        // Least squares through the logarithms; several seeds, so that luck averages out.
+        let points: Vec<(f64, f64)> = (0..=8)
+            .map(|k| {
+                let seeds = 8;
+                let error =
+                    (0..seeds).map(|seed| mse(&stage.render(&camera, size, &params, seed, 1 << k), &truth));
+                (f64::from(k), (error.sum::<f64>() / f64::from(seeds)).log2())
+            })
+            .collect();
+        let n = points.len() as f64;
+        let (mx, my) =
+            (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+        points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
+            / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
+    };
+    let (pcg, sobol) = (slope(&mut stage, SamplerKind::Pcg), slope(&mut stage, SamplerKind::Sobol));
+    println!("slope of log MSE over log samples: pcg {pcg:.3}, sobol {sobol:.3}");
+    assert!((pcg + 1.0).abs() <= 0.05, "{pcg}");
+    assert!(sobol < pcg - 0.02, "{sobol} is no faster than {pcg}");
+}

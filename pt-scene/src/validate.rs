@@ -1,0 +1,194 @@
+//! The invariants of a [`Scene`].
+
+use std::ops::RangeInclusive;
+
+use crate::scene::is_invertible;
+use crate::{
+    AlphaMode, Camera, Instance, Light, LightKind, Lobes, MAX_PRIORITY, Material, Projection, Scene,
+    SceneError,
+};
+
+/// Farthest that anything may be from the origin, metres: the areas that trees are built by stay far from overflow.
+pub(crate) const MAX_COORDINATE: f32 = 1e12;
+
+/// An element of one of a scene's lists, by index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Mesh(usize),
+    Instance(usize),
+    Material(usize),
+    Texture(usize),
+    Light(usize),
+    Camera(usize),
+    Environment,
+}
+
+/// What breaks an invariant, and how.
+#[derive(Debug)]
+pub(crate) struct Flaw {
+    pub part: Part,
+    pub what: String,
+}
+
+impl Scene {
+    /// Checks every invariant that consumers rely on: indices in range, arrays of equal length, finite and physical
+    /// values, masked triangles sorted to the end. Run by [`crate::load`].
+    ///
+    /// # Errors
+    /// [`SceneError::Inconsistent`] for the first part that breaks one.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        self.check().map_err(|flaw| self.inconsistent(&flaw))
+    }
+
+    pub(crate) fn inconsistent(&self, Flaw { part, what }: &Flaw) -> SceneError {
+        let part = match *part {
+            Part::Mesh(i) => format!("mesh {}", self.meshes[i].name),
+            Part::Instance(i) => format!("instance {}", self.instances[i].name),
+            Part::Material(i) => format!("material {}", self.materials[i].name),
+            Part::Texture(i) => format!("texture {}", self.textures[i].name),
+            Part::Light(i) => format!("light {}", self.lights[i].name),
+            Part::Camera(i) => format!("camera {}", self.cameras[i].name),
+            Part::Environment => "environment".into(),
+        };
+        SceneError::Inconsistent { scene: self.name.clone(), what: format!("{part}: {what}") }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Flaw> {
+        fn each<T>(
+            list: &[T],
+            part: fn(usize) -> Part,
+            check: impl Fn(&T) -> Result<(), String>,
+        ) -> Result<(), Flaw> {
+            list.iter()
+                .enumerate()
+                .try_for_each(|(i, item)| check(item).map_err(|what| Flaw { part: part(i), what }))
+        }
+        each(&self.meshes, Part::Mesh, |mesh| mesh.check(&self.materials))?;
+        each(&self.instances, Part::Instance, |instance| self.check_instance(instance))?;
+        each(&self.materials, Part::Material, |m| self.check_material(m))?;
+        each(&self.textures, Part::Texture, |texture| texture.check())?;
+        each(&self.lights, Part::Light, check_light)?;
+        each(&self.cameras, Part::Camera, check_camera)?;
+        self.environment.check().map_err(|what| Flaw { part: Part::Environment, what })
+    }
+
+    fn check_instance(&self, instance: &Instance) -> Result<(), String> {
+        let Some(mesh) = self.meshes.get(instance.mesh as usize) else {
+            return Err(format!("mesh {} does not exist", instance.mesh));
+        };
+        if let Some(material) = instance.material {
+            let masked = self.materials.get(material as usize).is_none_or(Material::is_masked);
+            if masked || mesh.first_masked < mesh.triangle_count() {
+                return Err(format!("material {material} cannot stand in for others"));
+            }
+        }
+        let transforms = [instance.world_from_object, instance.world_from_object_prev];
+        if !transforms.iter().all(is_invertible) {
+            return Err("its transform is not finite and invertible".into());
+        }
+        let mut corners = mesh.indices.iter().flatten().map(|&v| mesh.positions[v as usize]);
+        let near = |p| instance.world_from_object.transform_point3(p).abs().max_element() <= MAX_COORDINATE;
+        match corners.all(near) {
+            true => Ok(()),
+            false => Err(format!("it reaches farther out than {MAX_COORDINATE:e} m")),
+        }
+    }
+
+    fn check_material(&self, m: &Material) -> Result<(), String> {
+        unit("metallic", m.metallic)?;
+        unit("roughness", m.roughness)?;
+        unit("transmission", m.transmission)?;
+        unit("specular", m.specular)?;
+        if let AlphaMode::Mask { cutoff } = m.alpha_mode {
+            not_negative("alpha cutoff", [cutoff])?;
+        }
+        not_negative("base colour", m.base_color.to_array())?;
+        not_negative("emission", m.emissive.to_array())?;
+        not_negative("specular colour", m.specular_color.to_array())?;
+        not_negative("attenuation colour", m.attenuation_color.to_array())?;
+        if m.attenuation_distance.is_nan() || m.attenuation_distance <= 0.0 {
+            return Err(format!("attenuation distance {} is not positive", m.attenuation_distance));
+        }
+        not_negative("thickness", [m.thickness])?;
+        within("normal scale", [m.normal_scale], f32::MIN..=f32::MAX)?;
+        within("index of refraction", [m.ior], 1.0..=f32::MAX)?;
+        if let Some(lobes) = &m.lobes {
+            check_lobes(lobes)?;
+        }
+        for (slot, texture) in m.textures() {
+            let exists = (texture.texture as usize) < self.textures.len() && texture.uv_set <= 1;
+            if !exists || !texture.transform.is_finite() {
+                let (index, set) = (texture.texture, texture.uv_set);
+                return Err(format!(
+                    "{slot} names texture {index} and UV set {set}, or its transform is not finite"
+                ));
+            }
+        }
+        if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
+            return Err(format!("priority {} or exterior {:?} is out of range", m.priority, m.exterior));
+        }
+        Ok(())
+    }
+}
+
+fn within(
+    what: &str,
+    values: impl IntoIterator<Item = f32>,
+    range: RangeInclusive<f32>,
+) -> Result<(), String> {
+    let Some(wrong) = values.into_iter().find(|x| !range.contains(x)) else { return Ok(()) };
+    Err(match (*range.start(), *range.end()) {
+        (f32::MIN, f32::MAX) => format!("{what} {wrong} is not finite"),
+        (least, f32::MAX) => format!("{what} {wrong} is less than {least} or not finite"),
+        (least, most) => format!("{what} {wrong} is not in {least}..{most}"),
+    })
+}
+
+fn unit(what: &str, x: f32) -> Result<(), String> {
+    within(what, [x], 0.0..=1.0)
+}
+
+fn not_negative(what: &str, values: impl IntoIterator<Item = f32>) -> Result<(), String> {
+    within(what, values, 0.0..=f32::MAX)
+}
+
+fn check_lobes(l: &Lobes) -> Result<(), String> {
+    unit("clearcoat", l.clearcoat)?;
+    unit("clearcoat roughness", l.clearcoat_roughness)?;
+    within("clearcoat normal scale", [l.clearcoat_normal_scale], f32::MIN..=f32::MAX)?;
+    within("sheen colour", l.sheen_color.to_array(), 0.0..=1.0)?;
+    unit("sheen roughness", l.sheen_roughness)?;
+    unit("anisotropy strength", l.anisotropy_strength)?;
+    within("anisotropy rotation", [l.anisotropy_rotation], f32::MIN..=f32::MAX)?;
+    unit("iridescence", l.iridescence)?;
+    within("iridescence index of refraction", [l.iridescence_ior], 1.0..=f32::MAX)?;
+    not_negative("iridescence thickness", [l.iridescence_thickness_min, l.iridescence_thickness_max])?;
+    not_negative("dispersion", [l.dispersion])
+}
+
+fn check_light(light: &Light) -> Result<(), String> {
+    let cone = match light.kind {
+        LightKind::Spot { inner, outer } => {
+            (0.0..outer).contains(&inner) && outer <= std::f32::consts::FRAC_PI_2 + 1e-4
+        }
+        LightKind::Point | LightKind::Directional => true,
+    };
+    let physical = light.intensity.is_finite()
+        && light.intensity.min_element() >= 0.0
+        && light.position.is_finite()
+        && light.direction.is_normalized()
+        && (0.0..f32::INFINITY).contains(&light.radius)
+        && (0.0..std::f32::consts::FRAC_PI_2).contains(&light.angular_radius);
+    if cone && physical { Ok(()) } else { Err(format!("a value is out of range: {light:?}")) }
+}
+
+fn check_camera(camera: &Camera) -> Result<(), String> {
+    let projection = match camera.projection {
+        Projection::Perspective { yfov } => yfov > 0.0 && yfov < std::f32::consts::PI,
+        Projection::Orthographic { ymag } => ymag > 0.0 && ymag.is_finite(),
+    };
+    let m = camera.world_from_camera.matrix3;
+    let rigid = camera.world_from_camera.is_finite() && (m.determinant() - 1.0).abs() < 1e-3;
+    let lens = camera.lens_radius >= 0.0 && camera.lens_radius.is_finite() && camera.focus_distance > 0.0;
+    if projection && rigid && lens { Ok(()) } else { Err(format!("a value is out of range: {camera:?}")) }
+}
