@@ -95,7 +95,8 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         pad: [0; 3],
     };
     let params = ReferenceParams { max_bounces: args.max_bounces, ..ReferenceParams::default() };
-    let mut render = Progressive::new(&session.device, &session.gpu, frame, params, None, 0)?;
+    let mut render =
+        Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, None, 0)?;
     // Sums, seconds and milliseconds of the passes; reading the sums takes time of its own.
     let mut advance = |end: u32| -> Result<(FilmState, f64, BTreeMap<String, f64>)> {
         let mut passes = BTreeMap::new();

@@ -65,7 +65,8 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         pad: [0; 3],
     };
     let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
-    let mut render = Progressive::new(&session.device, &session.gpu, frame, params, tile, samples.start)?;
+    let mut render =
+        Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, tile, samples.start)?;
     let resumed = resume(args, &mut render, &identity, &samples)?;
 
     let started = Instant::now();

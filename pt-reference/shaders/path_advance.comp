@@ -30,9 +30,9 @@ void main() {
     if (!turn_begins_sample()) return;
     uvec2 pixel = slot_pixel(slot);
     bool exists = slot < slot_count() && in_tile(pixel);
-    uint begun = push.begin != 0u ? 0u : progress.tile.begun;
-    if (exists && push.begin == 0u && begun > progress.tile.finished) finish_sample(slot, pixel_index(pixel));
+    uint begun = push.turn == 0u ? 0u : progress.tile.begun;
+    if (exists && push.turn != 0u && begun > progress.tile.finished) finish_sample(slot, pixel_index(pixel));
     bool begins = exists && begun < push.sample_count;
     if (begins) store_path(slot, start_path(pixel, push.first_sample + begun));
-    append_slot(slot, push.parity, begins);
+    append_slot(slot, list_read(), begins);
 }

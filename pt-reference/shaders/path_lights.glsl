@@ -1,24 +1,24 @@
 // Light for a path: one light sample at a vertex (next event estimation), and what the path's own ray meets.
 #include "lights.glsl"
 
-bool kind_on(uint kind) { return (push.kinds & kind) != 0u; }
+bool kind_on(uint kind) { return (light_kinds & kind) != 0u; }
 
 // Probability with which next event estimation picks each kind of light: uniform over those that are on and present (the host
 // clears the bits of absent kinds).
-float kind_pmf() { return 1.0 / float(bitCount(push.kinds)); }
+float kind_pmf() { return 1.0 / float(bitCount(light_kinds)); }
 
 // One sample of one kind of light; its pdf includes the choice of the kind.
 LightSample sample_light(vec3 position, float xi_kind, uvec4 bits) {
-    if (push.kinds == 0u) return NO_LIGHT_SAMPLE;
-    uint left = min(uint(xi_kind * float(bitCount(push.kinds))), uint(bitCount(push.kinds)) - 1u);
-    uint kinds = push.kinds;
+    if (light_kinds == 0u) return NO_LIGHT_SAMPLE;
+    uint left = min(uint(xi_kind * float(bitCount(light_kinds))), uint(bitCount(light_kinds)) - 1u);
+    uint kinds = light_kinds;
     for (; left > 0u; left--) kinds &= kinds - 1u;
     uint kind = kinds & -kinds;
     LightSample s = NO_LIGHT_SAMPLE;
-    if (kind == KIND_SUN) s = sample_sun(bits);
-    else if (kind == KIND_POSITIONAL) s = sample_positional(position, bits);
-    else if (kind == KIND_EMISSIVE) s = sample_emissive(position, bits);
-    else s = sample_environment(bits);
+    if (kind_on(KIND_SUN) && kind == KIND_SUN) s = sample_sun(bits);
+    if (kind_on(KIND_POSITIONAL) && kind == KIND_POSITIONAL) s = sample_positional(position, bits);
+    if (kind_on(KIND_EMISSIVE) && kind == KIND_EMISSIVE) s = sample_emissive(position, bits);
+    if (kind_on(KIND_ENVIRONMENT) && kind == KIND_ENVIRONMENT) s = sample_environment(bits);
     s.pdf *= kind_pmf();
     return s;
 }

@@ -9,7 +9,7 @@ struct PathRandom {
 };
 
 PathRandom path_random(uvec2 pixel, uint sample_index) {
-    return PathRandom(make_sampler(push.sampler_kind, pixel, sample_index, frame.seed, push.log2_spp),
+    return PathRandom(make_sampler(sampler_kind, pixel, sample_index, frame.seed, push.log2_spp),
                       uvec2(pixel.x | pixel.y << 16, sample_index));
 }
 

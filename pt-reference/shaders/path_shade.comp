@@ -121,12 +121,12 @@ void main() {
     uint place = gl_GlobalInvocationID.x;
     if (place == 0u && turn_begins_sample()) {
         TileProgress progress = TileProgress(push.progress);
-        progress.tile.finished = push.begin != 0u ? 0u : progress.tile.begun;
-        progress.tile.begun = push.begin != 0u ? 1u : min(progress.tile.begun + 1u, push.sample_count);
+        progress.tile.finished = push.turn == 0u ? 0u : progress.tile.begun;
+        progress.tile.begun = push.turn == 0u ? 1u : min(progress.tile.begun + 1u, push.sample_count);
     }
-    uint slot = slot_at(place, push.parity);
+    uint slot = slot_at(place, list_read());
     Onward onward = Onward(false, false);
     if (slot != NONE) onward = shade(slot);
-    append_slot(slot, 1u - push.parity, onward.path);
+    append_slot(slot, list_written(), onward.path);
     append_slot(slot, LIST_SHADOW, onward.shadow);
 }

@@ -6,6 +6,7 @@
 // The buffer push.paths: three lists (one of live slots that is read, one that is written, one of slots with a shadow ray), then rows of
 // 16 bytes a slot, so that threads side by side load side by side.
 #include "path_state.glsl"
+#include "scene.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileProgress { ProgressRecord tile; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SlotList { uint at[]; };
@@ -13,6 +14,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RowTable { 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LengthTable { float at[]; };
 
 const uint LIST_SHADOW = 2u;
+uint list_read() { return push.turn & 1u; }
+uint list_written() { return list_read() ^ 1u; }
 
 const uint ROW_ORIGIN = 0u;     // w: index of the sample
 const uint ROW_DIRECTION = 1u;  // w: progress_word()
@@ -48,8 +51,8 @@ uint place_in_list(uvec2 launch) {
 
 SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list * slot_count())); }
 
-// push.begin: the first turn of a tile.
-bool turn_begins_sample() { return push.begin != 0u || TileProgress(push.progress).tile.idle != 0u; }
+// Turn 0 of a tile begins its first sample.
+bool turn_begins_sample() { return push.turn == 0u || TileProgress(push.progress).tile.idle != 0u; }
 
 // NONE past the end.
 uint slot_at(uint place, uint list) {
@@ -91,7 +94,7 @@ PathState load_path(uint slot) {
     path.radiance = radiance.xyz;
     path.shadow_rays = floatBitsToUint(radiance.w);
     path.interior = EMPTY_INTERIOR;
-    if ((path.flags & PATH_INSIDE) != 0u) {
+    if (scene_has(FEATURE_TRANSMISSION) && (path.flags & PATH_INSIDE) != 0u) {
         path.interior = InteriorList(floatBitsToUint(load_row(ROW_SOLIDS, slot)), load_row(ROW_IORS, slot));
     }
     path.chord = 0.0;
@@ -100,7 +103,7 @@ PathState load_path(uint slot) {
 
 void store_path(uint slot, PathState path) {
     path.flags &= ~PATH_INSIDE;
-    if (any(notEqual(path.interior.words, uvec4(0u)))) {
+    if (scene_has(FEATURE_TRANSMISSION) && any(notEqual(path.interior.words, uvec4(0u)))) {
         path.flags |= PATH_INSIDE;
         store_row(ROW_SOLIDS, slot, uintBitsToFloat(path.interior.words));
         store_row(ROW_IORS, slot, path.interior.iors);

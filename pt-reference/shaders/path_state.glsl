@@ -6,6 +6,11 @@
 
 layout(push_constant, scalar) uniform Push { PathPush push; };
 
+// Fixed when the kernels are made (scene.glsl has constant 0).
+layout(constant_id = 1) const uint light_kinds = 0xfu; // KIND_* bits of the light that counts and is present
+layout(constant_id = 2) const uint sampler_kind = 1u;  // SAMPLER_*
+layout(constant_id = 3) const uint energy_compensation = 0u;
+
 #include "path_random.glsl"
 
 struct PathState {

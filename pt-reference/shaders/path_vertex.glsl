@@ -39,7 +39,8 @@ PathVertex load_vertex(PathState path, Hit hit) {
         v.is_passed = is_false_hit(c);
         eta = medium_eta(c);
     }
-    uint flags = push.energy_compensation != 0u ? BSDF_ENERGY_COMPENSATION : 0u;
+    uint flags = 0u;
+    if (energy_compensation != 0u) flags = BSDF_ENERGY_COMPENSATION;
     v.bsdf = surface_bsdf(s, v.sampled, load_lobes(s, NO_FOOTPRINT, 0.0), -path.direction, eta, flags);
     return v;
 }

@@ -6,7 +6,6 @@ use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord};
 use bytemuck::Zeroable;
 use glam::UVec2;
 use pt_core::frame::Uniforms;
-use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
@@ -55,6 +54,7 @@ pub struct PathTracer {
     trace: Kernel,
     shade: Kernel,
     shadow: Kernel,
+    params: ReferenceParams,
     size: [u32; 2],
     bsdf_tables: Buffer,
     film: Buffer,
@@ -65,21 +65,37 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// Compiles the kernels and allocates sums of zero for an image of `size` pixels; `tile`: size of the largest tile.
+    /// Compiles the kernels, for what the scene has, and allocates sums of zero for an image of `size` pixels; `tile`: size of the
+    /// largest tile.
     ///
     /// # Errors
     /// When the device refuses, or has not the memory.
-    pub fn new(device: &Device, backend: TraceBackend, size: [u32; 2], tile: [u32; 2]) -> Result<Self> {
+    pub fn new(
+        device: &Device,
+        scene: &GpuScene,
+        lights: &LightTables,
+        params: ReferenceParams,
+        size: [u32; 2],
+        tile: [u32; 2],
+    ) -> Result<Self> {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let blocks = Tile { origin: [0; 2], size: tile }.blocks().map(u64::from);
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
-        let compute = |code| Kernel::compute::<PathPush>(device, code);
+        let constants = [
+            scene.features(),
+            kinds(&params, lights),
+            params.sampler as u32,
+            u32::from(params.energy_compensation),
+        ];
+        let compute = |code| Kernel::specialized::<PathPush>(device, code, &constants);
+        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend());
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,
-            trace: Kernel::trace::<PathPush>(device, &kernels::PATH_TRACE, backend)?,
+            trace: trace(&kernels::PATH_TRACE)?,
             shade: compute(&kernels::PATH_SHADE)?,
-            shadow: Kernel::trace::<PathPush>(device, &kernels::PATH_SHADOW, backend)?,
+            shadow: trace(&kernels::PATH_SHADOW)?,
+            params,
             size,
             bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &albedo::packed())?,
             film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
@@ -137,18 +153,13 @@ impl PathTracer {
         scene: &GpuScene,
         lights: &LightTables,
         uniforms: &Uniforms<FrameRecord>,
-        params: &ReferenceParams,
         Turns { tile, samples, turns }: Turns,
     ) -> Result<()> {
         let [across, down] = tile.blocks();
         let blocks = [across * BLOCK[0], down * BLOCK[1], 1];
         let slots = [blocks[0] * blocks[1], 1, 1];
         for turn in turns {
-            let push = PathPush {
-                parity: turn % 2,
-                begin: u32::from(turn == 0),
-                ..self.push(lights, params, tile, &samples)
-            };
+            let push = PathPush { turn, ..self.push(tile, &samples) };
             let pass = frame.pass("path advance", &self.advance).read("frame_uniforms", uniforms.buffer());
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.film).addresses_updated(&self.dropped);
@@ -173,13 +184,8 @@ impl PathTracer {
         Ok(())
     }
 
-    fn push(
-        &self,
-        lights: &LightTables,
-        params: &ReferenceParams,
-        tile: Tile,
-        samples: &Range<u32>,
-    ) -> PathPush {
+    fn push(&self, tile: Tile, samples: &Range<u32>) -> PathPush {
+        let params = &self.params;
         PathPush {
             film: self.film.address(),
             first_hit: self.first_hit.address(),
@@ -192,7 +198,6 @@ impl PathTracer {
             sample_count: samples.end - samples.start,
             max_bounces: params.max_bounces,
             roulette_start: params.roulette_start,
-            kinds: kinds(params, lights),
             emission: u32::from(params.light_types.emissive),
             heuristic: match params.heuristic {
                 Heuristic::Balance => records::HEURISTIC_BALANCE,
@@ -203,12 +208,9 @@ impl PathTracer {
                 Strategy::Lights => records::STRATEGY_LIGHTS,
                 Strategy::Bsdf => records::STRATEGY_BSDF,
             },
-            sampler_kind: params.sampler as u32,
-            energy_compensation: u32::from(params.energy_compensation),
             clamp: params.clamp,
             log2_spp: params.spp.max(1).next_power_of_two().trailing_zeros(),
-            parity: 0,
-            begin: 0,
+            turn: 0,
         }
     }
 }

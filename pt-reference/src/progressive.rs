@@ -26,7 +26,6 @@ pub struct Progressive {
     tracer: PathTracer,
     uniforms: Uniforms<FrameRecord>,
     frame: FrameRecord,
-    params: ReferenceParams,
     tiles: Vec<Tile>,
     next_sample: u32,
     /// Samples of the next step and turns of the next submission, adapted to the device's speed.
@@ -43,6 +42,7 @@ impl Progressive {
     pub fn new(
         device: &Device,
         gpu: &GpuScene,
+        lights: &LightTables,
         frame: FrameRecord,
         params: ReferenceParams,
         tile: Option<[u32; 2]>,
@@ -54,10 +54,9 @@ impl Progressive {
         let tile = [0, 1].map(|axis| tile[axis].clamp(1, size[axis].max(1)));
         Ok(Self {
             recorder: Recorder::new(device)?,
-            tracer: PathTracer::new(device, gpu.backend(), size, tile)?,
+            tracer: PathTracer::new(device, gpu, lights, params, size, tile)?,
             uniforms: Uniforms::new(device, "frame_uniforms")?,
             frame,
-            params,
             tiles: tiles(size, tile),
             next_sample: first_sample,
             batch: 1,
@@ -106,7 +105,7 @@ impl Progressive {
                 gpu.update(&mut frame, scene)?;
                 self.uniforms.upload(&mut frame, &self.frame)?;
                 let work = Turns { tile, samples: samples.clone(), turns };
-                self.tracer.record(&mut frame, gpu, lights, &self.uniforms, &self.params, work)?;
+                self.tracer.record(&mut frame, gpu, lights, &self.uniforms, work)?;
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
                 self.turns = adapt(self.turns, MAX_TURNS, submitted.elapsed(), SUBMISSION);

@@ -88,26 +88,18 @@ gpu_struct! {
         pub max_bounces: u32,
         /// Scattering events before Russian roulette begins.
         pub roulette_start: u32,
-        /// `KIND_*` bits of the light that counts and is present.
-        pub kinds: u32,
         /// 1: emission of surfaces counts (also of those that are not sampled).
         pub emission: u32,
         /// `HEURISTIC_*`.
         pub heuristic: u32,
         /// `STRATEGY_*`.
         pub strategy: u32,
-        /// `SAMPLER_*` of sampler.glsl.
-        pub sampler_kind: u32,
-        /// 1: energy lost by single scattering is given back.
-        pub energy_compensation: u32,
         /// Largest radiance of a sample, per channel; 0: no limit.
         pub clamp: f32,
         /// Base-2 logarithm of the samples a pixel gets in all, rounded up.
         pub log2_spp: u32,
-        /// Which list the turn reads: 0, 1, 0, ...
-        pub parity: u32,
-        /// 1: the first turn of a tile, which begins its samples.
-        pub begin: u32,
+        /// Number of the turn; 0 begins the tile's samples.
+        pub turn: u32,
     }
 }
 

@@ -19,7 +19,7 @@
 #include "interior.glsl"
 #include "scene.glsl"
 
-bool is_solid(MaterialRecord m) { return m.transmission > 0.0 && m.thickness > 0.0; }
+bool is_solid(MaterialRecord m) { return scene_has(FEATURE_TRANSMISSION) && m.transmission > 0.0 && m.thickness > 0.0; }
 
 // Solids are told apart by what is in them: `medium` stands for all materials that have the same (MaterialRecord.medium).
 Solid medium_solid(uint medium) {
@@ -37,9 +37,12 @@ Boundary medium_boundary(uint material) {
 
 float medium_eta(Crossing c) { return c.beyond.ior / c.here.ior; }
 
-float surface_eta(InteriorList list, float ior) { return ior / interior_top(list).ior; }
+float surface_eta(InteriorList list, float ior) {
+    return scene_has(FEATURE_TRANSMISSION) ? ior / interior_top(list).ior : ior;
+}
 
 vec3 medium_transmittance(InteriorList list, float length) {
+    if (!scene_has(FEATURE_TRANSMISSION)) return vec3(1.0);
     Solid s = interior_top(list);
     if (s.word == 0u) return vec3(1.0);
     MaterialTable materials = MaterialTable(scene.materials);

@@ -5,6 +5,12 @@
 layout(set = 0, binding = 1, scalar) uniform scene_uniforms { SceneRecord scene; };
 layout(set = 3, binding = 0) uniform sampler2D textures[];
 
+// FEATURE_* of the scene. Kernels that are specialised leave out what it has not: devices that compile the whole kernel into one piece
+// pay for every branch, in registers or, without branches, in time.
+layout(constant_id = 0) const uint scene_features = 0xffffffffu;
+
+bool scene_has(uint feature) { return (scene_features & feature) != 0u; }
+
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer InstanceTable { InstanceRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialTable { MaterialRecord at[]; };

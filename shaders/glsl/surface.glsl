@@ -45,7 +45,7 @@ struct LobesSample {
 struct Footprint {
     vec2 bary_x;
     vec2 bary_y;
-    float depth_range; // along the ray, metres
+    float depth_range; // along the ray, metres; 0: no footprint
 };
 
 // Where the same point of the object was in the last frame.
@@ -127,6 +127,8 @@ vec4 sample_texture(TextureSlot slot, Surface s, Footprint f, float lod_scale) {
     bool first = slot.uv_set == 0u;
     vec2 uv = transform_uv(slot, first ? s.uv[0] : s.uv[1]);
     vec2 duv1 = first ? s.duv1[0] : s.duv1[1], duv2 = first ? s.duv2[0] : s.duv2[1];
+    // No footprint: the finest level.
+    if (f.depth_range == 0.0) return textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0);
     mat2 linear = mat2(slot.transform[0][0], slot.transform[1][0], slot.transform[0][1], slot.transform[1][1]);
     vec2 dx = linear * (duv1 * f.bary_x.x + duv2 * f.bary_x.y) * lod_scale;
     vec2 dy = linear * (duv1 * f.bary_y.x + duv2 * f.bary_y.y) * lod_scale;
@@ -142,7 +144,7 @@ mat3 tangent_frame(Surface s) {
 }
 
 vec3 mapped_normal(TextureSlot slot, float scale, Surface s, Footprint f, float lod_scale) {
-    if (slot.texture == NONE) return s.geo_normal;
+    if (!scene_has(FEATURE_NORMAL_TEXTURE) || slot.texture == NONE) return s.geo_normal;
     // Maps hold the x and y of unit vectors; two channels are all that some have.
     vec2 n = sample_texture(slot, s, f, lod_scale).xy * 2.0 - 1.0;
     vec3 mapped = tangent_frame(s) * vec3(n * scale, sqrt(max(1.0 - dot(n, n), 0.0)));
@@ -153,9 +155,11 @@ vec3 mapped_normal(TextureSlot slot, float scale, Surface s, Footprint f, float 
 MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
     MaterialRecord m = MaterialTable(scene.materials).at[s.material];
     vec4 base = m.base_color * s.color;
-    if (m.base_color_texture.texture != NONE) base *= sample_texture(m.base_color_texture, s, f, lod_scale);
+    if (scene_has(FEATURE_BASE_COLOR_TEXTURE) && m.base_color_texture.texture != NONE) {
+        base *= sample_texture(m.base_color_texture, s, f, lod_scale);
+    }
     vec2 roughness_metallic = vec2(m.roughness, m.metallic);
-    if (m.metallic_roughness_texture.texture != NONE) {
+    if (scene_has(FEATURE_METALLIC_ROUGHNESS_TEXTURE) && m.metallic_roughness_texture.texture != NONE) {
         roughness_metallic *= sample_texture(m.metallic_roughness_texture, s, f, lod_scale).gb;
     }
     MaterialSample r;
@@ -165,8 +169,8 @@ MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
     r.ior = m.ior;
     r.specular = m.specular;
     r.specular_color = m.specular_color;
-    r.transmission = m.transmission;
-    if (m.lobes != NONE) {
+    r.transmission = scene_has(FEATURE_TRANSMISSION) ? m.transmission : 0.0;
+    if (scene_has(FEATURE_LOBES) && m.lobes != NONE) {
         LobeTable lobes = LobeTable(scene.lobes);
         TextureSlot slot = lobes.at[m.lobes].specular_texture;
         if (slot.texture != NONE) r.specular *= sample_texture(slot, s, f, lod_scale).a;
@@ -176,13 +180,16 @@ MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
         if (slot.texture != NONE) r.transmission *= sample_texture(slot, s, f, lod_scale).r;
     }
     r.emission = m.emissive;
-    if (m.emissive_texture.texture != NONE) r.emission *= sample_texture(m.emissive_texture, s, f, lod_scale).rgb;
+    if (scene_has(FEATURE_EMISSIVE_TEXTURE) && m.emissive_texture.texture != NONE) {
+        r.emission *= sample_texture(m.emissive_texture, s, f, lod_scale).rgb;
+    }
     r.normal = mapped_normal(m.normal_texture, m.normal_scale, s, f, lod_scale);
     return r;
 }
 
 LobesSample load_lobes(Surface s, Footprint f, float lod_scale) {
     LobesSample r = LobesSample(0.0, 0.0, s.geo_normal, vec3(0.0), 0.0, 0.0, vec2(1.0, 0.0), 0.0, 1.3, 0.0, 0.0);
+    if (!scene_has(FEATURE_LOBES)) return r;
     uint index = MaterialTable(scene.materials).at[s.material].lobes;
     if (index == NONE) return r;
     LobeRecord m = LobeTable(scene.lobes).at[index];

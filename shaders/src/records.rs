@@ -366,6 +366,19 @@ pub const KIND_EMISSIVE: u32 = 4;
 /// Kinds of light in a set of kinds: the environment.
 pub const KIND_ENVIRONMENT: u32 = 8;
 
+/// What a scene has, for kernels that are specialised (`scene_features` in scene.glsl): base colour textures.
+pub const FEATURE_BASE_COLOR_TEXTURE: u32 = 1;
+/// Roughness and metalness textures.
+pub const FEATURE_METALLIC_ROUGHNESS_TEXTURE: u32 = 2;
+/// Normal maps.
+pub const FEATURE_NORMAL_TEXTURE: u32 = 4;
+/// Emission textures.
+pub const FEATURE_EMISSIVE_TEXTURE: u32 = 8;
+/// Materials with a `LobeRecord`.
+pub const FEATURE_LOBES: u32 = 16;
+/// Materials that transmit light.
+pub const FEATURE_TRANSMISSION: u32 = 32;
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {
@@ -460,6 +473,12 @@ pub fn glsl() -> String {
         ("MATERIAL_MASK", MATERIAL_MASK),
         ("MATERIAL_BLEND", MATERIAL_BLEND),
         ("MATERIAL_UNLIT", MATERIAL_UNLIT),
+        ("FEATURE_BASE_COLOR_TEXTURE", FEATURE_BASE_COLOR_TEXTURE),
+        ("FEATURE_METALLIC_ROUGHNESS_TEXTURE", FEATURE_METALLIC_ROUGHNESS_TEXTURE),
+        ("FEATURE_NORMAL_TEXTURE", FEATURE_NORMAL_TEXTURE),
+        ("FEATURE_EMISSIVE_TEXTURE", FEATURE_EMISSIVE_TEXTURE),
+        ("FEATURE_LOBES", FEATURE_LOBES),
+        ("FEATURE_TRANSMISSION", FEATURE_TRANSMISSION),
         ("LIGHT_POINT", LIGHT_POINT),
         ("LIGHT_SPOT", LIGHT_SPOT),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),

@@ -134,12 +134,27 @@ impl Kernel {
     /// # Errors
     /// When the kernel's push constants or shared records are laid out unlike the host's, or its bindings clash.
     pub fn compute<P: GpuStruct>(device: &Device, code: &ShaderCode) -> Result<Self> {
+        Self::specialized::<P>(device, code, &[])
+    }
+
+    /// A compute kernel whose specialisation constants 0, 1, ... have the given values; further ones keep their defaults.
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`].
+    pub fn specialized<P: GpuStruct>(device: &Device, code: &ShaderCode, constants: &[u32]) -> Result<Self> {
         let reflection = reflection::reflect::<P>(code.name, code.stage, code.spirv)?;
         let stages = vk::ShaderStageFlags::COMPUTE;
         let layout = Layout::new(device, &reflection, stages)?;
         let module = Module::new(device, code.spirv)?;
+        let entries: Vec<_> = (0u32..)
+            .zip(constants)
+            .map(|(id, _)| vk::SpecializationMapEntry { constant_id: id, offset: 4 * id, size: 4 })
+            .collect();
+        let data: Vec<u8> = constants.iter().flat_map(|constant| constant.to_ne_bytes()).collect();
+        let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
         let stage =
             vk::PipelineShaderStageCreateInfo::default().stage(stages).module(module.handle).name(c"main");
+        let stage = stage.specialization_info(&specialization);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.handle)];
         // SAFETY: module and layout are alive.
         let pipeline =

@@ -52,8 +52,16 @@ impl<'a> Stage<'a> {
             seed,
             pad: [0; 3],
         };
-        let mut render =
-            Progressive::new(self.device, &self.gpu, frame, params.clone(), None, samples.start).unwrap();
+        let mut render = Progressive::new(
+            self.device,
+            &self.gpu,
+            &self.lights,
+            frame,
+            params.clone(),
+            None,
+            samples.start,
+        )
+        .unwrap();
         while render.next_sample() < samples.end {
             render.step(&self.scene, &mut self.gpu, &self.lights, samples.end).unwrap();
         }

@@ -27,6 +27,7 @@ use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
 pub struct GpuScene {
     phases: Phases,
     choice: Option<Choice>,
+    features: u32,
     accel: AccelStructure,
     textures: TextureTable,
     uniforms: Uniforms<SceneRecord>,
@@ -144,6 +145,7 @@ impl GpuScene {
         }
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
         let (material_records, lobe_records) = records::materials(&scene.materials);
+        let features = records::features(&material_records);
         let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
         let lobe_buffer = Buffer::from_slice(device, "lobes", &lobe_records)?;
         let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;
@@ -172,6 +174,7 @@ impl GpuScene {
         Ok(Self {
             phases,
             choice,
+            features,
             accel,
             textures,
             uniforms: Uniforms::new(device, "scene_uniforms")?,
@@ -211,6 +214,11 @@ impl GpuScene {
     /// The backend in use, never `Auto`.
     pub fn backend(&self) -> TraceBackend {
         self.accel.backend()
+    }
+
+    /// `FEATURE_*` bits of what the materials have, for kernels that are specialised.
+    pub fn features(&self) -> u32 {
+        self.features
     }
 
     /// What `Auto` measured; `None` when the backend was asked for by name.

@@ -4,8 +4,10 @@ use crate::{AlphaMode, Instance, Lobes, Material, Mesh, TextureRef};
 use glam::{Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector, pack_unorm4x8};
 use pt_shaders::records::{
-    InstanceRecord, LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED,
-    MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
+    FEATURE_BASE_COLOR_TEXTURE, FEATURE_EMISSIVE_TEXTURE, FEATURE_LOBES, FEATURE_METALLIC_ROUGHNESS_TEXTURE,
+    FEATURE_NORMAL_TEXTURE, FEATURE_TRANSMISSION, InstanceRecord, LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE,
+    MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot,
+    VertexRecord,
 };
 use std::collections::BTreeMap;
 
@@ -39,6 +41,21 @@ pub(super) fn materials(materials: &[Material]) -> (Vec<MaterialRecord>, Vec<Lob
         lobes.push(lobe(&Material::default()));
     }
     (records, lobes)
+}
+
+/// `FEATURE_*` bits of what any of the materials has.
+pub(super) fn features(materials: &[MaterialRecord]) -> u32 {
+    let bit = |on: bool, feature: u32| if on { feature } else { 0 };
+    let textured = |slot: &TextureSlot| slot.texture != NONE;
+    let of = |m: &MaterialRecord| {
+        bit(textured(&m.base_color_texture), FEATURE_BASE_COLOR_TEXTURE)
+            | bit(textured(&m.metallic_roughness_texture), FEATURE_METALLIC_ROUGHNESS_TEXTURE)
+            | bit(textured(&m.normal_texture), FEATURE_NORMAL_TEXTURE)
+            | bit(textured(&m.emissive_texture), FEATURE_EMISSIVE_TEXTURE)
+            | bit(m.lobes != NONE, FEATURE_LOBES)
+            | bit(m.transmission > 0.0, FEATURE_TRANSMISSION)
+    };
+    materials.iter().fold(0, |all, m| all | of(m))
 }
 
 fn lobe(m: &Material) -> LobeRecord {
