@@ -106,7 +106,7 @@ impl Stages {
             let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
             taa.record(frame, color, motion, jitter, &params.taa)?;
             let bloomed = bloom.record(frame, taa.resolved(), &params.bloom)?;
-            exposure.record(frame, bloomed, Some(1.0 / 60.0), params)?;
+            exposure.record(frame, taa.resolved(), Some(1.0 / 60.0), params)?;
             let picture = images.current(DISPLAY);
             match fsr {
                 None => tone_map.record(frame, bloomed, exposure, picture, Encoding::Srgb, params),

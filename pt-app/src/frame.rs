@@ -8,10 +8,10 @@ use pt_core::{ChannelImages, Device, Frame, Image, Result};
 use pt_denoise::Composite;
 use pt_gbuffer::{GbufferParams, PrimaryRays, ReflectRefract, frame_jitter};
 use pt_lights::{DirectLighting, LightTables};
-use pt_post::{Accumulate, Bloom, BloomMode, Exposure, ExposureRecord, Fsr, Taa, ToneMap, Upscale};
+use pt_post::{Accumulate, Bloom, BloomMode, Exposure, ExposureRecord, Fsr, Taa, ToneMap, Upscale, radiance};
 use pt_scene::Camera;
 use pt_scene::gpu::{GpuScene, camera_record};
-use pt_shaders::channels::{ACCUMULATED, ChannelId, FLAT_COLOR, FLAT_MOTION};
+use pt_shaders::channels::{ChannelId, FLAT_COLOR, FLAT_MOTION};
 use pt_shaders::records::{CameraRecord, FrameRecord};
 
 /// The stages with the images that pass between them.
@@ -132,12 +132,12 @@ impl FullFrame {
             let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
             taa.record(frame, color, motion, self.jitter, &params.post.taa)?;
         }
-        let radiance = radiance(images, &self.accumulate, &self.taa);
+        let source = radiance(images, self.accumulate.as_ref(), self.taa.as_ref());
         let bloomed = match &self.bloom {
-            Some(bloom) => bloom.record(frame, radiance, &params.post.bloom)?,
-            None => radiance,
+            Some(bloom) => bloom.record(frame, source, &params.post.bloom)?,
+            None => source.into(),
         };
-        self.exposure.record(frame, bloomed, self.time_step, &params.post)?;
+        self.exposure.record(frame, source, self.time_step, &params.post)?;
         let encoding = params.post.encoding;
         let picture = images.current(encoding.channel());
         let Some(fsr) = &self.fsr else {
@@ -155,7 +155,7 @@ impl FullFrame {
 
     /// The picture as linear scene radiance, before bloom and exposure. With FSR 1 it has the size of the frame.
     pub fn radiance(&self) -> &Image {
-        radiance(&self.images, &self.accumulate, &self.taa)
+        radiance(&self.images, self.accumulate.as_ref(), self.taa.as_ref())
     }
 
     /// Where in its pixels the last frame was sampled, from the centre, pixels.
@@ -169,18 +169,5 @@ impl FullFrame {
     /// When the device fails.
     pub fn exposure(&self) -> Result<ExposureRecord> {
         self.exposure.read()
-    }
-}
-
-/// The anti-aliased frame, the mean of the frames or the frame itself.
-fn radiance<'a>(
-    images: &'a ChannelImages,
-    accumulate: &Option<Accumulate>,
-    taa: &'a Option<Taa>,
-) -> &'a Image {
-    match taa {
-        Some(taa) => taa.resolved(),
-        None if accumulate.is_some() => images.current(ACCUMULATED),
-        None => images.current(FLAT_COLOR),
     }
 }

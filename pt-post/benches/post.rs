@@ -1,19 +1,37 @@
-//! GPU time and bandwidth of the whole chain, once at the native resolution and once upscaled by 1.5. `cargo bench -p pt-post [--
-//! WIDTHxHEIGHT]`; the size is that of the frame.
+//! Every kernel from the flat frame to the picture under Criterion, timed by the GPU's own clock. `cargo bench -p pt-post [--
+//! FILTER]`; `POST_SIZE=WIDTHxHEIGHT` chooses the picture [default: 1920x1080]. Bytes a second are those of the pass table: every texel of
+//! its images and every byte of its buffers once (twice if updated).
 //!
-//! Bytes are those of the pass table: every texel of its images and every byte of its buffers once (twice if updated).
+//! `pt bench post` gives the same passes in one table, beside the copy bandwidth.
 
-use pt_core::harness::bench;
-use pt_core::{ChannelImages, Frame};
+use criterion::{BenchmarkId, Criterion, Throughput};
+use pt_core::image_file::ImageSize;
+use pt_core::{ChannelImages, Device, DeviceOptions, Frame, Recorder};
 use pt_post::{
-    Accumulate, Bloom, BloomMode, BloomParams, Encoding, Exposure, Fsr, PostParams, Taa, ToneMap, Upscale,
+    Accumulate, Bloom, BloomMix, BloomMode, BloomParams, Encoding, Exposure, Fsr, PostParams, Taa, ToneMap,
+    Tonemap, Upscale,
 };
 use pt_shaders::channels::{DISPLAY, FLAT_COLOR, FLAT_MOTION};
-use std::process::ExitCode;
+use std::error::Error;
+use std::time::Duration;
 
-fn main() -> ExitCode {
-    bench([1920, 1080], |device, size| {
-        let output_size = size.map(|side| side * 3 / 2);
+/// The stages on images of their own, for a picture of `output_size` from a frame of two thirds of its sides.
+struct Stages {
+    images: ChannelImages,
+    accumulate: Accumulate,
+    taa: Taa,
+    blooms: [(Bloom, BloomParams); 2],
+    mix: BloomMix,
+    exposure: Exposure,
+    tone_map: ToneMap,
+    fsr: Fsr,
+    params: PostParams,
+}
+
+impl Stages {
+    fn new(device: &Device, output_size: [u32; 2]) -> pt_core::Result<Self> {
+        let params = PostParams { upscale: Upscale::Fsr1, render_scale: 1.0 / 1.5, ..PostParams::default() };
+        let size = params.render_size(output_size);
         let channels = [Accumulate::READS, Accumulate::WRITES, &[FLAT_MOTION, DISPLAY]].concat();
         let images = ChannelImages::with_output(device, size, output_size, channels)?;
         // Luminance over six orders of magnitude, neighbours apart: the histogram's atomics are spread as in a noisy frame.
@@ -22,25 +40,80 @@ fn main() -> ExitCode {
             .map(|i| [10f32.powf(((i * 7919) % 6007) as f32 / 1000.0 - 3.0), 0.5, 0.25, 1.0])
             .collect();
         images.current(FLAT_COLOR).write_f32(texels.as_flattened())?;
-        let accumulate = Accumulate::new(device, size)?;
-        let mut taa = Taa::new(device, size)?;
-        let bloom = Bloom::new(device, size)?;
-        let mut exposure = Exposure::new(device)?;
-        let tone_map = ToneMap::new(device)?;
-        let fsr = Fsr::new(device, size, output_size)?;
-        let params = PostParams {
-            upscale: Upscale::Fsr1,
-            bloom: BloomParams { mode: BloomMode::Gaussian, ..BloomParams::default() },
-            ..PostParams::default()
+        let bloom = |mode| {
+            Bloom::new(device, size).map(|bloom| (bloom, BloomParams { mode, ..BloomParams::default() }))
         };
-        Ok(move |frame: &mut Frame<'_>| {
-            accumulate.record(frame, &images, frame.index() == 0)?;
-            let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
-            taa.record(frame, color, motion, [0.0; 2], &params.taa)?;
-            let bloomed = bloom.record(frame, taa.resolved(), &params.bloom)?;
-            exposure.record(frame, bloomed, None, &params)?;
-            tone_map.record(frame, bloomed, &exposure, fsr.codes(), Encoding::Srgb, &params)?;
-            fsr.record(frame, images.current(DISPLAY), &params)
+        Ok(Self {
+            images,
+            accumulate: Accumulate::new(device, size)?,
+            taa: Taa::new(device, size)?,
+            blooms: [bloom(BloomMode::Gaussian)?, bloom(BloomMode::Chain)?],
+            mix: BloomMix::new(device, size)?,
+            exposure: Exposure::new(device)?,
+            tone_map: ToneMap::new(device)?,
+            fsr: Fsr::new(device, size, output_size)?,
+            params: PostParams { tonemap: Tonemap::NoiseAware, ..params },
         })
-    })
+    }
+
+    fn record(&mut self, frame: &mut Frame<'_>) -> pt_core::Result<()> {
+        let Self { images, params, .. } = self;
+        self.accumulate.record(frame, images, frame.index() == 0)?;
+        let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
+        self.taa.record(frame, color, motion, [0.125, -0.25], &params.taa)?;
+        let source = self.taa.resolved();
+        for (bloom, bloom_params) in &self.blooms {
+            let bloomed = bloom.record(frame, source, bloom_params)?;
+            self.mix.record(frame, bloomed)?;
+        }
+        self.exposure.record(frame, source, None, params)?;
+        self.tone_map.record(frame, source, &self.exposure, self.fsr.codes(), Encoding::Srgb, params)?;
+        self.fsr.record(frame, images.current(DISPLAY), params)
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
+    // `cargo test --benches` only wants to know that it works.
+    let measured = std::env::args().any(|argument| argument == "--bench");
+    let size = match std::env::var("POST_SIZE") {
+        Ok(text) => text.parse::<ImageSize>()?.into(),
+        Err(_) if measured => [1920, 1080],
+        Err(_) => [96, 54],
+    };
+    let mut criterion = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1))
+        .configure_from_args();
+    let device = Device::open(&DeviceOptions::default())?;
+    let mut stages = Stages::new(&device, size)?;
+    let mut recorder = Recorder::new(&device)?;
+    let mut run = |frames: u64| -> pt_core::Result<_> {
+        for _ in 0..frames {
+            let mut frame = recorder.begin()?;
+            stages.record(&mut frame)?;
+            frame.submit()?;
+        }
+        Ok((recorder.finish()?, recorder.pass_table().to_vec()))
+    };
+    let (_, passes) = run(1)?;
+
+    let mut group = criterion.benchmark_group(format!("post {}x{}", size[0], size[1]));
+    for (index, pass) in passes.iter().enumerate().filter(|(_, pass)| pass.extent != [0; 3]) {
+        group.throughput(Throughput::Bytes(pass.bytes));
+        // Passes of the second bloom have the names of the first one.
+        let name = BenchmarkId::new(&pass.name, index);
+        group.bench_function(name, |bencher| {
+            bencher.iter_custom(|frames| match run(frames) {
+                Ok((timings, _)) => {
+                    let ms: f64 = timings.iter().map(|frame| frame.passes[index].ms).sum();
+                    Duration::from_secs_f64(ms / 1000.0)
+                }
+                Err(error) => panic!("{error}"),
+            });
+        });
+    }
+    group.finish();
+    criterion.final_summary();
+    Ok(())
 }

@@ -2,9 +2,10 @@
 #include "post_records.glsl"
 #include "pq.glsl"
 
-// IEC 61966-2-1.
+// IEC 61966-2-1. Written so that 1 stays 1: less would be cut off to the next half float, and dithered white would not be white.
 vec3 srgb_encode(vec3 x) {
-    return mix(1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
+    vec3 p = pow(x, vec3(1.0 / 2.4));
+    return mix(p + 0.055 * (p - 1.0), 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
 }
 
 // ITU-R BT.2087: linear Rec. 709 to Rec. 2020. Columns.
@@ -14,33 +15,25 @@ const mat3 REC709_FROM_REC2020 = mat3(1.660496, -0.124547, -0.018154, -0.587656,
 // Linear values of scRGB (IEC 61966-2-2) per 10000 cd/m2.
 const float SCRGB_PER_PQ = 10000.0 / 80.0;
 
-// Triangular noise of -1..1 least significant bits, from a uniform number of 0..1.
-float triangular(float u) {
-    float t = 2.0 * u - 1.0;
-    return sign(t) * (1.0 - sqrt(1.0 - abs(t)));
-}
-
-// 8-bit code as a fraction, with noise from a uniform number of 0..1. Beside black and white triangular noise would be cut
-// off and the mean wrong: half a step of uniform noise is right there, and black and white stay.
-float quantize(float code, float u) {
-    float steps = clamp(code, 0.0, 1.0) * 255.0;
-    float noise = steps < 1.0 || steps > 254.0 ? u - 0.5 : triangular(u);
+// 8-bit codes as fractions, with triangular noise of -1..1 steps. Beside black and white it would be cut off and the mean
+// wrong: half a step of uniform noise is right there, and black and white stay.
+vec3 quantize(vec3 code, vec3 triangular) {
+    vec3 steps = clamp(code, 0.0, 1.0) * 255.0;
+    // The distribution function undone: u - 1/2 of the uniform number u that the triangular one was made from.
+    vec3 uniform_noise = triangular * (1.0 - 0.5 * abs(triangular));
+    vec3 noise = mix(triangular, uniform_noise, greaterThan(abs(steps - 127.5), vec3(126.5)));
     // Rounded here: drivers may round to either neighbour when they store.
-    return clamp(floor(steps + noise + 0.5), 0.0, 255.0) / 255.0;
+    return clamp(floor(steps + noise + 0.5), 0.0, 255.0) * (1.0 / 255.0);
 }
 
 #ifdef DITHERED
-layout(set = 2, binding = 8, scalar) readonly buffer blue_noise { float noise_tile[NOISE_SIDE * NOISE_SIDE]; };
-
-// Each channel looks at another place of the tile, so that their errors differ.
-float tile_noise(ivec2 p, ivec2 shift) {
-    uvec2 at = uvec2(p + shift) % NOISE_SIDE;
-    return noise_tile[at.y * NOISE_SIDE + at.x];
-}
+// Triangular noise for red, green and blue as half floats; the last 16 bits are 0.
+layout(set = 2, binding = 8, scalar) readonly buffer blue_noise { uvec2 noise_tile[NOISE_SIDE * NOISE_SIDE]; };
 
 vec3 to_8_bits(vec3 code, ivec2 p, bool dither) {
-    vec3 noise = vec3(tile_noise(p, ivec2(0)), tile_noise(p, ivec2(23, 41)), tile_noise(p, ivec2(47, 11)));
-    if (!dither) noise = vec3(0.5);
-    return vec3(quantize(code.r, noise.r), quantize(code.g, noise.g), quantize(code.b, noise.b));
+    uvec2 at = uvec2(p) % NOISE_SIDE;
+    uvec2 halves = noise_tile[at.y * NOISE_SIDE + at.x];
+    vec3 noise = vec3(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y).x);
+    return quantize(code, dither ? noise : vec3(0.0));
 }
 #endif

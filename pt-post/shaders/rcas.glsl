@@ -6,35 +6,27 @@
 #include "display_codes.glsl"
 #include "post_records.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+// A group is a row of threads that go down RCAS_ROWS rows of pixels, RCAS_COLUMNS wide.
+layout(local_size_x = RCAS_COLUMNS + 2) in;
 layout(push_constant, scalar) uniform Push { RcasPush push; };
 layout(set = 2, binding = 0) uniform sampler2D source;
 layout(set = 2, binding = 1, TARGET_FORMAT) uniform writeonly image2D target;
 
 // At -1/4 the divisor vanishes.
 const float LIMIT = 0.25 - 1.0 / 16.0;
-const int TILE = 18;
-shared vec3 tile[TILE * TILE];
+// A row of codes as half floats, which is what they are; twice: one is read while the next is written.
+shared uvec2 row[2][RCAS_COLUMNS + 2];
+
+vec3 unpacked(uvec2 code) { return vec3(unpackHalf2x16(code.x), unpackHalf2x16(code.y).x); }
+
+vec3 code_at(ivec2 at) {
+    return clamp(texelFetch(source, clamp(at, ivec2(0), textureSize(source, 0) - 1), 0).rgb, 0.0, 1.0);
+}
 
 float luma(vec3 c) { return c.g + 0.5 * (c.r + c.b); }
 
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 size = imageSize(target);
-    ivec2 base = ivec2(gl_WorkGroupID.xy) * 16 - 1;
-    for (int i = int(gl_LocalInvocationIndex); i < TILE * TILE; i += 256) {
-        ivec2 at = clamp(base + ivec2(i % TILE, i / TILE), ivec2(0), size - 1);
-        tile[i] = clamp(texelFetch(source, at, 0).rgb, 0.0, 1.0);
-    }
-    barrier();
-    if (any(greaterThanEqual(p, size))) return;
-
-    int at = (int(gl_LocalInvocationID.y) + 1) * TILE + int(gl_LocalInvocationID.x) + 1;
-    vec3 b = tile[at - TILE];
-    vec3 d = tile[at - 1];
-    vec3 e = tile[at];
-    vec3 f = tile[at + 1];
-    vec3 h = tile[at + TILE];
+// The pixel e between b above, d on the left, f on the right and h below.
+vec3 sharpened(vec3 b, vec3 d, vec3 e, vec3 f, vec3 h) {
     vec3 low = min(min(b, d), min(f, h));
     vec3 high = max(max(b, d), max(f, h));
     // -w at which e = low beside four neighbours `high` becomes 0, and e = high beside four `low` becomes 1.
@@ -49,6 +41,31 @@ void main() {
         w *= 1.0 - 0.5 * clamp(abs(mean - luma(e)) / max(range, 1e-6), 0.0, 1.0);
     }
     vec3 code = clamp((e + w * (b + d + f + h)) / (1.0 + 4.0 * w), 0.0, 1.0);
-    if (push.encoding == ENCODING_SCRGB) code = REC709_FROM_REC2020 * pq_decode(code) * SCRGB_PER_PQ;
-    imageStore(target, p, vec4(store(code, p), 1.0));
+    return push.encoding == ENCODING_SCRGB ? REC709_FROM_REC2020 * pq_decode(code) * SCRGB_PER_PQ : code;
+}
+
+void main() {
+    ivec2 size = imageSize(target);
+    ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(RCAS_COLUMNS, RCAS_ROWS);
+    int thread = int(gl_LocalInvocationIndex);
+    // The first and the last thread only read.
+    ivec2 p = corner + ivec2(thread - 1, 0);
+    bool shown = thread > 0 && thread <= int(RCAS_COLUMNS) && p.x < size.x;
+    vec3 above = code_at(p - ivec2(0, 1));
+    vec3 here = code_at(p);
+    vec3 below = code_at(p + ivec2(0, 1));
+    int end = min(corner.y + int(RCAS_ROWS), size.y);
+    for (; p.y < end; ++p.y) {
+        vec3 next = code_at(p + ivec2(0, 2));
+        row[p.y & 1][thread] = uvec2(packHalf2x16(here.rg), packHalf2x16(vec2(here.b, 0.0)));
+        barrier();
+        if (shown) {
+            vec3 left = unpacked(row[p.y & 1][thread - 1]);
+            vec3 right = unpacked(row[p.y & 1][thread + 1]);
+            imageStore(target, p, vec4(store(sharpened(above, left, here, right, below), p), 1.0));
+        }
+        above = here;
+        here = below;
+        below = next;
+    }
 }

@@ -1,16 +1,15 @@
-// Exposure, tone curve and encoding of scene radiance. Included by tonemap.comp and tonemap_codes.comp, which differ in the
+// Bloom, exposure, tone curve and encoding of scene radiance. Included by tonemap.comp and tonemap_codes.comp, which differ in the
 // format that they store: TARGET_FORMAT and store().
 //
 // Per channel: NaN and negative values are black, +infinity is as bright as can be.
 #include "display_codes.glsl"
-#include "finite.glsl"
 #include "math.glsl"
 #include "post_records.glsl"
 #include "tone_curves.glsl"
+#include "with_bloom.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = 32, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { TonemapPush push; };
-layout(set = 2, binding = 0) uniform sampler2D radiance;
 layout(set = 2, binding = 1, scalar) readonly buffer exposure { ExposureRecord exposed; };
 layout(set = 2, binding = 2, scalar) readonly buffer curve { float values[CURVE_BINS + 1]; };
 layout(set = 2, binding = 3, TARGET_FORMAT) uniform writeonly image2D target;
@@ -61,7 +60,17 @@ vec3 codes(vec3 c) {
 }
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(target)))) return;
-    imageStore(target, p, vec4(store(codes(texelFetch(radiance, p, 0).rgb), p), 1.0));
+    ivec2 size = imageSize(target);
+    ivec2 first = ivec2(gl_GlobalInvocationID.xy) * ivec2(1, TONEMAP_ROWS);
+    if (any(greaterThanEqual(first, size))) return;
+    // All on their way before the first is needed.
+    vec3 c[TONEMAP_ROWS];
+    for (int i = 0; i < int(TONEMAP_ROWS); ++i) {
+        ivec2 p = min(first + ivec2(0, i), size - 1);
+        c[i] = with_bloom(texelFetch(radiance, p, 0).rgb, p, size, push.glow_share);
+    }
+    for (int i = 0; i < int(TONEMAP_ROWS); ++i) {
+        ivec2 p = first + ivec2(0, i);
+        if (p.y < size.y) imageStore(target, p, vec4(store(codes(c[i]), p), 1.0));
+    }
 }

@@ -1,11 +1,10 @@
 //! Bloom: the light that a lens scatters.
 
 use crate::kernels;
-use crate::records::{BlurPush, MixPush};
+use crate::records::{BLUR_MAX_RADIUS, BLUR_OUTPUTS, BlurPush, MixPush};
 use pt_core::settings::{InvalidValue, Validate, check_range};
 use pt_core::{Device, Frame, Image, Kernel, Result};
 use pt_shaders::channels::Format;
-use pt_shaders::glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 /// How the light is spread.
@@ -59,9 +58,9 @@ pub(crate) fn quarter_sigma(sigma: f32, height: u32) -> f32 {
     (sigma * 0.25 * height as f32).clamp(1.0, 100.0)
 }
 
-/// Taps on either side: out to four standard deviations, an even number.
+/// Taps on either side: out to four standard deviations.
 pub(crate) fn radius(sigma: f32) -> u32 {
-    ((4.0 * sigma).ceil() as u32).next_multiple_of(2)
+    ((4.0 * sigma).ceil() as u32).min(BLUR_MAX_RADIUS)
 }
 
 /// Sizes of the chain's images for a frame of `size`: each half of the last, until nothing is left to halve.
@@ -75,6 +74,25 @@ pub(crate) fn chain_sizes(size: [u32; 2], levels: u32) -> Vec<[u32; 2]> {
     sizes
 }
 
+/// A frame and the bloom that is to be mixed into it: `mix(radiance, glow, share)`. What reads it mixes by itself, so that the
+/// sum need not go through memory; [`BloomMix`] makes an image of it.
+#[derive(Clone, Copy)]
+pub struct Bloomed<'a> {
+    /// Linear radiance without bloom.
+    pub radiance: &'a Image,
+    /// The blurred frame, of any size.
+    pub glow: &'a Image,
+    /// Share of the light that is spread, 0 (no bloom) to 1.
+    pub share: f32,
+}
+
+impl<'a> From<&'a Image> for Bloomed<'a> {
+    /// Without bloom.
+    fn from(radiance: &'a Image) -> Self {
+        Self { radiance, glow: radiance, share: 0.0 }
+    }
+}
+
 /// Spreads a share of the light of every pixel over its surroundings. Weights sum to 1: away from the border the sum over the
 /// image stays what it was.
 pub struct Bloom {
@@ -82,11 +100,10 @@ pub struct Bloom {
     blur_kernel: Kernel,
     down_kernel: Kernel,
     up_kernel: Kernel,
-    mix_kernel: Kernel,
     /// Quarter-resolution image and the one between the blurs.
     quarter: [Image; 2],
     chain: Vec<Image>,
-    bloomed: Image,
+    height: u32,
 }
 
 impl Bloom {
@@ -106,14 +123,13 @@ impl Bloom {
             blur_kernel: Kernel::compute::<BlurPush>(device, &kernels::BLOOM_BLUR)?,
             down_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_DOWN)?,
             up_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_UP)?,
-            mix_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX)?,
             quarter: [image("bloom_quarter", quarter)?, image("bloom_blur", quarter)?],
             chain: chain?,
-            bloomed: image("bloomed", size)?,
+            height: size[1],
         })
     }
 
-    /// Adds its passes to the frame and returns the image that holds its result: `source` itself when the bloom is off.
+    /// Adds its passes to the frame and returns `source` with what they make of it.
     ///
     /// # Errors
     /// When the passes do not fit into the frame.
@@ -122,25 +138,13 @@ impl Bloom {
         frame: &mut Frame<'_>,
         source: &'a Image,
         params: &BloomParams,
-    ) -> Result<&'a Image> {
-        let blurred = match params.mode {
-            BloomMode::Off => return Ok(source),
+    ) -> Result<Bloomed<'a>> {
+        let glow = match params.mode {
+            BloomMode::Off => return Ok(source.into()),
             BloomMode::Gaussian => self.gaussian(frame, source, params)?,
             BloomMode::Chain => self.chain(frame, source, params)?,
         };
-        frame
-            .pass("bloom mix", &self.mix_kernel)
-            .sample("source", source)
-            .sample("blurred", blurred)
-            .write("target", &self.bloomed)
-            .push(&MixPush { share: params.intensity })
-            .dispatch(threads(&self.bloomed))?;
-        Ok(&self.bloomed)
-    }
-
-    /// Where the result is unless the bloom is off.
-    pub fn bloomed(&self) -> &Image {
-        &self.bloomed
+        Ok(Bloomed { radiance: source, glow, share: params.intensity })
     }
 
     fn gaussian(&self, frame: &mut Frame<'_>, source: &Image, params: &BloomParams) -> Result<&Image> {
@@ -150,16 +154,17 @@ impl Bloom {
             .sample("source", source)
             .write("target", quarter)
             .dispatch(threads(quarter))?;
-        let sigma = quarter_sigma(params.sigma, self.bloomed.extent()[1]);
-        for (name, axis, from, to) in
-            [("bloom blur x", Vec2::X, quarter, between), ("bloom blur y", Vec2::Y, between, quarter)]
+        let sigma = quarter_sigma(params.sigma, self.height);
+        for (name, vertical, from, to) in
+            [("bloom blur x", 0, quarter, between), ("bloom blur y", 1, between, quarter)]
         {
+            let [along, across] = if vertical == 1 { [1, 0] } else { [0, 1] }.map(|axis| to.extent()[axis]);
             frame
                 .pass(name, &self.blur_kernel)
                 .sample("source", from)
                 .write("target", to)
-                .push(&BlurPush { axis, sigma, radius: radius(sigma) })
-                .dispatch(threads(to))?;
+                .push(&BlurPush { vertical, sigma, radius: radius(sigma) })
+                .dispatch([along.div_ceil(BLUR_OUTPUTS), across, 1])?;
         }
         Ok(quarter)
     }
@@ -187,6 +192,44 @@ impl Bloom {
     }
 }
 
+/// A frame with its bloom as an image, for what cannot take [`Bloomed`].
+pub struct BloomMix {
+    kernel: Kernel,
+    bloomed: Image,
+}
+
+impl BloomMix {
+    /// Creates the kernel and the image for frames of `size`.
+    ///
+    /// # Errors
+    /// When the device refuses.
+    pub fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
+        Ok(Self {
+            kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX)?,
+            bloomed: Image::new(device, "bloomed", Format::Rgba16F, size)?,
+        })
+    }
+
+    /// Adds its pass to the frame.
+    ///
+    /// # Errors
+    /// When the pass does not fit into the frame.
+    pub fn record(&self, frame: &mut Frame<'_>, source: Bloomed<'_>) -> Result<()> {
+        frame
+            .pass("bloom mix", &self.kernel)
+            .sample("radiance", source.radiance)
+            .sample("glow", source.glow)
+            .write("target", &self.bloomed)
+            .push(&MixPush { share: source.share })
+            .dispatch(threads(&self.bloomed))
+    }
+
+    /// Where the result is.
+    pub fn bloomed(&self) -> &Image {
+        &self.bloomed
+    }
+}
+
 fn threads(image: &Image) -> [u32; 3] {
     let [width, height] = image.extent();
     [width, height, 1]
@@ -209,6 +252,7 @@ mod tests {
         assert_eq!(quarter_sigma(0.037, 10), 1.0);
         assert_eq!(quarter_sigma(0.5, 16384), 100.0);
         assert_eq!(radius(1.0), 4);
-        assert_eq!(radius(1.1), 6);
+        assert_eq!(radius(1.1), 5);
+        assert_eq!(radius(quarter_sigma(0.5, 16384)), BLUR_MAX_RADIUS);
     }
 }

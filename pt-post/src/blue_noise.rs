@@ -2,6 +2,7 @@
 //! generation").
 
 use crate::records::NOISE_SIDE;
+use half::f16;
 use pt_core::{Buffer, Device, Result};
 use std::sync::OnceLock;
 
@@ -15,8 +16,23 @@ pub fn blue_noise() -> &'static [f32] {
     TILE.get_or_init(|| ranks().iter().map(|&rank| (rank as f32 + 0.5) / COUNT as f32).collect())
 }
 
+/// Where in the tile red, green and blue look, so that their errors differ.
+const SHIFTS: [[usize; 2]; 3] = [[0, 0], [23, 41], [47, 11]];
+
+/// Triangular noise of -1..1 for three channels, four half floats a texel.
 pub(crate) fn noise_buffer(device: &Device) -> Result<Buffer> {
-    Buffer::from_slice(device, "blue_noise", blue_noise())
+    let tile = blue_noise();
+    let triangular = |x: usize, y: usize| {
+        let t = 2.0 * tile[y % SIDE * SIDE + x % SIDE] - 1.0;
+        f16::from_f32(t.signum() * (1.0 - (1.0 - t.abs()).sqrt())).to_bits()
+    };
+    let texels: Vec<[u16; 4]> = (0..COUNT)
+        .map(|i| {
+            let [r, g, b] = SHIFTS.map(|[x, y]| triangular(i % SIDE + x, i / SIDE + y));
+            [r, g, b, 0]
+        })
+        .collect();
+    Buffer::from_slice(device, "blue_noise", &texels)
 }
 
 /// Set texels and, for every texel, how crowded its surroundings are.

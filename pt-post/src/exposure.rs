@@ -50,7 +50,7 @@ impl Exposure {
     }
 
     /// Adds its passes to the frame: "histogram" and "meter" (auto, or for the noise-aware curve) or an upload of the exposure,
-    /// then "tone curve" for the noise-aware curve. `dt`: seconds since the last frame; `None` or the first frame: no
+    /// then "tone curve" for the noise-aware curve. The frame is metered without its bloom, which moves light but keeps its sum. `dt`: seconds since the last frame; `None` or the first frame: no
     /// adaptation. Negative steps count as 0.
     ///
     /// # Errors
@@ -78,13 +78,13 @@ impl Exposure {
             };
             return frame.upload(&self.exposure, bytemuck::bytes_of(&record));
         }
-        let [width, height] = radiance.extent();
+        let [columns, rows] = radiance.extent().map(|side| side.div_ceil(HISTOGRAM_SPAN));
         frame
             .pass("histogram", &self.histogram_kernel)
             .sample("radiance", radiance)
             .update("histogram", &self.histogram)
             .push(&HistogramPush { centre_weight: params.centre_weight })
-            .dispatch([width, height, 1])?;
+            .dispatch([columns, rows, 1])?;
         frame
             .pass("meter", &self.meter_kernel)
             .update("histogram", &self.histogram)

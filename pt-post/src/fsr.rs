@@ -3,7 +3,7 @@
 use crate::blue_noise::noise_buffer;
 use crate::kernels;
 use crate::params::{Encoding, PostParams, Upscale};
-use crate::records::{EasuPush, RcasPush};
+use crate::records::{EASU_ROWS, EasuPush, RCAS_COLUMNS, RCAS_ROWS, RcasPush};
 use pt_core::settings::{InvalidValue, Validate, check_range};
 use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
 use pt_shaders::channels::Format;
@@ -89,7 +89,7 @@ impl Fsr {
                 .sample("source", &self.codes)
                 .write("target", upscaled)
                 .push(&EasuPush { input_size: self.codes.extent().into() })
-                .dispatch([width, height, 1])?;
+                .dispatch([width, height.div_ceil(EASU_ROWS), 1])?;
         }
         let source = self.upscaled.as_ref().unwrap_or(&self.codes);
         let sharpen = params.upscale == Upscale::Fsr1 || params.fsr.sharpen;
@@ -103,7 +103,8 @@ impl Fsr {
         let kernel = if eight_bits { &self.rcas_kernel } else { &self.rcas_codes_kernel };
         let pass = frame.pass("rcas", kernel).sample("source", source).write("target", target);
         let pass = if eight_bits { pass.read("blue_noise", &self.blue_noise) } else { pass };
-        pass.push(&push).dispatch([width, height, 1])
+        let groups = [width.div_ceil(RCAS_COLUMNS), height.div_ceil(RCAS_ROWS)];
+        pass.push(&push).dispatch([groups[0] * (RCAS_COLUMNS + 2), groups[1], 1])
     }
 
     /// The upscaled codes before sharpening, when it upscales.

@@ -20,7 +20,7 @@ mod kernels {
 }
 
 pub use accumulate::Accumulate;
-pub use bloom::{Bloom, BloomMode, BloomParams, MAX_LEVELS};
+pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
 pub use blue_noise::blue_noise;
 pub use exposure::Exposure;
 pub use fsr::{Fsr, FsrParams, PRESETS};
@@ -31,3 +31,20 @@ pub use picture::{PictureError, picture_layers, write_picture};
 pub use records::ExposureRecord;
 pub use taa::{ClipSpace, Rectify, Taa, TaaParams};
 pub use tone_map::ToneMap;
+
+use pt_core::{ChannelImages, Image};
+use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR};
+
+/// Which image holds the frame's linear radiance before bloom and exposure: what `taa` resolved, else the mean that `accumulate`
+/// keeps, else the flat frame itself.
+pub fn radiance<'a>(
+    images: &'a ChannelImages,
+    accumulate: Option<&Accumulate>,
+    taa: Option<&'a Taa>,
+) -> &'a Image {
+    match taa {
+        Some(taa) => taa.resolved(),
+        None if accumulate.is_some() => images.current(ACCUMULATED),
+        None => images.current(FLAT_COLOR),
+    }
+}

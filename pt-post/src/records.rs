@@ -19,6 +19,25 @@ pub const CURVE_BINS: u32 = 128;
 /// Bins of the noise-aware curve per octave.
 pub const CURVE_BINS_PER_OCTAVE: u32 = 4;
 
+/// Columns of pixels that a group of `taa.comp` does; two threads more read their neighbours.
+pub const TAA_COLUMNS: u32 = 62;
+/// Rows of pixels that it does.
+pub const TAA_ROWS: u32 = 8;
+/// Rows of pixels that a thread of `tonemap.comp` and `tonemap_codes.comp` does.
+pub const TONEMAP_ROWS: u32 = 4;
+/// Rows of pixels that a thread of `easu.comp` does: a divisor of 16.
+pub const EASU_ROWS: u32 = 2;
+/// Columns of pixels that a group of `rcas.comp` or `rcas_codes.comp` does; two threads more read their neighbours.
+pub const RCAS_COLUMNS: u32 = 30;
+/// Rows of pixels that it does.
+pub const RCAS_ROWS: u32 = 16;
+/// Side of the square of pixels that a thread of `histogram.comp` counts.
+pub const HISTOGRAM_SPAN: u32 = 4;
+/// Texels that a thread of `bloom_blur.comp` makes, beside each other along the blurred axis; odd.
+pub const BLUR_OUTPUTS: u32 = 3;
+/// Largest `BlurPush::radius`.
+pub const BLUR_MAX_RADIUS: u32 = 400;
+
 /// Side of the blue-noise tile that dithers the display codes.
 pub const NOISE_SIDE: u32 = 64;
 
@@ -149,6 +168,8 @@ gpu_struct! {
         pub paper_white: f32,
         /// Greatest luminance for HDR output, cd/m2.
         pub peak: f32,
+        /// Share of the light that the bloom spreads; 0 = no bloom.
+        pub glow_share: f32,
     }
 }
 
@@ -193,11 +214,11 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `bloom_blur.comp`.
     pub struct BlurPush {
-        /// Unit step along the blurred axis, texels.
-        pub axis: Vec2,
+        /// 1 = along columns, 0 = along rows.
+        pub vertical: u32,
         /// Standard deviation, texels.
         pub sigma: f32,
-        /// Taps on either side, an even number: they are fetched in pairs.
+        /// Taps on either side, at most `BLUR_MAX_RADIUS`.
         pub radius: u32,
     }
 }

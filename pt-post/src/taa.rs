@@ -128,13 +128,15 @@ impl TaaParams {
 /// Blends this frame into the reprojected history; with an output larger than the input it upscales.
 pub struct Taa {
     kernel: Kernel,
+    /// For [`ClipSpace::Pq`].
+    pq_kernel: Kernel,
     history: History<Image>,
     resolved: Image,
     empty: bool,
 }
 
 impl Taa {
-    /// Creates the kernel and the images of `output_size`.
+    /// Creates the kernels and the images of `output_size`.
     ///
     /// # Errors
     /// When the device refuses.
@@ -142,6 +144,7 @@ impl Taa {
         let image = |name, format| Image::new(device, name, format, output_size);
         Ok(Self {
             kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA)?,
+            pq_kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ)?,
             history: History::new(
                 image("taa_history", Format::Rgba16Unorm)?,
                 image("taa_history_prev", Format::Rgba16Unorm)?,
@@ -171,15 +174,17 @@ impl Taa {
     ) -> Result<()> {
         self.history.swap();
         let [width, height] = self.resolved.extent();
+        let groups = [width.div_ceil(TAA_COLUMNS), height.div_ceil(TAA_ROWS)];
+        let kernel = if params.space == ClipSpace::Pq { &self.pq_kernel } else { &self.kernel };
         frame
-            .pass("taa", &self.kernel)
+            .pass("taa", kernel)
             .sample("color", color)
             .sample("motion", motion)
             .sample("history", self.history.previous())
             .write("new_history", self.history.current())
             .write("resolved", &self.resolved)
             .push(&params.push(jitter, self.empty))
-            .dispatch([width, height, 1])?;
+            .dispatch([groups[0] * (TAA_COLUMNS + 2), groups[1], 1])?;
         self.empty = false;
         Ok(())
     }

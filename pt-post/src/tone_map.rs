@@ -1,10 +1,11 @@
 //! Tone mapping.
 
+use crate::bloom::Bloomed;
 use crate::blue_noise::noise_buffer;
 use crate::exposure::Exposure;
 use crate::kernels;
 use crate::params::{Encoding, ExposureMode, PostParams};
-use crate::records::TonemapPush;
+use crate::records::{TONEMAP_ROWS, TonemapPush};
 use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
 use pt_shaders::channels::Format;
 
@@ -35,21 +36,23 @@ impl ToneMap {
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
-    pub fn record(
+    pub fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
-        radiance: &Image,
+        radiance: impl Into<Bloomed<'a>>,
         exposure: &Exposure,
         target: &Image,
         encoding: Encoding,
         params: &PostParams,
     ) -> Result<()> {
+        let bloomed = radiance.into();
         let [width, height] = target.extent();
         let picture = target.format() == Format::Rgba8Unorm;
         let kernel = if picture { &self.picture_kernel } else { &self.codes_kernel };
         let pass = frame
             .pass("tone map", kernel)
-            .sample("radiance", radiance)
+            .sample("radiance", bloomed.radiance)
+            .sample("glow", bloomed.glow)
             .read("exposure", exposure.buffer())
             .read("curve", exposure.curve())
             .write("target", target);
@@ -66,7 +69,8 @@ impl ToneMap {
             compensation: params.compensation,
             paper_white: params.paper_white,
             peak: params.peak,
+            glow_share: bloomed.share,
         })
-        .dispatch([width, height, 1])
+        .dispatch([width, height.div_ceil(TONEMAP_ROWS), 1])
     }
 }

@@ -5,15 +5,17 @@ mod common;
 use common::gpu::{download, largest_difference, random_hdr, run, upload};
 use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
-use pt_post::{Bloom, BloomMode, BloomParams, oracle};
+use pt_post::{Bloom, BloomMix, BloomMode, BloomParams, oracle};
 
 fn bloomed(device: &TestDevice, source: &oracle::Image, params: &BloomParams) -> oracle::Image {
     let image = upload(device, source, 1.0);
     let bloom = Bloom::new(device, source.size).unwrap();
+    let mix = BloomMix::new(device, source.size).unwrap();
     run(device, |frame| {
-        bloom.record(frame, &image, params).unwrap();
+        let bloomed = bloom.record(frame, &image, params).unwrap();
+        mix.record(frame, bloomed).unwrap();
     });
-    download(bloom.bloomed())
+    download(mix.bloomed())
 }
 
 fn of(mode: BloomMode, intensity: f32) -> BloomParams {
@@ -47,7 +49,8 @@ fn constant_images_stay_as_they_are() {
     let flat = oracle::Image::from_fn([37, 23], |_, _| [0.5, 2.0, 1000.0]);
     for mode in [BloomMode::Gaussian, BloomMode::Chain] {
         let result = bloomed(&device, &flat, &of(mode, 1.0));
-        assert!(largest_difference(&result, &flat, true) < 1e-3, "{mode:?}");
+        // Four stores as half floats, and at 1000 these are 5e-4 apart: drivers may cut off what is between.
+        assert!(largest_difference(&result, &flat, true) <= 4.0 * 5e-4, "{mode:?}");
     }
 }
 

@@ -118,3 +118,33 @@ fn pictures_say_what_their_codes_mean() {
     let scrgb = LinearImage::read(&path("scrgb.exr")).unwrap();
     assert!((scrgb.pixels[0][0] - 203.0 / 80.0).abs() < 2e-3, "{:?}", scrgb.pixels[0]);
 }
+
+/// From one pixel to the longest rows that devices promise: every stage copes, and the picture is that of the input.
+#[test]
+fn extreme_sizes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for (width, height) in [(1, 1), (16384, 2), (2, 16384)] {
+        // Twice what is shown as white, so that no rounding and no dither shows.
+        linear(&path("in.exr"), width, height, |_, _| 2.4);
+        for chain in ["taa,bloom,tonemap=none,sharpen", "bloom=chain,tonemap=none", "accumulate,tonemap=none"]
+        {
+            let arguments = ["in.exr", "-o", "out.png", "--chain", chain, "--ev", "0", "--frames", "1"];
+            let done = pt_post(&arguments, folder.path());
+            assert!(done.status.success(), "{width}x{height} {chain}: {done:?}");
+            let picture = LinearImage::read(&path("out.png")).unwrap();
+            assert_eq!((picture.width, picture.height), (width, height));
+            let darkest = picture.pixels.iter().flatten().copied().fold(1.0, f32::min);
+            assert_eq!(darkest, 1.0, "{width}x{height} {chain}");
+        }
+    }
+    // One step further there is a message, not a crash.
+    linear(&path("long.exr"), 16384, 1, |_, _| 1.0);
+    for chain in ["taa=4", "tonemap,fsr=4"] {
+        let output = if chain.contains("tonemap") { "x.png" } else { "x.exr" };
+        let failed = pt_post(&["long.exr", "-o", output, "--chain", chain], folder.path());
+        let message = String::from_utf8_lossy(&failed.stderr).into_owned();
+        assert_eq!(failed.status.code(), Some(2), "{chain}: {message}");
+        assert!(message.contains("65536") && message.lines().count() == 1, "{chain}: {message}");
+    }
+}

@@ -325,3 +325,30 @@ fn broken_frames_leave_nothing_behind() {
     let after = bench.next(&clean, 1, &still(size), [0.0; 2], &params);
     assert!(largest_code_difference(&after, &plain) < 5e-4);
 }
+
+/// Without a reset: a frame that is missing as a whole and one with broken pixels fade from history like any other sample.
+#[test]
+fn broken_pixels_do_not_stay_in_history() {
+    let size = [24, 16];
+    let clean = oracle::Image::from_fn(size, |x, y| [0.5 + 0.1 * f64::from((x + y) % 3); 3]);
+    let mut broken = clean.clone();
+    for (i, v) in [(100, f64::NAN), (200, f64::INFINITY), (201, f64::NEG_INFINITY)] {
+        broken.pixels[i] = [v; 3];
+    }
+    let missing = oracle::Image::from_fn(size, |_, _| [f64::NAN; 3]);
+    for space in [ClipSpace::Pq, ClipSpace::Ycocg, ClipSpace::Rgb] {
+        let params = TaaParams { space, ..TaaParams::default() };
+        let mut bench = Bench::new(size);
+        for frame in [&broken, &missing, &broken] {
+            bench.next(frame, 1, &still(size), [0.0; 2], &params);
+            let history = bench.taa.history().read_f32().unwrap();
+            assert!(history.iter().all(|v| (0.0..=1.0).contains(v)));
+        }
+        let mut last = None;
+        for _ in 0..100 {
+            last = Some(bench.next(&clean, 1, &still(size), [0.0; 2], &params));
+        }
+        let difference = largest_code_difference(&last.unwrap(), &clean);
+        assert!(difference < 2e-3, "{space:?}: {difference}");
+    }
+}

@@ -164,9 +164,7 @@ fn error_falls_with_the_number_of_samples() {
         let params = ReferenceParams { sampler, spp: 256, ..params.clone() };
         // Least squares through the logarithms.
         let points: Vec<(f64, f64)> = (0..=8)
-            .map(|k| {
-                (f64::from(k), mse(&stage.render(&camera, size, &params, k, 1 << k), &truth).log2())
-            })
+            .map(|k| (f64::from(k), mse(&stage.render(&camera, size, &params, k, 1 << k), &truth).log2()))
             .collect();
         let n = points.len() as f64;
         let (mx, my) =

@@ -12,6 +12,7 @@ fn held(c: super::Rgb) -> super::Rgb {
 /// A frame with its bloom.
 pub fn bloom(source: &Image, params: &BloomParams) -> Image {
     let blurred = match params.mode {
+        _ if params.intensity == 0.0 => return source.clone(),
         BloomMode::Off => return source.clone(),
         BloomMode::Gaussian => gaussian(source, params),
         BloomMode::Chain => chain(source, params),

@@ -6,7 +6,10 @@ use anyhow::Result;
 use pt_core::capture::keys;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::{ChannelImages, Device, Frame, Image, Recorder};
-use pt_post::{Accumulate, Bloom, Exposure, Fsr, PostParams, Taa, ToneMap, picture_layers, write_picture};
+use pt_post::{
+    Accumulate, Bloom, BloomMix, Exposure, Fsr, PostParams, Taa, ToneMap, picture_layers, radiance,
+    write_picture,
+};
 use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR, FLAT_MOTION};
 use std::path::Path;
 
@@ -19,6 +22,8 @@ pub struct Pipeline {
     accumulate: Option<Accumulate>,
     taa: Option<Taa>,
     bloom: Option<Bloom>,
+    /// Only when the bloomed image itself is the result.
+    bloom_mix: Option<BloomMix>,
     tone_map: Option<ToneMap>,
     exposure: Exposure,
     fsr: Option<Fsr>,
@@ -44,6 +49,9 @@ impl Pipeline {
             accumulate: chain.accumulate.then(|| Accumulate::new(device, size)).transpose()?,
             taa: chain.taa.map(|_| Taa::new(device, working_size)).transpose()?,
             bloom: chain.bloom.map(|_| Bloom::new(device, working_size)).transpose()?,
+            bloom_mix: (chain.bloom.is_some() && chain.tonemap.is_none())
+                .then(|| BloomMix::new(device, working_size))
+                .transpose()?,
             tone_map: chain.tonemap.map(|_| ToneMap::new(device)).transpose()?,
             exposure: Exposure::new(device)?,
             fsr: fsr.transpose()?,
@@ -78,13 +86,16 @@ impl Pipeline {
             let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
             taa.record(frame, color, motion, self.jitter, &params.taa)?;
         }
-        let source = radiance(images, &self.accumulate, &self.taa);
+        let source = radiance(images, self.accumulate.as_ref(), self.taa.as_ref());
         let bloomed = match &self.bloom {
             Some(bloom) => bloom.record(frame, source, &params.bloom)?,
-            None => source,
+            None => source.into(),
         };
+        if let Some(mix) = &self.bloom_mix {
+            mix.record(frame, bloomed)?;
+        }
         let Some(tone_map) = &self.tone_map else { return Ok(()) };
-        self.exposure.record(frame, bloomed, dt, params)?;
+        self.exposure.record(frame, bloomed.radiance, dt, params)?;
         let picture = images.current(params.encoding.channel());
         match &self.fsr {
             None => tone_map.record(frame, bloomed, &self.exposure, picture, params.encoding, params),
@@ -130,21 +141,9 @@ impl Pipeline {
 
     /// The last image before the tone map.
     fn result(&self) -> &Image {
-        match &self.bloom {
-            Some(bloom) => bloom.bloomed(),
-            None => radiance(&self.images, &self.accumulate, &self.taa),
+        match &self.bloom_mix {
+            Some(mix) => mix.bloomed(),
+            None => radiance(&self.images, self.accumulate.as_ref(), self.taa.as_ref()),
         }
-    }
-}
-
-fn radiance<'a>(
-    images: &'a ChannelImages,
-    accumulate: &Option<Accumulate>,
-    taa: &'a Option<Taa>,
-) -> &'a Image {
-    match taa {
-        Some(taa) => taa.resolved(),
-        None if accumulate.is_some() => images.current(ACCUMULATED),
-        None => images.current(FLAT_COLOR),
     }
 }
