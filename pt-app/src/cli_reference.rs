@@ -53,13 +53,16 @@ pub struct ReferenceArgs {
     /// Seed of all random numbers; another seed gives independent noise.
     #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Image")]
     pub seed: u64,
-    /// Largest part of the image that one submission works on [default: all of it]
+    /// Part of the image that is worked on at a time [default: whole rows, up to 2 Mpixels]
     #[arg(long, value_name = "WxH", help_heading = "Image")]
     pub tile: Option<ImageSize>,
 
     /// Scattering events after the first hit, at most; 0: direct light only [default: no limit, Russian roulette ends paths]
     #[arg(long, value_name = "B", help_heading = "Light transport")]
     pub max_bounces: Option<u32>,
+    /// Scattering events before Russian roulette begins.
+    #[arg(long, value_name = "B", default_value_t = 3, help_heading = "Light transport")]
+    pub roulette_start: u32,
     /// Light that counts: any of sun, punctual, emissive, environment.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum, help_heading = "Light transport")]
     pub light_types: Vec<LightType>,
@@ -91,6 +94,7 @@ impl ReferenceArgs {
         let defaults = ReferenceParams::default();
         ReferenceParams {
             max_bounces: self.max_bounces.unwrap_or(defaults.max_bounces),
+            roulette_start: self.roulette_start,
             light_types: LightTypes {
                 sun: on(LightType::Sun),
                 punctual: on(LightType::Punctual),
@@ -118,7 +122,6 @@ impl ReferenceArgs {
             },
             energy_compensation: self.energy_compensation,
             clamp: self.clamp.map_or(defaults.clamp, |clamp| clamp as f32),
-            ..defaults
         }
     }
 

@@ -8,6 +8,7 @@ use pt_core::atomic_file::check_writable;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
 use pt_core::image_file::{ImageSize, OutputFormat, check_output};
+use pt_core::settings::Validate;
 use pt_reference::{Checkpoint, Estimate, EstimateFile, Identity, Progressive, denoiser_inputs};
 use pt_scene::gpu::camera_record;
 use pt_shaders::records::FrameRecord;
@@ -40,6 +41,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     }
     let camera = choose_camera(&scene, &args.camera)?;
     let params = args.params();
+    params.validate()?;
     let samples = args.samples();
     let size = [args.size.width, args.size.height];
     let identity = Identity::default()
