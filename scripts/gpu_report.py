@@ -56,10 +56,12 @@ def report(args, backends, scene, folder):
     rows = json_of(folder / "bench.json", lambda f: run(args.pt, "bench", "trace", scene, "--size", args.size,
                                                         "--device", args.device, "--json", f))["rows"]
     print(f"\n## {name}: rays, {args.size} of each kind, Mrays/s (share that agrees with the CPU's traversal)\n")
-    print("| backend | primary | bounce | shadow |\n|---|---|---|---|")
+    kinds = ("primary", "bounce", "shadow", "bounce-shadow")
+    print(f"| backend | {' | '.join(kinds)} |\n|---{'|---' * len(kinds)}|")
     for backend in [*backends, "native"]:
         of = {row["kind"]: row for row in rows if row["backend"] == backend}
-        cells = [f"{of[k]['mrays_per_s']:.1f} ({of[k]['agreement']:.5f})" for k in ("primary", "bounce", "shadow")]
+        # Where nothing is hit there are no further rays.
+        cells = [f"{of[k]['mrays_per_s']:.1f} ({of[k]['agreement']:.5f})" if k in of else "-" for k in kinds]
         print(f"| {backend} | {' | '.join(cells)} |")
 
     timings = {}

@@ -49,8 +49,8 @@ fn trace(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
     writeln!(out, "{}, {}", device.info().name, device.info().driver_line())?;
     writeln!(
         out,
-        "{:<12}{:>10}{:>10}{:>10}   Mrays/s (agreement with native)",
-        "", "primary", "bounce", "shadow"
+        "{:<12}{:>10}{:>10}{:>10}{:>10}   Mrays/s (agreement with native)",
+        "", "primary", "bounce", "shadow", "shadow 2"
     )?;
     let mut backends: Vec<_> = rows.iter().map(|row| row.backend).collect();
     backends.dedup();
@@ -118,8 +118,11 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
 
     let paths = f64::from(size[0]) * f64::from(size[1]) * f64::from(args.spp);
     let [nearest, shadow] = rays.map(|n| n as f64);
-    // The nearest hits of paths are met by bounce rays but for the first.
-    let native_s = (paths / native[0] + (nearest - paths).max(0.0) / native[1] + shadow / native[2]) * 1e-6;
+    // Rays of paths are bounce rays but for the first, and so are the shadow rays, in the same proportion.
+    let first = (paths / nearest).min(1.0);
+    let native_s = 1e-6
+        * (nearest * (first / native[0] + (1.0 - first) / native[1])
+            + shadow * (first / native[2] + (1.0 - first) / native[3]));
     let mrays_per_s = (nearest + shadow) / best * 1e-6;
     let native_mrays_per_s = (nearest + shadow) / native_s * 1e-6;
     writeln!(
@@ -142,8 +145,8 @@ fn path(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     )?;
     writeln!(
         out,
-        "{native_mrays_per_s:>12.2} Mrays/s native traversal of as many rays (primary {:.2}, bounce {:.2}, shadow {:.2})",
-        native[0], native[1], native[2]
+        "{native_mrays_per_s:>12.2} Mrays/s native traversal of as many rays (primary {:.2}, bounce {:.2}, shadow {:.2}, from bounces {:.2})",
+        native[0], native[1], native[2], native[3]
     )?;
     writeln!(out, "{:>12.2} x native", mrays_per_s / native_mrays_per_s)?;
     for (pass, ms) in &best_passes {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::renders::{Stage, add_floor, add_mesh, add_sphere, assert_mean};
+use common::renders::{Stage, add_floor, add_mesh, add_sphere, assert_mean, glowing_sphere};
 use glam::{Vec3, Vec4};
 use pt_core::test_support::TestDevice;
 use pt_reference::{Heuristic, ReferenceParams, SamplerKind, Strategy};
@@ -17,11 +17,8 @@ fn down(x: f32, z: f32) -> Camera {
 #[test]
 fn inside_a_glowing_sphere() {
     let device = TestDevice::open();
-    let mut scene = Scene::default();
-    let half = Vec3::splat(0.5);
-    add_sphere(&mut scene, 1.0, 8, -1.0, Material { emissive: half, ..Material::lambertian("wall", half) });
     let camera = Camera::look_at("inside", Vec3::new(0.2, 0.1, 0.0), Vec3::X, 1.2);
-    let mut stage = Stage::new(&device, scene);
+    let mut stage = Stage::new(&device, glowing_sphere());
     // e / (1 - a) = 1, whatever the strategy and wherever the path begins.
     for (strategy, heuristic, sampler) in [
         (Strategy::Both, Heuristic::Power, SamplerKind::Sobol),
@@ -38,11 +35,8 @@ fn inside_a_glowing_sphere() {
 #[test]
 fn a_few_bounces_inside_a_glowing_sphere() {
     let device = TestDevice::open();
-    let mut scene = Scene::default();
-    let half = Vec3::splat(0.5);
-    add_sphere(&mut scene, 1.0, 8, -1.0, Material { emissive: half, ..Material::lambertian("wall", half) });
     let camera = Camera::look_at("inside", Vec3::ZERO, Vec3::X, 1.0);
-    let mut stage = Stage::new(&device, scene);
+    let mut stage = Stage::new(&device, glowing_sphere());
     for bounces in 0..3 {
         let params = ReferenceParams { max_bounces: bounces, ..Default::default() };
         let estimate = stage.render(&camera, [32, 32], &params, 2, 32);

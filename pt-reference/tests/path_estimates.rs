@@ -2,14 +2,14 @@
 
 mod common;
 
-use common::renders::{Stage, add_sphere};
+use common::renders::{Stage, glowing_sphere};
 use glam::{DVec3, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_reference::{
     Estimate, EstimateFile, EstimatePixel, LightTypes, ReferenceParams, SamplerKind, Strategy,
 };
-use pt_scene::{Camera, Material, Scene, builtin};
+use pt_scene::{Camera, builtin};
 use std::path::Path;
 
 const SIZE: [u32; 2] = [48, 32];
@@ -157,11 +157,8 @@ fn samples_in_any_portions_make_the_same_sums() {
 #[test]
 fn error_falls_with_the_number_of_samples() {
     let device = TestDevice::open();
-    let mut scene = Scene::default();
-    let half = Vec3::splat(0.5);
-    add_sphere(&mut scene, 1.0, 8, -1.0, Material { emissive: half, ..Material::lambertian("wall", half) });
     let camera = Camera::look_at("inside", Vec3::new(0.3, 0.2, 0.0), Vec3::X, 1.2);
-    let mut stage = Stage::new(&device, scene);
+    let mut stage = Stage::new(&device, glowing_sphere());
     let mut slope = |sampler| {
         let params = ReferenceParams { sampler, max_bounces: 2, spp: 256, ..Default::default() };
         // 1/2 + 1/4 + 1/8 + 1/16 everywhere.

@@ -27,14 +27,19 @@ pub enum RayKind {
     Bounce,
     /// From the primary hits to random points of the scene's bounds, any hit.
     Shadow,
+    /// The same from where the bounce rays hit.
+    BounceShadow,
 }
 
 impl RayKind {
     /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Primary, Self::Bounce, Self::Shadow];
+    pub const ALL: [Self; 4] = [Self::Primary, Self::Bounce, Self::Shadow, Self::BounceShadow];
 
     fn query(self) -> Query {
-        if self == Self::Shadow { Query::Occluded } else { Query::Closest }
+        match self {
+            Self::Primary | Self::Bounce => Query::Closest,
+            Self::Shadow | Self::BounceShadow => Query::Occluded,
+        }
     }
 }
 
@@ -94,7 +99,7 @@ pub fn native_rates(
     instances: &[InstancePlacement],
     camera: &CameraRecord,
     options: BenchOptions,
-) -> Result<[f64; 3]> {
+) -> Result<[f64; 4]> {
     let native = NativeScene::new(meshes, instances, BvhQuality::default())?;
     let lists = ray_lists(&native, meshes, instances, camera, options);
     let rate = |list: &RayList| {
@@ -333,31 +338,50 @@ fn ray_lists(
     let missed = Hit { instance: NONE, triangle: NONE, barycentrics: Vec2::ZERO, t: 0.0 };
     let mut hits = vec![missed; primary.len()];
     native.closest_all(&primary, ALL, None, &mut hits);
-    let seen: Vec<_> = (0..hits.len()).filter(|&i| hits[i].instance != NONE).collect();
     let (low, high) = native.bounds().unwrap_or_default();
     let offset = OFFSET * (high - low).length();
-    let (mut bounce, mut shadow) = (Vec::new(), Vec::new());
-    for (number, &i) in seen.iter().cycle().take(primary.len()).enumerate() {
-        let (ray, hit) = (&primary[i], &hits[i]);
-        let normal = face_normal(meshes, instances, hit);
-        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
-        let origin = ray.origin + ray.direction * hit.t + normal * offset;
-        let [r0, r1, ..] = random4([number as u32, 0], 0, 0, options.seed);
+    // Origins on the surfaces that rays have hit, with the normals there, as many as there are pixels.
+    let surfaces = |rays: &[Ray], hits: &[Hit]| -> Vec<(Vec3, Vec3)> {
+        let seen: Vec<_> = (0..hits.len()).filter(|&i| hits[i].instance != NONE).collect();
+        let surface = |&i: &usize| {
+            let (ray, hit) = (&rays[i], &hits[i]);
+            let normal = face_normal(meshes, instances, hit);
+            let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+            (ray.origin + ray.direction * hit.t + normal * offset, normal)
+        };
+        seen.iter().cycle().take(primary.len()).map(surface).collect()
+    };
+    let random = |number: usize, dimension| random4([number as u32, 0], 0, dimension, options.seed);
+    let shadow_ray = |(number, (origin, _)): (usize, (Vec3, Vec3)), dimension| {
+        let target = low + (high - low) * Vec3::from_slice(&random(number, dimension));
+        let distance = (target - origin).length().max(f32::MIN_POSITIVE);
+        Ray { origin, t_min: 0.0, direction: (target - origin) / distance, t_max: distance }
+    };
+    let bounce_ray = |(number, (origin, normal)): (usize, (Vec3, Vec3))| {
+        let [r0, r1, ..] = random(number, 0);
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let (sin, cos) = (r0 * std::f32::consts::TAU).sin_cos();
         let direction = (tangent * cos + bitangent * sin) * r1.sqrt() + normal * (1.0 - r1).sqrt();
-        bounce.push(Ray { origin, t_min: 0.0, direction: direction.normalize(), t_max: f32::MAX });
-        let target = low + (high - low) * Vec3::from_slice(&random4([number as u32, 0], 0, 1, options.seed));
-        let to_target = target - origin;
-        let distance = to_target.length().max(f32::MIN_POSITIVE);
-        shadow.push(Ray { origin, t_min: 0.0, direction: to_target / distance, t_max: distance });
-    }
+        Ray { origin, t_min: 0.0, direction: direction.normalize(), t_max: f32::MAX }
+    };
+    let first = surfaces(&primary, &hits);
+    let bounce: Vec<_> = first.iter().copied().enumerate().map(bounce_ray).collect();
+    let shadow: Vec<_> = first.iter().copied().enumerate().map(|s| shadow_ray(s, 1)).collect();
+    let mut bounce_hits = vec![missed; bounce.len()];
+    native.closest_all(&bounce, ALL, None, &mut bounce_hits);
+    let second = surfaces(&bounce, &bounce_hits);
+    let bounce_shadow: Vec<_> = second.into_iter().enumerate().map(|s| shadow_ray(s, 2)).collect();
     let trace = |kind: RayKind, rays: Vec<Ray>| {
         let mut hits = vec![missed; rays.len()];
         native.closest_all(&rays, ALL, None, &mut hits);
         RayList { kind, rays, hits }
     };
-    let lists = [(RayKind::Primary, primary), (RayKind::Bounce, bounce), (RayKind::Shadow, shadow)];
+    let lists = [
+        (RayKind::Primary, primary),
+        (RayKind::Bounce, bounce),
+        (RayKind::Shadow, shadow),
+        (RayKind::BounceShadow, bounce_shadow),
+    ];
     lists.into_iter().filter(|(_, rays)| !rays.is_empty()).map(|(kind, rays)| trace(kind, rays)).collect()
 }
 

@@ -155,3 +155,11 @@ pub fn add_floor(scene: &mut Scene, half: f32, material: Material) {
     let positions = corners.map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec();
     add_mesh(scene, positions, vec![Vec3::Y; 4], vec![[0, 1, 2], [0, 2, 3]], material);
 }
+
+/// Inside a sphere of radius 1 m that emits 1/2 and reflects half: radiance 1 everywhere, 2^-(k+1) of it after k reflections.
+pub fn glowing_sphere() -> Scene {
+    let mut scene = Scene::default();
+    let half = Vec3::splat(0.5);
+    add_sphere(&mut scene, 1.0, 8, -1.0, Material { emissive: half, ..Material::lambertian("wall", half) });
+    scene
+}
