@@ -88,7 +88,7 @@ impl PathTracer {
             u32::from(params.energy_compensation),
         ];
         let compute = |code| Kernel::specialized::<PathPush>(device, code, &constants);
-        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend());
+        let trace = |code| Kernel::trace_specialized::<PathPush>(device, code, scene.backend(), &constants);
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,

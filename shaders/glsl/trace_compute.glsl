@@ -19,11 +19,12 @@ const uint STACK_SIZE = 48u;
 // Barycentrics this far outside still hit: closes the cracks that rounding leaves between neighbours.
 const float EDGE_TOLERANCE = 1e-6;
 
-// Without branches the alpha test costs every ray something, so that a kernel may do without (TRACE_OPAQUE, see trace.glsl).
+// Without branches the alpha test costs every ray something, so that a kernel may do without (TRACE_OPAQUE, see trace.glsl), and one that
+// is specialised has it only for scenes that need it.
 #ifdef TRACE_OPAQUE
-const bool ALPHA_TEST = false;
+#define ALPHA_TEST false
 #else
-const bool ALPHA_TEST = true;
+#define ALPHA_TEST scene_has(FEATURE_COVERAGE)
 #endif
 
 // A set of siblings to visit: x = index of the first, y = those left in bits 8..15, all that are numbered from x in bits 0..7.

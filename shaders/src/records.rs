@@ -397,6 +397,8 @@ pub const FEATURE_EMISSIVE_TEXTURE: u32 = 8;
 pub const FEATURE_LOBES: u32 = 16;
 /// Materials that transmit light.
 pub const FEATURE_TRANSMISSION: u32 = 32;
+/// MASK or BLEND materials.
+pub const FEATURE_COVERAGE: u32 = 64;
 
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
@@ -498,6 +500,7 @@ pub fn glsl() -> String {
         ("FEATURE_EMISSIVE_TEXTURE", FEATURE_EMISSIVE_TEXTURE),
         ("FEATURE_LOBES", FEATURE_LOBES),
         ("FEATURE_TRANSMISSION", FEATURE_TRANSMISSION),
+        ("FEATURE_COVERAGE", FEATURE_COVERAGE),
         ("LIGHT_POINT", LIGHT_POINT),
         ("LIGHT_SPOT", LIGHT_SPOT),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),

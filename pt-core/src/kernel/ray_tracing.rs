@@ -28,13 +28,27 @@ impl Kernel {
     /// As [`Kernel::compute`]; [`Error::Unsupported`] when the device lacks the backend, or when it is `Auto`, which
     /// [`crate::trace::choose`] turns into one of the others.
     pub fn trace<P: GpuStruct>(device: &Device, code: &TraceCode, backend: TraceBackend) -> Result<Self> {
+        Self::trace_specialized::<P>(device, code, backend, &[])
+    }
+
+    /// As [`Kernel::specialized`] for a kernel that traces rays. A ray tracing pipeline keeps the defaults: its driver calls the
+    /// coverage test for the triangles that need one, and for no other.
+    ///
+    /// # Errors
+    /// As [`Kernel::trace`].
+    pub fn trace_specialized<P: GpuStruct>(
+        device: &Device,
+        code: &TraceCode,
+        backend: TraceBackend,
+        constants: &[u32],
+    ) -> Result<Self> {
         backend.check(device)?;
         match backend {
             TraceBackend::Auto => {
                 Err(Error::Unsupported("a kernel needs a definite trace backend, not auto".into()))
             }
-            TraceBackend::Compute => Self::compute::<P>(device, &code.compute),
-            TraceBackend::RayQuery => Self::compute::<P>(device, &code.ray_query),
+            TraceBackend::Compute => Self::specialized::<P>(device, &code.compute, constants),
+            TraceBackend::RayQuery => Self::specialized::<P>(device, &code.ray_query, constants),
             TraceBackend::RtPipeline => Self::ray_tracing::<P>(device, code),
         }
     }

@@ -4,10 +4,10 @@ use crate::{AlphaMode, Instance, Lobes, Material, Mesh, TextureRef};
 use glam::{Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector, pack_unorm4x8};
 use pt_shaders::records::{
-    FEATURE_BASE_COLOR_TEXTURE, FEATURE_EMISSIVE_TEXTURE, FEATURE_LOBES, FEATURE_METALLIC_ROUGHNESS_TEXTURE,
-    FEATURE_NORMAL_TEXTURE, FEATURE_TRANSMISSION, InstanceRecord, LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE,
-    MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot,
-    VertexRecord,
+    FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_LOBES,
+    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_TRANSMISSION, InstanceRecord,
+    LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
+    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
 use std::collections::BTreeMap;
 
@@ -54,6 +54,7 @@ pub(super) fn features(materials: &[MaterialRecord]) -> u32 {
             | bit(textured(&m.emissive_texture), FEATURE_EMISSIVE_TEXTURE)
             | bit(m.lobes != NONE, FEATURE_LOBES)
             | bit(m.transmission > 0.0, FEATURE_TRANSMISSION)
+            | bit(m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0, FEATURE_COVERAGE)
     };
     materials.iter().fold(0, |all, m| all | of(m))
 }
