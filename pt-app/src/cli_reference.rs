@@ -78,6 +78,9 @@ pub struct ReferenceArgs {
     /// Give back what rough metals lose between their microfacets; without it the BSDF is that of glTF 2.0, appendix B.
     #[arg(long, help_heading = "Light transport")]
     pub energy_compensation: bool,
+    /// BIASED: filter textures over the footprint of a ray cone, as the real-time stages do [default: read at their finest level]
+    #[arg(long, help_heading = "Light transport")]
+    pub ray_cones: bool,
     /// BIASED: largest radiance of a sample, per channel, against fireflies [default: no limit]
     #[arg(long, value_name = "X", value_parser = positive_f64, help_heading = "Light transport")]
     pub clamp: Option<f64>,
@@ -121,6 +124,7 @@ impl ReferenceArgs {
                 SamplerName::Pcg => SamplerKind::Pcg,
             },
             energy_compensation: self.energy_compensation,
+            ray_cones: self.ray_cones,
             clamp: self.clamp.map_or(defaults.clamp, |clamp| clamp as f32),
         }
     }

@@ -18,7 +18,7 @@ pub enum Location {
     Readback,
 }
 
-/// A buffer; clones share it. Usable as storage, uniform and transfer buffer, with a device address.
+/// A buffer; clones share it. Usable as storage, uniform, indirect and transfer buffer, with a device address.
 #[derive(Clone)]
 pub struct Buffer(Arc<Inner>);
 
@@ -51,6 +51,7 @@ impl Buffer {
         let mut usage = usage
             | vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST
             | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
@@ -144,11 +145,14 @@ impl Buffer {
         device.submit_once(|cmd| unsafe {
             device.raw().cmd_copy_buffer(cmd, self.handle(), staging.handle(), &region);
         })?;
-        Ok(staging.mapped_elements())
+        Ok(staging.mapped())
     }
 
-    /// Whole elements of a host-visible buffer.
-    pub(crate) fn mapped_elements<T: bytemuck::AnyBitPattern>(&self) -> Vec<T> {
+    /// Whole elements of a host-visible buffer, as the device has written them by now.
+    ///
+    /// # Panics
+    /// When the buffer is not host-visible: a mistake of the caller, not of its input.
+    pub fn mapped<T: bytemuck::AnyBitPattern>(&self) -> Vec<T> {
         let allocation = crate::device::lock(&self.0.allocation);
         let mapped = allocation.as_ref().and_then(Allocation::mapped_slice).expect("a host-visible buffer");
         mapped[..self.0.size as usize]

@@ -202,7 +202,7 @@ impl Image {
                 &[self.whole_copy()],
             );
         })?;
-        Ok(staging.mapped_elements())
+        Ok(staging.mapped())
     }
 
     /// Texels as floats, `components()` per texel, in scan-line order. Integers are converted by value: exact up to 2^24.

@@ -159,3 +159,25 @@ fn host_visible_buffers_round_trip() {
     buffer.write(4, bytemuck::bytes_of(&[1u32, 2, 3]));
     assert_eq!(&buffer.read::<u32>().unwrap()[1..], [1, 2, 3]);
 }
+
+/// The amount of work is written by one pass and read by the launch of the next one; what both did comes back with the frame.
+#[test]
+fn launches_that_a_pass_decides() {
+    let device = TestDevice::open();
+    let work = Buffer::from_slice(&device, "work", &[0u32; 5]).unwrap();
+    let copy = Buffer::new(&device, "copy of work", work.size(), Location::Readback).unwrap();
+    let kernel = Kernel::compute::<TestPush>(&device, &kernels::COUNT_GROUPS).unwrap();
+    let mut recorder = Recorder::new(&device).unwrap();
+    for (rows, threads) in [(3u32, 24), (1, 32), (5, 72)] {
+        let mut frame = recorder.begin().unwrap();
+        let pass = frame.pass("decide", &kernel).push(&TestPush { offset: rows as f32 });
+        pass.update("work", &work).dispatch([1, 1, 1]).unwrap();
+        let pass = frame.pass("count", &kernel).push(&TestPush { offset: 0.0 }).update("work", &work);
+        // From the second word on: `rows` x 2 x 1 groups of 4.
+        pass.dispatch_indirect([4, 5, 2], &work, 4).unwrap();
+        frame.download(&work, &copy).unwrap();
+        frame.submit().unwrap();
+        recorder.finish().unwrap();
+        assert_eq!(copy.mapped::<u32>(), [7, rows, 2, 1, threads]);
+    }
+}

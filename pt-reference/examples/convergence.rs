@@ -87,6 +87,7 @@ fn draw(path: &str, scene: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> Result<(
         .configure_mesh()
         .x_desc("samples a pixel")
         .y_desc("mean squared error")
+        .x_label_formatter(&|x| format!("{x:.0}"))
         .y_label_formatter(&|y| format!("{y:.0e}"))
         .draw()?;
     // 1 / N, through the first point of the first curve.
@@ -102,7 +103,12 @@ fn draw(path: &str, scene: &str, curves: &[(&str, Vec<(f64, f64)>)]) -> Result<(
             .label(*name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color));
     }
-    chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK.mix(0.3)).draw()?;
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::LowerLeft)
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.3))
+        .draw()?;
     area.present()?;
     println!("{path}");
     Ok(())

@@ -5,7 +5,7 @@
 #include "path_camera.glsl"
 #include "film.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = ADVANCE_GROUP) in;
 
 void finish_sample(uint slot, uint index) {
     FilmPixel pixel = FilmTable(push.film).at[index];
@@ -32,8 +32,12 @@ void begin_sample(uint slot, uvec2 pixel, uint sample_index) {
 void main() {
     uint slot = gl_GlobalInvocationID.x;
     TileProgress progress = TileProgress(push.progress);
-    // The last turn's shadow rays are done.
-    if (slot == 0u) progress.tile.listed[LIST_SHADOW] = 0u;
+    if (slot == 0u) {
+        uvec3 row = uvec3(tile_blocks().x, 1u, 1u);
+        progress.tile.lists[list_read()].trace_groups.x = row.x;
+        // The last turn's shadow rays are done.
+        progress.tile.lists[LIST_SHADOW] = SlotListRecord(0u, row, uvec3(1u));
+    }
     if (push.turn != 0u && progress.tile.sweep == 0u) return;
     uvec2 pixel = slot_pixel(slot);
     bool begins = slot < slot_count() && in_tile(pixel);

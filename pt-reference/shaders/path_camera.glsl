@@ -8,6 +8,13 @@ CameraRay sample_camera_ray(uvec2 pixel, vec4 xi) {
     return camera_ray(frame.camera, uv, sample_disk(xi.zw));
 }
 
+// As the real-time stages take it.
+vec2 pixel_cone(uvec2 pixel) {
+    vec2 size = vec2(frame.size);
+    if (frame.camera.projection != 0u) return vec2(2.0 * frame.camera.half_extent.y / size.y, 0.0);
+    return vec2(0.0, pixel_half_cone_angle(frame.camera, (vec2(pixel) + 0.5) / size, 1.0 / size));
+}
+
 PathState start_path(uvec2 pixel, uint sample_index) {
     PathState path;
     path.random = path_random(pixel, sample_index);
@@ -24,5 +31,7 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.shadow_rays = 0u;
     path.sample_index = sample_index;
     path.interior = EMPTY_INTERIOR;
+    path.cone = vec2(0.0);
+    if (ray_cones != 0u) path.cone = pixel_cone(pixel);
     return path;
 }

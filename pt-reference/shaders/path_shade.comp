@@ -2,13 +2,13 @@
 // at every vertex (Veach 1997, chapter 9; Kajiya 1986), and Russian roulette (Arvo and Kirk 1990). Extent: the tile's slots.
 #include "path_slots.glsl"
 #include "path_append.glsl"
+#include "path_sort.glsl"
 #include "camera.glsl"
 #include "path_lights.glsl"
 #include "path_vertex.glsl"
 #include "film.glsl"
 
-// Wide groups: NVIDIA's compiler then keeps to 128 registers, and twice as many threads hide the loads.
-layout(local_size_x = 512) in;
+layout(local_size_x = SHADE_GROUP) in;
 
 // The path's ray has left the scene.
 void handle_miss(inout PathState path) {
@@ -52,6 +52,9 @@ bool scatter(inout PathState path, PathVertex v, float xi) {
     path.throughput *= s.weight;
     path.direction = s.direction;
     path.last_pdf = s.pdf;
+    // A sample stands for a solid angle of 1 / pdf (Bekaert et al. 2003, "A Custom Designed Density Estimation Method for Light
+    // Transport"); mirrors are taken for plane.
+    if ((s.flags & BSDF_DELTA) == 0u) path.cone.y = max(path.cone.y, inversesqrt(PI * s.pdf));
     path.flags = (s.flags & BSDF_DELTA) != 0u ? path.flags | PATH_DELTA : 0u;
     bool transmitted = (s.flags & BSDF_TRANSMISSION) != 0u;
     path.origin = offset_point(v.position, transmitted ? -v.flat_normal : v.flat_normal);
@@ -83,6 +86,7 @@ void add_first_hit(PathVertex v, Hit hit, uint slot) {
 bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     shadow = false;
     path.chord = hit.t;
+    path.cone.x += hit.t * path.cone.y;
     path.throughput *= medium_transmittance(path.interior, hit.t);
     PathVertex v = load_vertex(path, hit);
     if (path.segment == 1u) add_first_hit(v, hit, slot);
@@ -121,6 +125,7 @@ Onward shade(uint slot) {
 void main() {
     uint place = gl_GlobalInvocationID.x;
     uint slot = slot_at(place, list_read());
+    if (sort_materials != 0u) slot = sort_by_material(slot);
     Onward onward = Onward(false, false);
     if (slot != NONE) onward = shade(slot);
     append_slot(slot, list_written(), onward.path);

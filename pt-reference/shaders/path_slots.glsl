@@ -12,8 +12,13 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileProgress
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SlotList { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RowTable { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LengthTable { float at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) buffer ConeTable { vec2 at[]; };
 
-const uint LIST_SHADOW = 2u;
+// Threads of a workgroup.
+const uint ADVANCE_GROUP = 64u;
+// Wide: NVIDIA's compiler then keeps to 128 registers, and twice as many threads hide the loads.
+const uint SHADE_GROUP = 512u;
+
 uint list_read() { return push.turn & 1u; }
 uint list_written() { return list_read() ^ 1u; }
 
@@ -27,7 +32,7 @@ const uint ROW_SHADOW_ORIGIN = 6u;    // w: t_max
 const uint ROW_SHADOW_DIRECTION = 7u; // w: seed for partial coverage
 const uint ROW_SHADOW_RADIANCE = 8u;  // what the light brings if nothing is in its way
 const uint ROW_HIT = 9u;              // instance, triangle, barycentrics
-const uint ROWS = 10u;                // and the length of the ray
+const uint ROWS = 10u;                // and the length of the ray; if ray_cones, the cone
 
 uvec2 tile_blocks() { return (push.tile_size + uvec2(7u, 3u)) / uvec2(8u, 4u); }
 
@@ -53,7 +58,7 @@ SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list 
 
 // NONE past the end.
 uint slot_at(uint place, uint list) {
-    return place < TileProgress(push.progress).tile.listed[list] ? slot_list(list).at[place] : NONE;
+    return place < TileProgress(push.progress).tile.lists[list].count ? slot_list(list).at[place] : NONE;
 }
 
 RowTable row_table(uint row) {
@@ -83,6 +88,9 @@ void load_ray(inout PathState path, uint slot) {
     path.random = path_random(slot_pixel(slot), path.sample_index);
 }
 
+LengthTable length_table() { return LengthTable(row_table(ROWS)); }
+ConeTable cone_table() { return ConeTable(uint64_t(length_table()) + uint64_t(4u * slot_count())); }
+
 PathState load_path(uint slot) {
     PathState path;
     load_ray(path, slot);
@@ -95,6 +103,8 @@ PathState load_path(uint slot) {
     if (scene_has(FEATURE_TRANSMISSION) && (path.flags & PATH_INSIDE) != 0u) {
         path.interior = InteriorList(floatBitsToUint(load_row(ROW_SOLIDS, slot)), load_row(ROW_IORS, slot));
     }
+    path.cone = vec2(0.0);
+    if (ray_cones != 0u) path.cone = cone_table().at[slot];
     path.chord = 0.0;
     return path;
 }
@@ -110,9 +120,8 @@ void store_path(uint slot, PathState path) {
     store_row(ROW_DIRECTION, slot, path.direction, progress_word(path));
     store_row(ROW_THROUGHPUT, slot, vec4(path.throughput, path.last_pdf));
     store_row(ROW_RADIANCE, slot, path.radiance, path.shadow_rays);
+    if (ray_cones != 0u) cone_table().at[slot] = path.cone;
 }
-
-LengthTable length_table() { return LengthTable(row_table(ROWS)); }
 
 Hit load_hit(uint slot) {
     vec4 row = load_row(ROW_HIT, slot);

@@ -10,6 +10,8 @@ layout(push_constant, scalar) uniform Push { PathPush push; };
 layout(constant_id = 1) const uint light_kinds = 0xfu; // KIND_* bits of the light that counts and is present
 layout(constant_id = 2) const uint sampler_kind = 1u;  // SAMPLER_*
 layout(constant_id = 3) const uint energy_compensation = 0u;
+layout(constant_id = 4) const uint ray_cones = 0u;
+layout(constant_id = 5) const uint sort_materials = 0u;
 
 #include "path_random.glsl"
 
@@ -25,6 +27,7 @@ struct PathState {
     uint shadow_rays;
     uint sample_index;
     InteriorList interior;
+    vec2 cone;       // if ray_cones: radius at the origin, metres, and half angle
     // Follow from the others; not kept from ray to ray.
     float chord;     // length of the last ray, metres
     PathRandom random;

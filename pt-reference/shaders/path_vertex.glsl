@@ -13,7 +13,7 @@ struct PathVertex {
     Bsdf bsdf;
 };
 
-// Textures at their finest level: what the pixel's own samples do not average is not averaged.
+// Textures at their finest level, unless ray_cones: what the pixel's own samples do not average is not averaged.
 const Footprint NO_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 0.0);
 
 // After light has passed the surface.
@@ -31,7 +31,9 @@ PathVertex load_vertex(PathState path, Hit hit) {
     v.front = dot(s.flat_normal, path.direction) < 0.0;
     v.flat_normal = v.front ? s.flat_normal : -s.flat_normal;
     v.twice_area = length(cross(s.e1, s.e2));
-    v.sampled = load_material(s, NO_FOOTPRINT, 0.0);
+    Footprint footprint = NO_FOOTPRINT;
+    if (ray_cones != 0u) footprint = cone_footprint(s, path.direction, path.cone.x);
+    v.sampled = load_material(s, footprint, 1.0);
     v.is_passed = false;
     float eta = surface_eta(path.interior, v.sampled.ior);
     if (is_solid(MaterialTable(scene.materials).at[s.material])) {
@@ -41,6 +43,6 @@ PathVertex load_vertex(PathState path, Hit hit) {
     }
     uint flags = 0u;
     if (energy_compensation != 0u) flags = BSDF_ENERGY_COMPENSATION;
-    v.bsdf = surface_bsdf(s, v.sampled, load_lobes(s, NO_FOOTPRINT, 0.0), -path.direction, eta, flags);
+    v.bsdf = surface_bsdf(s, v.sampled, load_lobes(s, footprint, 1.0), -path.direction, eta, flags);
     return v;
 }

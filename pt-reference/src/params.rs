@@ -69,6 +69,9 @@ pub struct ReferenceParams {
     /// Give back what microfacet models without interreflection lose. Default false: the BSDF is that of glTF 2.0,
     /// appendix B.
     pub energy_compensation: bool,
+    /// Filter textures over the footprint of a ray cone, as real-time stages do; biased. Default false: they are read at their
+    /// finest level.
+    pub ray_cones: bool,
     /// Largest radiance of a sample, per channel; biased. 0 or more, default 0: no limit.
     pub clamp: f32,
 }
@@ -84,6 +87,7 @@ impl Default for ReferenceParams {
             sampler: SamplerKind::default(),
             spp: 1,
             energy_compensation: false,
+            ray_cones: false,
             clamp: 0.0,
         }
     }

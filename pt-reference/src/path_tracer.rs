@@ -2,14 +2,16 @@ use crate::film::FilmState;
 use crate::kernels;
 use crate::oracle::albedo;
 use crate::params::{Heuristic, ReferenceParams, Strategy};
-use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord};
-use bytemuck::Zeroable;
-use glam::UVec2;
+use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
+use glam::{UVec2, UVec3};
 use pt_core::frame::Uniforms;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
-use pt_shaders::records::{FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN};
+use pt_shaders::records::{
+    FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN,
+};
+use std::mem::offset_of;
 use std::ops::Range;
 
 /// A rectangle of pixels.
@@ -25,6 +27,9 @@ pub struct Tile {
 const BLOCK: [u32; 2] = [8, 4];
 /// Bytes of a slot: its place in three lists (and a gap that keeps rows aligned), ten rows, the length of a ray.
 const SLOT_BYTES: u64 = 4 * 4 + 10 * 16 + 4;
+
+/// Of its ray cone, if it has one.
+const CONE_BYTES: u64 = 8;
 
 impl Tile {
     fn blocks(self) -> [u32; 2] {
@@ -61,6 +66,7 @@ pub struct PathTracer {
     first_hit: Buffer,
     dropped: Buffer,
     progress: Buffer,
+    progress_read: Buffer,
     paths: Buffer,
 }
 
@@ -81,11 +87,14 @@ impl PathTracer {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let blocks = Tile { origin: [0; 2], size: tile }.blocks().map(u64::from);
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
+        let slot_bytes = SLOT_BYTES + if params.ray_cones { CONE_BYTES } else { 0 };
         let constants = [
             scene.features(),
             kinds(&params, lights),
             params.sampler as u32,
             u32::from(params.energy_compensation),
+            u32::from(params.ray_cones),
+            u32::from(sorts_by_material(device, scene)),
         ];
         let compute = |code| Kernel::specialized::<PathPush>(device, code, &constants);
         let trace = |code| Kernel::trace_specialized::<PathPush>(device, code, scene.backend(), &constants);
@@ -101,8 +110,14 @@ impl PathTracer {
             film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
             first_hit: buffer("first hits", pixels * size_of::<FirstHitPixel>() as u64)?,
             dropped: buffer("dropped samples", 4)?,
-            progress: Buffer::from_slice(device, "progress", &[ProgressRecord::zeroed()])?,
-            paths: buffer("paths", slots * SLOT_BYTES)?,
+            progress: Buffer::from_slice(device, "progress", &[no_progress()])?,
+            progress_read: Buffer::new(
+                device,
+                "progress read-back",
+                size_of::<ProgressRecord>() as u64,
+                Location::Readback,
+            )?,
+            paths: buffer("paths", slots * slot_bytes)?,
         };
         tracer.set(&FilmState::zero(size))?;
         Ok(tracer)
@@ -135,12 +150,9 @@ impl PathTracer {
         })
     }
 
-    /// Whether the turns so far have completed the samples of all pixels of the tile; waits for them.
-    ///
-    /// # Errors
-    /// When the device fails.
-    pub fn is_done(&self) -> Result<bool> {
-        Ok(self.progress.read::<ProgressRecord>()?[0].done != 0)
+    /// Whether the turns that the device has finished have completed the samples of all pixels of the tile.
+    pub fn is_done(&self) -> bool {
+        self.progress_read.mapped::<ProgressRecord>().iter().all(|progress| progress.done != 0)
     }
 
     /// Records the passes of some turns: four each.
@@ -160,28 +172,38 @@ impl PathTracer {
         let slots = [blocks[0] * blocks[1], 1, 1];
         for turn in turns {
             let push = PathPush { turn, ..self.push(tile, &samples) };
+            let [read, shadow] = [turn & 1, records::LIST_SHADOW];
+
             let pass = frame.pass("path advance", &self.advance).read("frame_uniforms", uniforms.buffer());
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
-            let pass = pass.addresses_updated(&self.film).addresses_updated(&self.dropped);
-            pass.push(&push).dispatch(slots)?;
+            let pass = pass.addresses_updated(&self.film).addresses_updated(&self.dropped).push(&push);
+            // The last turn of another tile said nothing about this one.
+            if turn == 0 {
+                pass.dispatch(slots)?;
+            } else {
+                let groups = offset_of!(ProgressRecord, advance_groups) as u64;
+                pass.dispatch_indirect(slots, &self.progress, groups)?;
+            }
 
             let pass = frame.pass("path trace", &self.trace).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass).addresses_updated(&self.paths).addresses_updated(&self.progress);
-            pass.push(&push).dispatch(blocks)?;
+            let groups = groups_of(read, offset_of!(SlotListRecord, trace_groups));
+            pass.push(&push).dispatch_indirect(blocks, &self.progress, groups)?;
 
             let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass).read("bsdf_tables", &self.bsdf_tables);
             let pass = lights.buffers().into_iter().fold(pass, pt_core::frame::Pass::addresses);
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
-            pass.addresses_updated(&self.first_hit).push(&push).dispatch(slots)?;
+            let pass = pass.addresses_updated(&self.first_hit).push(&push);
+            let groups = groups_of(read, offset_of!(SlotListRecord, shade_groups));
+            pass.dispatch_indirect(slots, &self.progress, groups)?;
 
-            let pass = scene
-                .bind(frame.pass("path shadow", &self.shadow))
-                .addresses_updated(&self.paths)
-                .addresses(&self.progress);
-            pass.push(&push).dispatch(blocks)?;
+            let pass = scene.bind(frame.pass("path shadow", &self.shadow));
+            let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress).push(&push);
+            let groups = groups_of(shadow, offset_of!(SlotListRecord, trace_groups));
+            pass.dispatch_indirect(blocks, &self.progress, groups)?;
         }
-        Ok(())
+        frame.download(&self.progress, &self.progress_read)
     }
 
     fn push(&self, tile: Tile, samples: &Range<u32>) -> PathPush {
@@ -213,6 +235,23 @@ impl PathTracer {
             turn: 0,
         }
     }
+}
+
+/// Whether threads are sorted by material before they shade. A CPU samples a texture for all its lanes at once or for one lane after
+/// the other: sorting saves a sixth of shading. On a GPU (NVIDIA H200) it costs as much.
+fn sorts_by_material(device: &Device, scene: &GpuScene) -> bool {
+    device.info().kind == "cpu" && scene.features() & FEATURES_TEXTURE != 0
+}
+
+/// Where in the progress record the workgroups of a launch over a list stand.
+fn groups_of(list: u32, member: usize) -> u64 {
+    (offset_of!(ProgressRecord, lists) + list as usize * size_of::<SlotListRecord>() + member) as u64
+}
+
+/// Nothing listed.
+fn no_progress() -> ProgressRecord {
+    let none = SlotListRecord { count: 0, trace_groups: UVec3::ONE, shade_groups: UVec3::ONE };
+    ProgressRecord { lists: [none; 3], advance_groups: UVec3::ONE, sweep: 0, done: 0 }
 }
 
 /// The kinds of light that count and that the scene has.

@@ -25,7 +25,8 @@ pub struct Progressive {
     recorder: Recorder,
     tracer: PathTracer,
     uniforms: Uniforms<FrameRecord>,
-    frame: FrameRecord,
+    /// What `uniforms` is still to be filled with.
+    view: Option<FrameRecord>,
     tiles: Vec<Tile>,
     next_sample: u32,
     /// Samples of the next step and turns of the next submission, adapted to the device's speed.
@@ -56,7 +57,7 @@ impl Progressive {
             recorder: Recorder::new(device)?,
             tracer: PathTracer::new(device, gpu, lights, params, size, tile)?,
             uniforms: Uniforms::new(device, "frame_uniforms")?,
-            frame,
+            view: Some(frame),
             tiles: tiles(size, tile),
             next_sample: first_sample,
             batch: 1,
@@ -103,13 +104,15 @@ impl Progressive {
                 let submitted = Instant::now();
                 let mut frame = self.recorder.begin()?;
                 gpu.update(&mut frame, scene)?;
-                self.uniforms.upload(&mut frame, &self.frame)?;
+                if let Some(view) = self.view.take() {
+                    self.uniforms.upload(&mut frame, &view)?;
+                }
                 let work = Turns { tile, samples: samples.clone(), turns };
                 self.tracer.record(&mut frame, gpu, lights, &self.uniforms, work)?;
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
                 self.turns = adapt(self.turns, MAX_TURNS, submitted.elapsed(), SUBMISSION);
-                if self.tracer.is_done()? {
+                if self.tracer.is_done() {
                     break;
                 }
             }

@@ -1,6 +1,6 @@
 //! Records and constants that the kernels share with the host (`reference_records.glsl`).
 
-use pt_shaders::glam::{UVec2, Vec2, Vec3};
+use pt_shaders::glam::{UVec2, UVec3, Vec2, Vec3};
 use pt_shaders::{GpuStruct, gpu_struct};
 
 /// `PathPush::heuristic`: shares in proportion to the densities.
@@ -49,11 +49,28 @@ gpu_struct! {
     }
 }
 
+/// `ProgressRecord::lists`: the slots with a shadow ray.
+pub const LIST_SHADOW: u32 = 2;
+
+gpu_struct! {
+    /// A list of slots: how many, and the launches that go over it.
+    pub struct SlotListRecord {
+        /// Slots in the list.
+        pub count: u32,
+        /// Workgroups of a kernel that traces: rows of the tile's blocks, at least one.
+        pub trace_groups: UVec3,
+        /// Workgroups of path_shade.comp, at least one.
+        pub shade_groups: UVec3,
+    }
+}
+
 gpu_struct! {
     /// How far the turns of a tile have come. Words that a kernel reads are written by others.
     pub struct ProgressRecord {
-        /// Lengths of the lists of slots.
-        pub listed: [u32; 3],
+        /// The live slots that are read and written in turns, and those with a shadow ray.
+        pub lists: [SlotListRecord; 3],
+        /// Workgroups of path_advance.comp: the whole tile's when it begins samples.
+        pub advance_groups: UVec3,
         /// 1: the next turn begins samples where the last ones are complete.
         pub sweep: u32,
         /// 1: no path was left for the last turn.
@@ -110,10 +127,17 @@ pub fn glsl() -> String {
         ("STRATEGY_BOTH", STRATEGY_BOTH),
         ("STRATEGY_LIGHTS", STRATEGY_LIGHTS),
         ("STRATEGY_BSDF", STRATEGY_BSDF),
+        ("LIST_SHADOW", LIST_SHADOW),
     ];
     let mut text: String =
         constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
-    for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), ProgressRecord::glsl(), PathPush::glsl()] {
+    for record in [
+        FilmPixel::glsl(),
+        FirstHitPixel::glsl(),
+        SlotListRecord::glsl(),
+        ProgressRecord::glsl(),
+        PathPush::glsl(),
+    ] {
         text.push_str(&record);
     }
     text

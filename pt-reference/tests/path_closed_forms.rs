@@ -2,12 +2,15 @@
 
 mod common;
 
+use common::records::BsdfCase;
 use common::renders::{Stage, add_floor, add_mesh, add_sphere, assert_mean, glowing_sphere};
-use glam::{Vec3, Vec4};
+use glam::{DVec2, DVec3, Vec3, Vec4};
 use pt_core::test_support::TestDevice;
+use pt_reference::oracle::bsdf::Bsdf;
 use pt_reference::{Heuristic, ReferenceParams, SamplerKind, Strategy};
 use pt_scene::{Camera, Environment, Light, Material, Scene};
 use std::f32::consts::PI;
+use std::f64::consts::FRAC_PI_2;
 
 /// Looks down at a piece of the floor so small that its radiance is that of its middle.
 fn down(x: f32, z: f32) -> Camera {
@@ -105,6 +108,55 @@ fn metal_furnace_keeps_its_energy_with_compensation() {
         assert!((on - 1.0).abs() < 0.01, "roughness {roughness}: {on}");
         assert!(off < 1.001 && (roughness < 0.6 || off < 0.95), "roughness {roughness} without: {off}");
     }
+}
+
+/// A floor under a white sky, along its normal and aslant: the directional albedo of its BSDF, by quadrature of the double precision twin.
+#[test]
+fn furnace_over_roughness_and_metalness() {
+    let device = TestDevice::open();
+    for (roughness, metallic) in
+        [0.3f32, 0.6, 1.0].into_iter().flat_map(|r| [0.0f32, 0.5, 1.0].map(|m| (r, m)))
+    {
+        let mut scene = Scene { environment: Environment::constant(Vec3::ONE), ..Scene::default() };
+        add_floor(
+            &mut scene,
+            50.0,
+            Material { base_color: Vec4::ONE, metallic, roughness, ..Material::default() },
+        );
+        let mut stage = Stage::new(&device, scene);
+        for (energy_compensation, cos) in [(false, 1.0f32), (false, 0.4), (true, 1.0), (true, 0.4)] {
+            let wo = common::direction(cos, 0.0);
+            let flags = if energy_compensation { common::ENERGY_COMPENSATION } else { 0 };
+            let surface = common::oracle(&BsdfCase { metallic, flags, ..common::metal(roughness) });
+            // The floor's +Y is the lobe's +Z.
+            let camera = Camera::look_at("floor", 10.0 * Vec3::new(wo.x, wo.z, wo.y), Vec3::ZERO, 1e-3);
+            let params = ReferenceParams { energy_compensation, ..Default::default() };
+            let estimate = stage.render(&camera, [16, 16], &params, 6, 256);
+            let expected = albedo(&surface, wo.as_dvec3());
+            assert_mean(
+                &estimate,
+                expected,
+                &format!(
+                    "roughness {roughness}, metalness {metallic}, cos {cos}, compensation {energy_compensation}"
+                ),
+            );
+        }
+    }
+}
+
+/// Integral of f cos over the hemisphere, which the plane of incidence halves; midpoints in polar angle and azimuth.
+fn albedo(surface: &Bsdf, wo: DVec3) -> f64 {
+    let (rows, columns) = (200, 200);
+    let step = DVec2::new(FRAC_PI_2 / f64::from(rows), 2.0 * FRAC_PI_2 / f64::from(columns));
+    let cell = |row: i32, column: i32| {
+        let (theta, phi) = ((f64::from(row) + 0.5) * step.x, (f64::from(column) + 0.5) * step.y);
+        let wi = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        surface.evaluate(wo, wi).f_cos.x * theta.sin()
+    };
+    (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))).map(|(r, c)| cell(r, c)).sum::<f64>()
+        * 2.0
+        * step.x
+        * step.y
 }
 
 #[test]

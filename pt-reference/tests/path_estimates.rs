@@ -4,6 +4,8 @@ mod common;
 
 use common::renders::{Stage, glowing_sphere};
 use glam::{DVec3, Vec3};
+use pt_core::image_file::{ImageState, LinearImage};
+use pt_core::metrics::{Metric, Variances, compare_estimates};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_reference::{
@@ -14,22 +16,18 @@ use std::path::Path;
 
 const SIZE: [u32; 2] = [48, 32];
 
-/// Mean over the pixels of the squared distance, channels averaged.
-fn mse(a: &Estimate, b: &Estimate) -> f64 {
-    let term = |(a, b): (&EstimatePixel, &EstimatePixel)| {
-        (a.mean.as_dvec3() - b.mean.as_dvec3()).length_squared() / 3.0
+/// One metric of an estimate against another one, as `pt compare` has it.
+fn measure(a: &Estimate, b: &Estimate, metric: Metric) -> f64 {
+    let plane = |e: &Estimate, of: fn(&EstimatePixel) -> Vec3| LinearImage {
+        width: e.size[0],
+        height: e.size[1],
+        pixels: e.pixels.iter().map(|p| of(p).to_array()).collect(),
+        state: ImageState::SceneReferred,
     };
-    a.pixels.iter().zip(&b.pixels).map(term).sum::<f64>() / a.pixels.len() as f64
-}
-
-/// Share of the pixels in which two estimates agree: |a - b| below `z` standard errors in all channels.
-fn agreement(a: &Estimate, b: &Estimate, z: f64) -> f64 {
-    let agrees = |(a, b): (&EstimatePixel, &EstimatePixel)| {
-        let (x, y) = (a.mean.as_dvec3(), b.mean.as_dvec3());
-        let error = (a.variance.as_dvec3() + b.variance.as_dvec3()).map(f64::sqrt);
-        ((x - y).abs()).cmple(z * error + 1e-5 * x.max(y)).all()
-    };
-    a.pixels.iter().zip(&b.pixels).filter(|&pair| agrees(pair)).count() as f64 / a.pixels.len() as f64
+    let [variance_a, variance_b] = [a, b].map(|e| plane(e, |p| p.variance));
+    let variances = Variances { a: &variance_a, b: &variance_b };
+    let [a, b] = [a, b].map(|e| plane(e, |p| p.mean));
+    compare_estimates(&a, &b, Some(variances), &[metric]).unwrap()[0].value
 }
 
 #[test]
@@ -40,8 +38,9 @@ fn combined_strategies_beat_each_of_them_on_the_plates() {
     let mut stage = Stage::new(&device, scene);
     let params = |strategy| ReferenceParams { strategy, max_bounces: 0, ..Default::default() };
     let truth = stage.render(&camera, SIZE, &params(Strategy::Both), 99, 1024);
-    let error =
-        |stage: &mut Stage<'_>, strategy| mse(&stage.render(&camera, SIZE, &params(strategy), 1, 16), &truth);
+    let error = |stage: &mut Stage<'_>, strategy| {
+        measure(&stage.render(&camera, SIZE, &params(strategy), 1, 16), &truth, Metric::Mse)
+    };
     let [both, lights, bsdf] =
         [Strategy::Both, Strategy::Lights, Strategy::Bsdf].map(|strategy| error(&mut stage, strategy));
     println!("veach, 16 spp, MSE: both {both:.3e}, lights {lights:.3e}, bsdf {bsdf:.3e}");
@@ -102,11 +101,7 @@ fn backends_agree() {
             let params = ReferenceParams { max_bounces: 4, ..Default::default() };
             let estimate = Stage::on(&device, scene, backend).render(&camera, [32, 24], &params, 5, 4);
             let first = first.get_or_insert_with(|| estimate.clone());
-            let terms = first.pixels.iter().zip(&estimate.pixels).map(|(a, b)| {
-                let (a, b) = (a.mean.as_dvec3(), b.mean.as_dvec3());
-                ((a - b) * (a - b) / (a * a + pt_core::metrics::RELMSE_EPSILON)).element_sum() / 3.0
-            });
-            let relmse = terms.sum::<f64>() / first.pixels.len() as f64;
+            let relmse = measure(&estimate, first, Metric::RelMse);
             println!("{name}: {backend} relMSE {relmse:.2e}");
             assert!(relmse <= 1e-4, "{name}: {backend} differs by relMSE {relmse}");
         }
@@ -122,8 +117,7 @@ fn nested_solids_by_priority_or_by_single_interfaces() {
         let camera = scene.default_camera();
         Stage::new(&device, scene).render(&camera, SIZE, &params, seed, 192)
     });
-    // Sidak: a chance of 1 % for any of the pixels to fail by chance.
-    let share = agreement(&overlapping, &gapless, 4.9);
+    let share = measure(&overlapping, &gapless, Metric::ZTest);
     println!("glass and glass-gapless agree in {:.3} % of the pixels", 100.0 * share);
     assert!(share >= 0.9975, "{share}");
 }
@@ -191,9 +185,29 @@ fn stored_estimates_are_met() {
         let scene = builtin(name).unwrap();
         let camera = scene.default_camera();
         let estimate = Stage::new(&device, scene).render(&camera, stored.size, &Default::default(), 0, spp);
-        // Sidak: a chance of 1 % for any of the pixels to fail by chance.
-        let share = agreement(&estimate, &stored, 4.7);
+        let share = measure(&estimate, &stored, Metric::ZTest);
         println!("{name}: {:.3} % of the pixels agree with the stored ones", 100.0 * share);
         assert!(share >= 0.9975, "{name}: {share}");
     }
+}
+
+/// Where a pixel sees many texels, few samples with filtered textures are nearer to the truth than with the finest ones; near by
+/// both are the same.
+#[test]
+fn ray_cones_filter_textures() {
+    let device = TestDevice::open();
+    let scene = builtin("textures").unwrap();
+    let camera = scene.default_camera();
+    let mut stage = Stage::new(&device, scene);
+    let params = |ray_cones| ReferenceParams { ray_cones, max_bounces: 0, ..Default::default() };
+    let truth = stage.render(&camera, SIZE, &params(false), 9, 256);
+    let [plain, cones] = [false, true].map(|ray_cones| {
+        measure(&stage.render(&camera, SIZE, &params(ray_cones), 1, 1), &truth, Metric::RelMse)
+    });
+    println!("textures, 1 sample, relMSE: finest level {plain:.3e}, ray cones {cones:.3e}");
+    assert!(cones < 0.7 * plain, "{cones} instead of {plain}");
+    // Many samples show the bias, and that it is small.
+    let bias = measure(&stage.render(&camera, SIZE, &params(true), 1, 256), &truth, Metric::RelMse);
+    println!("256 samples with ray cones: relMSE {bias:.3e}");
+    assert!(bias < plain / 4.0, "{bias}");
 }

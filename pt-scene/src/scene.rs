@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::animation::{Pose, Rig, visible};
 use crate::light::shines;
+use crate::validate::MAX_COORDINATE;
 use crate::{AnimationInfo, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Texture};
 
 /// Everything that is to be rendered.
@@ -237,8 +238,10 @@ impl Scene {
     }
 }
 
-/// Finite, with a determinant that leaves room for an inverse in single precision.
+/// Finite, with an inverse in single precision that takes all of the world, MAX_COORDINATE to each side, to finite points.
 pub(crate) fn is_invertible(transform: &Affine3A) -> bool {
     let determinant = transform.matrix3.determinant();
-    transform.is_finite() && determinant.is_normal() && transform.inverse().is_finite()
+    let inverse = transform.inverse();
+    let [x, y, z] = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(|axis| axis.abs() * MAX_COORDINATE);
+    transform.is_finite() && determinant.is_normal() && (x + y + z + inverse.translation.abs()).is_finite()
 }

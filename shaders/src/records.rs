@@ -393,6 +393,11 @@ pub const FEATURE_METALLIC_ROUGHNESS_TEXTURE: u32 = 2;
 pub const FEATURE_NORMAL_TEXTURE: u32 = 4;
 /// Emission textures.
 pub const FEATURE_EMISSIVE_TEXTURE: u32 = 8;
+/// Any texture of the base layer.
+pub const FEATURES_TEXTURE: u32 = FEATURE_BASE_COLOR_TEXTURE
+    | FEATURE_METALLIC_ROUGHNESS_TEXTURE
+    | FEATURE_NORMAL_TEXTURE
+    | FEATURE_EMISSIVE_TEXTURE;
 /// Materials with a `LobeRecord`.
 pub const FEATURE_LOBES: u32 = 16;
 /// Materials that transmit light.

@@ -214,6 +214,20 @@ impl<'f, 'r> Pass<'f, 'r> {
     /// A binding that the kernel has not, one that it has and the pass lacks, a resource of the wrong kind or format, or
     /// an access that the kernel's instructions contradict.
     pub fn dispatch(self, extent: [u32; 3]) -> Result<()> {
+        self.launch(extent, None)
+    }
+
+    /// As [`Pass::dispatch`], for an amount of work that an earlier pass has found out: as many workgroups as the three words at
+    /// `offset` bytes in `groups` say, for which `extent` must have room. A ray tracing pipeline launches all of `extent`,
+    /// so the kernel itself must know where the work ends.
+    ///
+    /// # Errors
+    /// As [`Pass::dispatch`].
+    pub fn dispatch_indirect(self, extent: [u32; 3], groups: &Buffer, offset: u64) -> Result<()> {
+        self.launch(extent, Some((groups, offset)))
+    }
+
+    fn launch(self, extent: [u32; 3], groups: Option<(&Buffer, u64)>) -> Result<()> {
         let fail = |problem: String| Error::Pass {
             pass: self.name.clone(),
             kernel: self.kernel.name().into(),
@@ -223,6 +237,8 @@ impl<'f, 'r> Pass<'f, 'r> {
         let device = self.frame.device().clone();
         let stage = self.kernel.stage();
         let mut touches = Vec::new();
+        // Before the kernel's own accesses, which may be to the same buffer.
+        touches.extend(groups.map(|(buffer, _)| (buffer.id(), INDIRECT_READ)));
         for (resource, how) in self.bound.values() {
             touches.push((resource.id(), touch(stage, resource, *how)));
         }
@@ -249,11 +265,14 @@ impl<'f, 'r> Pass<'f, 'r> {
         };
         let mut keep: Vec<_> = self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
         keep.push(Keep::Kernel(self.kernel.clone()));
+        keep.extend(groups.map(|(buffer, _)| Keep::Buffer(buffer.clone())));
         keep.extend(self.textures.clone().map(Keep::Textures));
         let (kernel, push) = (self.kernel, &self.push);
         self.frame.encode(info, &touches, keep, |_, cmd| {
             // SAFETY: recording; the sets were made from the kernel's layouts; the slot keeps the kernel.
-            unsafe { kernel.encode(cmd, &sets, push, extent) };
+            unsafe {
+                kernel.encode(cmd, &sets, push, extent, groups.map(|(b, offset)| (b.handle(), offset)))
+            };
         })
     }
 
@@ -388,6 +407,12 @@ fn spirv_format(format: pt_shaders::channels::Format) -> spirq::ty::ImageFormat 
         F::R16Uint => I::R16ui,
     }
 }
+
+const INDIRECT_READ: Touch = Touch {
+    stage: vk::PipelineStageFlags2::DRAW_INDIRECT,
+    access: vk::AccessFlags2::INDIRECT_COMMAND_READ,
+    write: false,
+};
 
 fn touch(stage: vk::PipelineStageFlags2, resource: &Resource, how: Use) -> Touch {
     use vk::AccessFlags2 as A;

@@ -17,6 +17,14 @@ const MAX_PASSES: u32 = 256;
 /// A frame that takes longer hangs.
 const TIMEOUT_S: u64 = 600;
 
+/// After copies that the host reads.
+const TO_HOST: Barrier = Barrier {
+    src_stage: vk::PipelineStageFlags2::ALL_TRANSFER,
+    src_access: vk::AccessFlags2::TRANSFER_WRITE,
+    dst_stage: vk::PipelineStageFlags2::HOST,
+    dst_access: vk::AccessFlags2::HOST_READ,
+};
+
 /// Time of one pass.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct PassTiming {
@@ -290,6 +298,33 @@ impl<'r> Frame<'r> {
         self.encode(info, &touches, keep, |raw, cmd| {
             // SAFETY: recording; both buffers are kept alive by the slot.
             unsafe { raw.cmd_copy_buffer(cmd, staging.handle(), buffer.handle(), &region) };
+        })
+    }
+
+    /// Copies a buffer into a [`Location::Readback`] buffer of at least its size, in frame order; [`Buffer::mapped`] shows what was there
+    /// once the frame is finished.
+    pub fn download(&mut self, buffer: &Buffer, to: &Buffer) -> Result<()> {
+        let touch = |access, write| Touch { stage: vk::PipelineStageFlags2::ALL_TRANSFER, access, write };
+        let touches = [
+            (buffer.id(), touch(vk::AccessFlags2::TRANSFER_READ, false)),
+            (to.id(), touch(vk::AccessFlags2::TRANSFER_WRITE, true)),
+        ];
+        let info = PassInfo {
+            name: format!("download {}", buffer.name()),
+            kernel: "(copy)".into(),
+            extent: [buffer.size() as u32, 1, 1],
+            reads: vec![buffer.name().into()],
+            writes: vec![to.name().into()],
+            bytes: buffer.size(),
+        };
+        let region = [vk::BufferCopy::default().size(buffer.size())];
+        let keep = [Keep::Buffer(buffer.clone()), Keep::Buffer(to.clone())];
+        self.encode(info, &touches, keep, |raw, cmd| {
+            // SAFETY: recording; both buffers are kept alive by the slot.
+            unsafe {
+                raw.cmd_copy_buffer(cmd, buffer.handle(), to.handle(), &region);
+                TO_HOST.encode(raw, cmd);
+            }
         })
     }
 

@@ -197,7 +197,8 @@ impl Kernel {
         }
     }
 
-    /// Binds pipeline, sets and push constants, and starts `extent` threads.
+    /// Binds pipeline, sets and push constants, and starts `extent` threads; a compute kernel as many workgroups as stand at
+    /// `groups`, if given.
     ///
     /// # Safety
     /// `cmd` is recording; the sets match the layout; the caller keeps the kernel alive until the commands are done.
@@ -207,6 +208,7 @@ impl Kernel {
         sets: &[(u32, vk::DescriptorSet)],
         push: &[u8],
         extent: [u32; 3],
+        groups: Option<(vk::Buffer, u64)>,
     ) {
         let Inner { layout, pipeline, launch, .. } = &*self.0;
         let raw = layout.device.raw();
@@ -225,8 +227,12 @@ impl Kernel {
             }
             match launch {
                 Launch::Compute(group) => {
-                    let n: [u32; 3] = std::array::from_fn(|i| extent[i].div_ceil(group[i]));
-                    raw.cmd_dispatch(cmd, n[0], n[1], n[2]);
+                    if let Some((buffer, offset)) = groups {
+                        raw.cmd_dispatch_indirect(cmd, buffer, offset);
+                    } else {
+                        let n: [u32; 3] = std::array::from_fn(|i| extent[i].div_ceil(group[i]));
+                        raw.cmd_dispatch(cmd, n[0], n[1], n[2]);
+                    }
                 }
                 Launch::RayTracing(table) => {
                     if let Some(extension) = &layout.device.inner().ray_tracing_pipeline {
