@@ -31,6 +31,7 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.shadow_rays = 0u;
     path.sample_index = sample_index;
     path.interior = EMPTY_INTERIOR;
+    if (scene_has(FEATURE_TRANSMISSION)) path.interior = InteriorList(push.camera_solids, push.camera_iors);
     path.cone = vec2(0.0);
     if (ray_cones != 0u) path.cone = pixel_cone(pixel);
     return path;

@@ -18,7 +18,7 @@ impl Triangle {
     }
 
     /// Distance and weights of the second and third corner (Moller and Trumbore 1997).
-    fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, [f64; 2])> {
+    pub(crate) fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, [f64; 2])> {
         let [e1, e2] = self.edges;
         let p = direction.cross(e2);
         let determinant = e1.dot(p);

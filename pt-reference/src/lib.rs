@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod bvh;
+mod camera_interior;
 pub mod direct;
 mod files;
 mod film;

@@ -1,9 +1,10 @@
 use crate::film::FilmState;
 use crate::kernels;
 use crate::oracle::albedo;
+use crate::oracle::interior::{CAPACITY, InteriorList};
 use crate::params::{Heuristic, ReferenceParams, Strategy};
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
-use glam::{UVec2, UVec3};
+use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result};
 use pt_lights::LightTables;
@@ -60,6 +61,7 @@ pub struct PathTracer {
     shade: Kernel,
     shadow: Kernel,
     params: ReferenceParams,
+    camera_solids: [(u32, f32); CAPACITY],
     size: [u32; 2],
     bsdf_tables: Buffer,
     film: Buffer,
@@ -105,6 +107,7 @@ impl PathTracer {
             shade: compute(&kernels::PATH_SHADE)?,
             shadow: trace(&kernels::PATH_SHADOW)?,
             params,
+            camera_solids: [(0, 1.0); CAPACITY],
             size,
             bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &albedo::packed())?,
             film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
@@ -121,6 +124,15 @@ impl PathTracer {
         };
         tracer.set(&FilmState::zero(size))?;
         Ok(tracer)
+    }
+
+    /// States what solids the camera is inside of; none unless told.
+    pub(crate) fn set_camera_interior(&mut self, interior: &InteriorList) {
+        self.camera_solids = [(0, 1.0); CAPACITY];
+        for (place, solid) in self.camera_solids.iter_mut().zip(interior.solids()) {
+            // As make_solid() of interior.glsl.
+            *place = ((solid.material + 1) << 8 | solid.priority.min(255), solid.ior);
+        }
     }
 
     /// Replaces the sums, for a render that goes on; waits.
@@ -231,6 +243,8 @@ impl PathTracer {
                 Strategy::Bsdf => records::STRATEGY_BSDF,
             },
             clamp: params.clamp,
+            camera_solids: UVec4::from_array(self.camera_solids.map(|(word, _)| word)),
+            camera_iors: Vec4::from_array(self.camera_solids.map(|(_, ior)| ior)),
             log2_spp: params.spp.max(1).next_power_of_two().trailing_zeros(),
             turn: 0,
         }

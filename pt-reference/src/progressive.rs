@@ -1,3 +1,4 @@
+use crate::camera_interior::interior_at;
 use crate::film::FilmState;
 use crate::params::ReferenceParams;
 use crate::path_tracer::{PathTracer, Tile, Turns};
@@ -106,6 +107,8 @@ impl Progressive {
                 gpu.update(&mut frame, scene)?;
                 if let Some(view) = self.view.take() {
                     self.uniforms.upload(&mut frame, &view)?;
+                    let position = view.camera.world_from_view.w_axis.truncate();
+                    self.tracer.set_camera_interior(&interior_at(scene, position));
                 }
                 let work = Turns { tile, samples: samples.clone(), turns };
                 self.tracer.record(&mut frame, gpu, lights, &self.uniforms, work)?;

@@ -1,6 +1,6 @@
 //! Records and constants that the kernels share with the host (`reference_records.glsl`).
 
-use pt_shaders::glam::{UVec2, UVec3, Vec2, Vec3};
+use pt_shaders::glam::{UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
 use pt_shaders::{GpuStruct, gpu_struct};
 
 /// `PathPush::heuristic`: shares in proportion to the densities.
@@ -81,6 +81,10 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the path tracer's kernels.
     pub struct PathPush {
+        /// Interior list of the camera (interior.glsl): words and indices of refraction.
+        pub camera_solids: UVec4,
+        /// See `camera_solids`.
+        pub camera_iors: Vec4,
         /// `FilmPixel[]`, rows from the top.
         pub film: u64,
         /// `FirstHitPixel[]`, rows from the top.

@@ -198,8 +198,11 @@ fn absorption_along_a_slab() {
     add_mesh(&mut scene, positions, normals, indices, slab);
     let mut stage = Stage::new(&device, scene);
     let camera = Camera::look_at("through", Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, 1e-3);
+    let inside = Camera::look_at("inside", Vec3::ZERO, Vec3::NEG_Z, 1e-3);
     // No noise at all: off by what the offset of the ray's origin takes from the metre.
-    for pixel in stage.render(&camera, [16, 16], &Default::default(), 0, 16).pixels {
-        assert!((pixel.mean / 0.0625 - 1.0).abs().max_element() < 5e-5, "{pixel:?}");
+    for (camera, expected) in [(camera, 0.0625), (inside, 0.25)] {
+        for pixel in stage.render(&camera, [16, 16], &Default::default(), 0, 16).pixels {
+            assert!((pixel.mean / expected - 1.0).abs().max_element() < 5e-5, "{}: {pixel:?}", camera.name);
+        }
     }
 }

@@ -44,7 +44,7 @@ pub use import::{
     MAX_TEXTURE_SIDE, Support, load, load_bytes, open, support,
 };
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef};
+pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef, media};
 pub use mesh::Mesh;
 pub use motion::{Blink, LightMotion, Motion};
 pub use scene::{Attachment, Bounds, Instance, Scene, Statistics};

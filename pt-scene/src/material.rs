@@ -1,4 +1,5 @@
 use glam::{Affine2, Vec3, Vec4};
+use std::collections::BTreeMap;
 
 /// How alpha (base colour factor x texture x vertex colour) acts on visibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -274,6 +275,11 @@ impl Material {
         self.transmission > 0.0 && self.metallic < 1.0
     }
 
+    /// Whether its surfaces bound a solid (KHR_materials_volume).
+    pub fn is_solid(&self) -> bool {
+        self.transmission > 0.0 && self.thickness > 0.0
+    }
+
     /// Whether visibility has to look at alpha: MASK and BLEND.
     pub fn is_masked(&self) -> bool {
         self.alpha_mode != AlphaMode::Opaque
@@ -295,4 +301,16 @@ impl Material {
         .chain(self.lobes.iter().flat_map(|lobes| lobes.textures()))
         .filter_map(|(slot, texture)| texture.map(|t| (slot, t)))
     }
+}
+
+/// For each material the first one with the same medium behind its surfaces: one solid may be bounded by several materials
+/// (walls that are wet in part, say).
+pub fn media(materials: &[Material]) -> Vec<u32> {
+    let mut first = BTreeMap::new();
+    let number = |(i, m): (usize, &Material)| {
+        let color = m.attenuation_color.to_array().map(f32::to_bits);
+        let medium = (m.priority, m.ior.to_bits(), color, m.attenuation_distance.to_bits());
+        *first.entry(medium).or_insert(i as u32)
+    };
+    materials.iter().enumerate().map(number).collect()
 }

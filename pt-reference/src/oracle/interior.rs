@@ -73,6 +73,11 @@ impl InteriorList {
         self.0.iter().copied().max_by(Solid::strength)
     }
 
+    /// All of them, in no order.
+    pub fn solids(&self) -> &[Solid] {
+        &self.0
+    }
+
     /// Whether the path has entered it.
     pub fn holds(&self, solid: &Solid) -> bool {
         self.0.iter().any(|s| s.is_same(solid))

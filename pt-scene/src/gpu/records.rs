@@ -1,6 +1,6 @@
 //! From scene types to GPU records.
 
-use crate::{AlphaMode, Instance, Lobes, Material, Mesh, TextureRef};
+use crate::{AlphaMode, Instance, Lobes, Material, Mesh, TextureRef, media};
 use glam::{Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector, pack_unorm4x8};
 use pt_shaders::records::{
@@ -9,7 +9,6 @@ use pt_shaders::records::{
     LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
     MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
-use std::collections::BTreeMap;
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
     let Some(TextureRef { texture, uv_set, transform }) = texture else {
@@ -88,18 +87,6 @@ fn lobe(m: &Material) -> LobeRecord {
         iridescence_texture: texture_slot(l.iridescence_texture),
         iridescence_thickness_texture: texture_slot(l.iridescence_thickness_texture),
     }
-}
-
-/// For each material the first one with the same medium behind its surfaces: one solid may be bounded by several materials
-/// (walls that are wet in part, say).
-fn media(materials: &[Material]) -> Vec<u32> {
-    let mut first = BTreeMap::new();
-    let number = |(i, m): (usize, &Material)| {
-        let color = m.attenuation_color.to_array().map(f32::to_bits);
-        let medium = (m.priority, m.ior.to_bits(), color, m.attenuation_distance.to_bits());
-        *first.entry(medium).or_insert(i as u32)
-    };
-    materials.iter().enumerate().map(number).collect()
 }
 
 fn material(m: &Material, lobes: u32, medium: u32, exterior: Option<u32>) -> MaterialRecord {
