@@ -1,6 +1,7 @@
 use crate::bvh::Triangle;
+use crate::direct::double;
 use crate::oracle::interior::{Boundary, InteriorList, Solid};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use pt_scene::{Scene, media};
 
 /// Solids that a point is inside of, for paths that begin there: what a ray to infinity leaves without having entered it. Deforming meshes
@@ -31,13 +32,10 @@ fn boundaries(scene: &Scene, origin: DVec3) -> impl Iterator<Item = (Boundary, b
     let mut hits = Vec::new();
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh as usize];
-        let world_from_object = DAffine3::from_mat3_translation(
-            glam::Mat3::from(instance.world_from_object.matrix3).as_dmat3(),
-            Vec3::from(instance.world_from_object.translation).as_dvec3(),
-        );
+        let world_from_object = double(&instance.world_from_object);
         let mirrored = world_from_object.matrix3.determinant() < 0.0;
-        for (t, &own) in mesh.triangle_materials.iter().enumerate() {
-            let index = instance.material.unwrap_or(own);
+        for t in 0..mesh.triangle_count() {
+            let index = instance.material_at(mesh, t);
             let material = &scene.materials[index as usize];
             if !material.is_solid() {
                 continue;

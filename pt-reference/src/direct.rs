@@ -280,7 +280,7 @@ fn grid(columns: u32, rows: u32, shift: DVec2) -> impl Iterator<Item = DVec2> {
     })
 }
 
-fn double(m: &glam::Affine3A) -> DAffine3 {
+pub(crate) fn double(m: &glam::Affine3A) -> DAffine3 {
     let column = |axis: glam::Vec3A| Vec3::from(axis).as_dvec3();
     DAffine3::from_cols(
         column(m.matrix3.x_axis),
