@@ -188,7 +188,7 @@ pub struct BenchPathArgs {
     /// Scattering events after the first hit, at most.
     #[arg(long, value_name = "B", default_value_t = 8)]
     pub max_bounces: u32,
-    /// Timed windows; the best counts.
+    /// Timed windows; the median counts.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub windows: u32,
     /// Where it runs.

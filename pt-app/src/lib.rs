@@ -3,7 +3,8 @@
 pub mod aov;
 pub mod bake;
 pub mod bench;
-pub mod bench_post;
+mod bench_path;
+mod bench_post;
 pub mod cli;
 pub mod cli_reference;
 pub mod compare;

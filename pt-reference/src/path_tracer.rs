@@ -113,7 +113,7 @@ impl PathTracer {
             film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
             first_hit: buffer("first hits", pixels * size_of::<FirstHitPixel>() as u64)?,
             dropped: buffer("dropped samples", 4)?,
-            progress: Buffer::from_slice(device, "progress", &[no_progress()])?,
+            progress: Buffer::from_slice(device, "progress", &[no_progress(device)])?,
             progress_read: Buffer::new(
                 device,
                 "progress read-back",
@@ -254,8 +254,15 @@ impl PathTracer {
 /// Whether threads are sorted by material before they shade. A CPU samples a texture for all its lanes at once or for one lane after
 /// the other: sorting saves a sixth of shading. On a GPU (NVIDIA H200) it costs as much.
 fn sorts_by_material(device: &Device, scene: &GpuScene) -> bool {
-    device.info().kind == "cpu" && scene.features() & FEATURES_TEXTURE != 0
+    is_cpu(device) && scene.features() & FEATURES_TEXTURE != 0
 }
+
+fn is_cpu(device: &Device) -> bool {
+    device.info().kind == "cpu"
+}
+
+/// About what a GPU has threads for at a time.
+const WIDE_DEVICE: u32 = 65536;
 
 /// Where in the progress record the workgroups of a launch over a list stand.
 fn groups_of(list: u32, member: usize) -> u64 {
@@ -263,9 +270,10 @@ fn groups_of(list: u32, member: usize) -> u64 {
 }
 
 /// Nothing listed.
-fn no_progress() -> ProgressRecord {
+fn no_progress(device: &Device) -> ProgressRecord {
     let none = SlotListRecord { count: 0, trace_groups: UVec3::ONE, shade_groups: UVec3::ONE };
-    ProgressRecord { lists: [none; 3], advance_groups: UVec3::ONE, sweep: 0, done: 0 }
+    let few_paths = if is_cpu(device) { 0 } else { WIDE_DEVICE };
+    ProgressRecord { lists: [none; 3], advance_groups: UVec3::ONE, sweep: 0, done: 0, few_paths }
 }
 
 /// The kinds of light that count and that the scene has.

@@ -75,6 +75,8 @@ gpu_struct! {
         pub sweep: u32,
         /// 1: no path was left for the last turn.
         pub done: u32,
+        /// Paths that leave threads of the device idle: while there are no more, every turn begins samples. Stays as it is.
+        pub few_paths: u32,
     }
 }
 

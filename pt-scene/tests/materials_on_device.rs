@@ -12,6 +12,7 @@ use pt_scene::{
     AlphaMode, BlockFormat, Filter, Instance, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Texels,
     Texture, TextureRef, TextureUsage, Wrap, linear_from_srgb,
 };
+use pt_shaders::records::{FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM, FEATURE_VERTEX_COLOR};
 
 #[allow(dead_code, reason = "each test program uses a part")]
 mod kernels {
@@ -47,24 +48,53 @@ fn scene(material: Material, textures: Vec<Texture>) -> Scene {
     scene
 }
 
-/// The material at points of the quad given by their first UV.
+/// The material at points of the quad given by their first UV: the same whether the kernel was made for any scene or for this one.
 fn samples(device: &TestDevice, scene: &Scene, at: &[Vec2], footprint: f32) -> Vec<MaterialResult> {
     // The triangle's vertices are in the order 0, 2, 1: the second weight is v, the third u.
     let case =
         |uv: &Vec2| MaterialCase { barycentrics: Vec2::new(uv.y, uv.x), instance: 0, triangle: 0, footprint };
     let cases: Vec<_> = at.iter().map(case).collect();
     let mut gpu = GpuScene::new(device, scene, TraceBackend::Compute).unwrap();
-    let kernel = Kernel::compute::<()>(device, &kernels::MATERIAL_SAMPLES).unwrap();
     let cases = Buffer::from_slice(device, "cases", &cases).unwrap();
     let size = (at.len() * size_of::<MaterialResult>()) as u64;
     let results = Buffer::new(device, "results", size, Location::Device).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
-    let mut frame = recorder.begin().unwrap();
-    gpu.update(&mut frame, scene).unwrap();
-    let pass = frame.pass("materials", &kernel).read("cases", &cases).write("results", &results);
-    gpu.bind(pass).dispatch([at.len() as u32, 1, 1]).unwrap();
-    frame.submit().unwrap();
-    results.read().unwrap()
+    let [general, specialized]: [Vec<MaterialResult>; 2] = [u32::MAX, gpu.features()].map(|features| {
+        let kernel = Kernel::specialized::<()>(device, &kernels::MATERIAL_SAMPLES, &[features]).unwrap();
+        let mut frame = recorder.begin().unwrap();
+        gpu.update(&mut frame, scene).unwrap();
+        let pass = frame.pass("materials", &kernel).read("cases", &cases).write("results", &results);
+        gpu.bind(pass).dispatch([at.len() as u32, 1, 1]).unwrap();
+        frame.submit().unwrap();
+        results.read().unwrap()
+    });
+    assert_eq!(specialized, general);
+    specialized
+}
+
+#[test]
+fn features_name_what_is_beyond_plain_textures() {
+    let device = TestDevice::open();
+    let texel = [200, 100, 50, 255];
+    let extra = FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_UV | FEATURE_VERTEX_COLOR;
+    let turned = Affine2::from_angle(0.5);
+    for (color, texture, expected) in [
+        (Vec4::ONE, TextureRef::new(0), 0),
+        (Vec4::new(1.0, 1.0, 1.0, 0.5), TextureRef::new(0), FEATURE_VERTEX_COLOR),
+        (Vec4::ONE, TextureRef { uv_set: 1, ..TextureRef::new(0) }, FEATURE_SECOND_UV),
+        (Vec4::ONE, TextureRef { transform: turned, ..TextureRef::new(0) }, FEATURE_TEXTURE_TRANSFORM),
+    ] {
+        let material = Material { base_color_texture: Some(texture), ..Material::default() };
+        let mut scene = scene(material, vec![flat(TextureUsage::Color, texel)]);
+        scene.meshes[0].colors.fill(color);
+        let features = GpuScene::new(&device, &scene, TraceBackend::Compute).unwrap().features();
+        assert_eq!(features & extra, expected);
+        let [sample] = samples(&device, &scene, &[Vec2::splat(0.3)], 0.0)[..] else { panic!() };
+        near3(
+            sample.base_color,
+            Vec3::from_array([200, 100, 50].map(|v| linear_from_srgb(v as f32 / 255.0))),
+        );
+    }
 }
 
 fn flat(usage: TextureUsage, texel: [u8; 4]) -> Texture {

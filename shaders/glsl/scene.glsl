@@ -36,15 +36,21 @@ vec2 interpolate(vec2 a, vec2 b, vec2 c, vec2 bary) {
     return r;
 }
 
+bool is_first_uv(uint uv_set) { return !scene_has(FEATURE_SECOND_UV) || uv_set == 0u; }
+
+vec4 vertex_color(VertexRecord v) { return scene_has(FEATURE_VERTEX_COLOR) ? unpackUnorm4x8(v.color) : vec4(1.0); }
+
 vec2 triangle_uv(MeshRecord mesh, uvec3 index, vec2 bary, uint uv_set) {
     VertexTable v = VertexTable(mesh.vertices);
-    vec2 a = uv_set == 0u ? vec2(v.at[index.x].uv0[0], v.at[index.x].uv0[1]) : vec2(v.at[index.x].uv1[0], v.at[index.x].uv1[1]);
-    vec2 b = uv_set == 0u ? vec2(v.at[index.y].uv0[0], v.at[index.y].uv0[1]) : vec2(v.at[index.y].uv1[0], v.at[index.y].uv1[1]);
-    vec2 c = uv_set == 0u ? vec2(v.at[index.z].uv0[0], v.at[index.z].uv0[1]) : vec2(v.at[index.z].uv1[0], v.at[index.z].uv1[1]);
+    bool first = is_first_uv(uv_set);
+    vec2 a = first ? vec2(v.at[index.x].uv0[0], v.at[index.x].uv0[1]) : vec2(v.at[index.x].uv1[0], v.at[index.x].uv1[1]);
+    vec2 b = first ? vec2(v.at[index.y].uv0[0], v.at[index.y].uv0[1]) : vec2(v.at[index.y].uv1[0], v.at[index.y].uv1[1]);
+    vec2 c = first ? vec2(v.at[index.z].uv0[0], v.at[index.z].uv0[1]) : vec2(v.at[index.z].uv1[0], v.at[index.z].uv1[1]);
     return interpolate(a, b, c, bary);
 }
 
 vec2 transform_uv(TextureSlot slot, vec2 uv) {
+    if (!scene_has(FEATURE_TEXTURE_TRANSFORM)) return uv;
     precise vec2 r = fma(vec2(slot.transform[0][0], slot.transform[1][0]), uv.xx,
                          fma(vec2(slot.transform[0][1], slot.transform[1][1]), uv.yy,
                              vec2(slot.transform[0][2], slot.transform[1][2])));
@@ -64,8 +70,8 @@ float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     if ((flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u) return 1.0;
     uvec3 index = IndexTable(mesh.indices).at[triangle];
     VertexTable v = VertexTable(mesh.vertices);
-    float vertex_alpha = interpolate(vec2(unpackUnorm4x8(v.at[index.x].color).a), vec2(unpackUnorm4x8(v.at[index.y].color).a),
-                                     vec2(unpackUnorm4x8(v.at[index.z].color).a), bary).x;
+    float vertex_alpha = interpolate(vec2(vertex_color(v.at[index.x]).a), vec2(vertex_color(v.at[index.y]).a),
+                                     vec2(vertex_color(v.at[index.z]).a), bary).x;
     float alpha = material.at[material_index].base_color.w * vertex_alpha;
     TextureSlot slot = material.at[material_index].base_color_texture;
     if (slot.texture != NONE) {

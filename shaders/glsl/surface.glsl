@@ -87,7 +87,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
         n += w[i] * unpack_unit_vector(v.normal);
         t += w[i] * tangent.xyz;
         bitangent_sign = tangent.w;
-        s.color += w[i] * unpackUnorm4x8(v.color);
+        s.color += w[i] * vertex_color(v);
         uv[0][i] = vec2(v.uv0[0], v.uv0[1]);
         uv[1][i] = vec2(v.uv1[0], v.uv1[1]);
     }
@@ -124,7 +124,7 @@ Footprint cone_footprint(Surface s, vec3 direction, float radius) {
 
 vec4 sample_texture(TextureSlot slot, Surface s, Footprint f, float lod_scale) {
     // By choice and not by index, which would put the surface into memory.
-    bool first = slot.uv_set == 0u;
+    bool first = is_first_uv(slot.uv_set);
     vec2 uv = transform_uv(slot, first ? s.uv[0] : s.uv[1]);
     vec2 duv1 = first ? s.duv1[0] : s.duv1[1], duv2 = first ? s.duv2[0] : s.duv2[1];
     // No footprint: the finest level.

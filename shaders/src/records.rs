@@ -389,7 +389,7 @@ pub const KIND_ENVIRONMENT: u32 = 8;
 pub const FEATURE_BASE_COLOR_TEXTURE: u32 = 1;
 /// Roughness and metalness textures.
 pub const FEATURE_METALLIC_ROUGHNESS_TEXTURE: u32 = 2;
-/// Normal maps.
+/// Normal maps, of the coat too.
 pub const FEATURE_NORMAL_TEXTURE: u32 = 4;
 /// Emission textures.
 pub const FEATURE_EMISSIVE_TEXTURE: u32 = 8;
@@ -404,6 +404,12 @@ pub const FEATURE_LOBES: u32 = 16;
 pub const FEATURE_TRANSMISSION: u32 = 32;
 /// MASK or BLEND materials.
 pub const FEATURE_COVERAGE: u32 = 64;
+/// Textures whose UV transform is not the identity.
+pub const FEATURE_TEXTURE_TRANSFORM: u32 = 128;
+/// Textures that are read at the second UV set.
+pub const FEATURE_SECOND_UV: u32 = 256;
+/// Vertices that are not white.
+pub const FEATURE_VERTEX_COLOR: u32 = 512;
 
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
@@ -506,6 +512,9 @@ pub fn glsl() -> String {
         ("FEATURE_LOBES", FEATURE_LOBES),
         ("FEATURE_TRANSMISSION", FEATURE_TRANSMISSION),
         ("FEATURE_COVERAGE", FEATURE_COVERAGE),
+        ("FEATURE_TEXTURE_TRANSFORM", FEATURE_TEXTURE_TRANSFORM),
+        ("FEATURE_SECOND_UV", FEATURE_SECOND_UV),
+        ("FEATURE_VERTEX_COLOR", FEATURE_VERTEX_COLOR),
         ("LIGHT_POINT", LIGHT_POINT),
         ("LIGHT_SPOT", LIGHT_SPOT),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),

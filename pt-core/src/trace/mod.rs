@@ -9,6 +9,7 @@
 mod accel;
 mod backend;
 pub mod bench;
+mod bench_rays;
 pub mod bvh;
 pub mod native;
 mod push;
@@ -19,6 +20,7 @@ mod vulkan_as;
 pub use accel::AccelStructure;
 pub use backend::{TraceBackend, UnknownBackend};
 pub use bench::{Choice, choose};
+pub use bench_rays::{NativeRays, RayKind};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};
 pub use native::NativeScene;
 

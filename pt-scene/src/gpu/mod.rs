@@ -145,7 +145,7 @@ impl GpuScene {
         }
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
         let (material_records, lobe_records) = records::materials(&scene.materials);
-        let features = records::features(&material_records);
+        let features = records::features(scene, &material_records);
         let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
         let lobe_buffer = Buffer::from_slice(device, "lobes", &lobe_records)?;
         let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;
@@ -216,7 +216,7 @@ impl GpuScene {
         self.accel.backend()
     }
 
-    /// `FEATURE_*` bits of what the materials have, for kernels that are specialised.
+    /// `FEATURE_*` bits of what the materials and meshes have, for kernels that are specialised.
     pub fn features(&self) -> u32 {
         self.features
     }

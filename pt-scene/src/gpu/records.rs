@@ -1,13 +1,14 @@
 //! From scene types to GPU records.
 
-use crate::{AlphaMode, Instance, Lobes, Material, Mesh, TextureRef, media};
-use glam::{Affine3A, Vec4};
+use crate::{AlphaMode, Instance, Lobes, Material, Mesh, Scene, TextureRef, media};
+use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector, pack_unorm4x8};
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_LOBES,
-    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_TRANSMISSION, InstanceRecord,
-    LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
-    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
+    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM,
+    FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE,
+    MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot,
+    VertexRecord,
 };
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
@@ -42,8 +43,8 @@ pub(super) fn materials(materials: &[Material]) -> (Vec<MaterialRecord>, Vec<Lob
     (records, lobes)
 }
 
-/// `FEATURE_*` bits of what any of the materials has.
-pub(super) fn features(materials: &[MaterialRecord]) -> u32 {
+/// `FEATURE_*` bits of what any of the materials and meshes has. `materials`: the records of the scene's.
+pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
     let bit = |on: bool, feature: u32| if on { feature } else { 0 };
     let textured = |slot: &TextureSlot| slot.texture != NONE;
     let of = |m: &MaterialRecord| {
@@ -55,7 +56,14 @@ pub(super) fn features(materials: &[MaterialRecord]) -> u32 {
             | bit(m.transmission > 0.0, FEATURE_TRANSMISSION)
             | bit(m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0, FEATURE_COVERAGE)
     };
+    let uses = || scene.materials.iter().flat_map(Material::textures).map(|(_, texture)| texture);
+    let coat_normals = |m: &Material| m.lobes.as_ref().is_some_and(|l| l.clearcoat_normal_texture.is_some());
+    let colored = |mesh: &Mesh| mesh.colors.iter().any(|&color| color != Vec4::ONE);
     materials.iter().fold(0, |all, m| all | of(m))
+        | bit(scene.materials.iter().any(coat_normals), FEATURE_NORMAL_TEXTURE)
+        | bit(uses().any(|t| t.transform != Affine2::IDENTITY), FEATURE_TEXTURE_TRANSFORM)
+        | bit(uses().any(|t| t.uv_set != 0), FEATURE_SECOND_UV)
+        | bit(scene.meshes.iter().any(colored), FEATURE_VERTEX_COLOR)
 }
 
 fn lobe(m: &Material) -> LobeRecord {
