@@ -50,10 +50,13 @@ void main() {
 
     ivec2 size = textureSize(radiance, 0);
     ivec2 first = ivec2(gl_WorkGroupID.xy) * 16 * SPAN + ivec2(gl_LocalInvocationID.xy);
+    // A row is on its way while the one before is counted.
+    vec3 next[SPAN];
+    for (int x = 0; x < SPAN; ++x) next[x] = texelFetch(radiance, min(first + 16 * ivec2(x, 0), size - 1), 0).rgb;
     for (int y = 0; y < SPAN; ++y) {
-        vec3 c[SPAN];
-        for (int x = 0; x < SPAN; ++x) {
-            c[x] = texelFetch(radiance, min(first + 16 * ivec2(x, y), size - 1), 0).rgb;
+        vec3 c[SPAN] = next;
+        if (y + 1 < SPAN) {
+            for (int x = 0; x < SPAN; ++x) next[x] = texelFetch(radiance, min(first + 16 * ivec2(x, y + 1), size - 1), 0).rgb;
         }
         for (int x = 0; x < SPAN; ++x) count(c[x], first + 16 * ivec2(x, y), size);
     }
