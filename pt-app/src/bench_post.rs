@@ -92,7 +92,7 @@ impl Stages {
             taa: Taa::new(device, resolved)?,
             bloom: Bloom::new(device, resolved)?,
             exposure: Exposure::new(device)?,
-            tone_map: ToneMap::new(device)?,
+            tone_map: ToneMap::new(device, params.tonemap, Encoding::Srgb)?,
             fsr: params.uses_fsr().then(|| Fsr::new(device, resolved, output_size)).transpose()?,
             params,
         })
@@ -109,9 +109,9 @@ impl Stages {
             exposure.record(frame, taa.resolved(), Some(1.0 / 60.0), params)?;
             let picture = images.current(DISPLAY);
             match fsr {
-                None => tone_map.record(frame, bloomed, exposure, picture, Encoding::Srgb, params),
+                None => tone_map.record(frame, bloomed, exposure, picture, params),
                 Some(fsr) => {
-                    tone_map.record(frame, bloomed, exposure, fsr.codes(), Encoding::Srgb, params)?;
+                    tone_map.record(frame, bloomed, exposure, fsr.codes(), params)?;
                     fsr.record(frame, picture, params)
                 }
             }

@@ -61,6 +61,7 @@ impl FullFrame {
             &[post.encoding.channel()],
         ];
         let channels: Vec<ChannelId> = needed.into_iter().flatten().copied().collect();
+        let codes = if post.uses_fsr() { Fsr::input_encoding(post.encoding) } else { post.encoding };
         let uses_taa = post.uses_taa() && !accumulate;
         Ok(Self {
             uniforms: Uniforms::new(device, "frame_uniforms")?,
@@ -77,7 +78,7 @@ impl FullFrame {
                 .then(|| Bloom::new(device, resolved_size))
                 .transpose()?,
             exposure: Exposure::new(device)?,
-            tone_map: ToneMap::new(device)?,
+            tone_map: ToneMap::new(device, post.tonemap, codes)?,
             fsr: post.uses_fsr().then(|| Fsr::new(device, resolved_size, output_size)).transpose()?,
             time_step: None,
             jitter: [0.0; 2],
@@ -138,13 +139,11 @@ impl FullFrame {
             None => source.into(),
         };
         self.exposure.record(frame, source, self.time_step, &params.post)?;
-        let encoding = params.post.encoding;
-        let picture = images.current(encoding.channel());
+        let picture = images.current(params.post.encoding.channel());
         let Some(fsr) = &self.fsr else {
-            return self.tone_map.record(frame, bloomed, &self.exposure, picture, encoding, &params.post);
+            return self.tone_map.record(frame, bloomed, &self.exposure, picture, &params.post);
         };
-        let codes = Fsr::input_encoding(encoding);
-        self.tone_map.record(frame, bloomed, &self.exposure, fsr.codes(), codes, &params.post)?;
+        self.tone_map.record(frame, bloomed, &self.exposure, fsr.codes(), &params.post)?;
         fsr.record(frame, picture, &params.post)
     }
 

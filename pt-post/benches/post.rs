@@ -43,6 +43,7 @@ impl Stages {
         let bloom = |mode| {
             Bloom::new(device, size).map(|bloom| (bloom, BloomParams { mode, ..BloomParams::default() }))
         };
+        let params = PostParams { tonemap: Tonemap::NoiseAware, ..params };
         Ok(Self {
             images,
             accumulate: Accumulate::new(device, size)?,
@@ -50,9 +51,9 @@ impl Stages {
             blooms: [bloom(BloomMode::Gaussian)?, bloom(BloomMode::Chain)?],
             mix: BloomMix::new(device, size)?,
             exposure: Exposure::new(device)?,
-            tone_map: ToneMap::new(device)?,
+            tone_map: ToneMap::new(device, params.tonemap, Encoding::Srgb)?,
             fsr: Fsr::new(device, size, output_size)?,
-            params: PostParams { tonemap: Tonemap::NoiseAware, ..params },
+            params,
         })
     }
 
@@ -67,7 +68,7 @@ impl Stages {
             self.mix.record(frame, bloomed)?;
         }
         self.exposure.record(frame, source, None, params)?;
-        self.tone_map.record(frame, source, &self.exposure, self.fsr.codes(), Encoding::Srgb, params)?;
+        self.tone_map.record(frame, source, &self.exposure, self.fsr.codes(), params)?;
         self.fsr.record(frame, images.current(DISPLAY), params)
     }
 }

@@ -8,6 +8,10 @@
 #include "tone_curves.glsl"
 #include "with_bloom.glsl"
 
+// Fixed when the kernels are made: with all operators at hand it is bound by registers.
+layout(constant_id = 0) const uint tonemap = TONEMAP_ACES;
+layout(constant_id = 1) const uint encoding = ENCODING_SRGB;
+
 layout(local_size_x = 32, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { TonemapPush push; };
 layout(set = 2, binding = 1, scalar) readonly buffer exposure { ExposureRecord exposed; };
@@ -38,7 +42,7 @@ vec3 noise_aware(vec3 x, bool hdr) {
 }
 
 vec3 display_value(vec3 x, bool hdr) {
-    switch (push.operator) {
+    switch (tonemap) {
         case TONEMAP_REINHARD: return reinhard(x);
         case TONEMAP_ACES: return aces_narkowicz(x);
         case TONEMAP_ACES_HILL: return aces_hill(x);
@@ -51,11 +55,11 @@ vec3 display_value(vec3 x, bool hdr) {
 
 vec3 codes(vec3 c) {
     for (int i = 0; i < 3; ++i) c[i] = is_nan(c[i]) ? 0.0 : clamp(c[i] * exposed.scale, 0.0, MAX_EXPOSED);
-    bool hdr = push.encoding != ENCODING_SRGB;
+    bool hdr = encoding != ENCODING_SRGB;
     vec3 shown = max(display_value(c, hdr), 0.0);
     if (!hdr) return srgb_encode(min(shown, 1.0));
     vec3 luminances = min(shown * push.paper_white, push.peak) / 10000.0;
-    if (push.encoding == ENCODING_SCRGB) return luminances * SCRGB_PER_PQ;
+    if (encoding == ENCODING_SCRGB) return luminances * SCRGB_PER_PQ;
     return pq_encode(REC2020_FROM_REC709 * luminances);
 }
 

@@ -146,10 +146,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `tonemap.comp` and `tonemap_codes.comp`.
     pub struct TonemapPush {
-        /// `TONEMAP_*`.
-        pub operator: u32,
-        /// `ENCODING_*`.
-        pub encoding: u32,
         /// 1 = dither 8-bit codes.
         pub dither: u32,
         /// 1 = the exposure is manual: the noise-aware curve, which follows the histogram, is moved along.

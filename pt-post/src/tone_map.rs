@@ -4,7 +4,7 @@ use crate::bloom::Bloomed;
 use crate::blue_noise::noise_buffer;
 use crate::exposure::Exposure;
 use crate::kernels;
-use crate::params::{Encoding, ExposureMode, PostParams};
+use crate::params::{Encoding, ExposureMode, PostParams, Tonemap};
 use crate::records::{TONEMAP_ROWS, TonemapPush};
 use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
 use pt_shaders::channels::Format;
@@ -19,20 +19,24 @@ pub struct ToneMap {
 }
 
 impl ToneMap {
-    /// Creates the kernels.
+    /// Creates the kernels for one curve, and for `encoding` where what they store are codes as half floats.
     ///
     /// # Errors
     /// When the device refuses.
-    pub fn new(device: &Device) -> Result<Self> {
+    pub fn new(device: &Device, tonemap: Tonemap, encoding: Encoding) -> Result<Self> {
+        let kernel = |code, encoding: Encoding| {
+            Kernel::specialized::<TonemapPush>(device, code, &[tonemap.code(), encoding.code()])
+        };
         Ok(Self {
-            picture_kernel: Kernel::compute::<TonemapPush>(device, &kernels::TONEMAP)?,
-            codes_kernel: Kernel::compute::<TonemapPush>(device, &kernels::TONEMAP_CODES)?,
+            picture_kernel: kernel(&kernels::TONEMAP, Encoding::Srgb)?,
+            codes_kernel: kernel(&kernels::TONEMAP_CODES, encoding)?,
             blue_noise: noise_buffer(device)?,
         })
     }
 
     /// Adds its pass to the frame. `target` has the size of `radiance`. Its format says what is stored: 8-bit codes are sRGB and
-    /// dithered, whatever `encoding` says; half floats are the codes of `encoding` themselves.
+    /// dithered; half floats are the codes of the encoding themselves. The curve is the one that the kernels were made for, whatever
+    /// `params` says.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
@@ -42,7 +46,6 @@ impl ToneMap {
         radiance: impl Into<Bloomed<'a>>,
         exposure: &Exposure,
         target: &Image,
-        encoding: Encoding,
         params: &PostParams,
     ) -> Result<()> {
         let bloomed = radiance.into();
@@ -58,8 +61,6 @@ impl ToneMap {
             .write("target", target);
         let pass = if picture { pass.read("blue_noise", &self.blue_noise) } else { pass };
         pass.push(&TonemapPush {
-            operator: params.tonemap.code(),
-            encoding: if picture { Encoding::Srgb } else { encoding }.code(),
             dither: params.dither.into(),
             manual: (params.exposure != ExposureMode::Auto).into(),
             bias: params.curve.bias,

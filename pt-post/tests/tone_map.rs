@@ -13,15 +13,15 @@ use pt_shaders::channels::Format;
 struct Bench {
     device: TestDevice,
     exposure: Exposure,
-    stage: ToneMap,
+    /// For the curves and encodings so far.
+    stages: Vec<((Tonemap, Encoding), ToneMap)>,
 }
 
 impl Bench {
     fn open() -> Self {
         let device = TestDevice::open();
         let exposure = Exposure::new(&device).unwrap();
-        let stage = ToneMap::new(&device).unwrap();
-        Self { device, exposure, stage }
+        Self { device, exposure, stages: Vec::new() }
     }
 
     fn show(
@@ -33,9 +33,14 @@ impl Bench {
     ) -> Image {
         let image = upload(&self.device, source, f32::NAN);
         let target = Image::new(&self.device, "target", format, source.size).unwrap();
+        let key = (params.tonemap, encoding);
+        let place = self.stages.iter().position(|(made_for, _)| *made_for == key).unwrap_or_else(|| {
+            self.stages.push((key, ToneMap::new(&self.device, key.0, key.1).unwrap()));
+            self.stages.len() - 1
+        });
         run(&self.device, |frame| {
             self.exposure.record(frame, &image, None, params).unwrap();
-            self.stage.record(frame, &image, &self.exposure, &target, encoding, params).unwrap();
+            self.stages[place].1.record(frame, &image, &self.exposure, &target, params).unwrap();
         });
         target
     }

@@ -41,6 +41,7 @@ impl Pipeline {
         if chain.accumulate {
             channels.push(ACCUMULATED);
         }
+        let codes = if fsr.is_some() { Fsr::input_encoding(params.encoding) } else { params.encoding };
         Ok(Self {
             device: device.clone(),
             images: ChannelImages::with_output(device, size, output_size, channels)?,
@@ -52,7 +53,7 @@ impl Pipeline {
             bloom_mix: (chain.bloom.is_some() && chain.tonemap.is_none())
                 .then(|| BloomMix::new(device, working_size))
                 .transpose()?,
-            tone_map: chain.tonemap.map(|_| ToneMap::new(device)).transpose()?,
+            tone_map: chain.tonemap.map(|_| ToneMap::new(device, params.tonemap, codes)).transpose()?,
             exposure: Exposure::new(device)?,
             fsr: fsr.transpose()?,
             params,
@@ -98,10 +99,9 @@ impl Pipeline {
         self.exposure.record(frame, bloomed.radiance, dt, params)?;
         let picture = images.current(params.encoding.channel());
         match &self.fsr {
-            None => tone_map.record(frame, bloomed, &self.exposure, picture, params.encoding, params),
+            None => tone_map.record(frame, bloomed, &self.exposure, picture, params),
             Some(fsr) => {
-                let encoding = Fsr::input_encoding(params.encoding);
-                tone_map.record(frame, bloomed, &self.exposure, fsr.codes(), encoding, params)?;
+                tone_map.record(frame, bloomed, &self.exposure, fsr.codes(), params)?;
                 fsr.record(frame, picture, params)
             }
         }
