@@ -27,8 +27,16 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Uin
 // t_max of rays to infinity, metres.
 const float RAY_FAR = 1e20;
 
-InstanceRecord scene_instance(uint i) { return InstanceTable(scene.instances).at[i]; }
-MeshRecord scene_mesh(uint i) { return MeshTable(scene.meshes).at[i]; }
+InstanceRecord scene_instance(uint i) {
+    if (!scene_has(FEATURE_INSTANCES)) return scene.first_instance;
+    return InstanceTable(scene.instances).at[i];
+}
+
+// Of an instance.
+MeshRecord scene_mesh(uint i) {
+    if (!scene_has(FEATURE_INSTANCES)) return scene.first_mesh;
+    return MeshTable(scene.meshes).at[i];
+}
 
 // Weighted by barycentrics, in a fixed order: visibility must come out the same in every kernel.
 vec2 interpolate(vec2 a, vec2 b, vec2 c, vec2 bary) {

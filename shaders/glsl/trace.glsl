@@ -51,12 +51,12 @@ vec3 triangle_intersection(Ray ray, vec3 v0, vec3 e1, vec3 e2) {
 
 // The hit of a world-space ray on a triangle that a driver's traversal named.
 Hit triangle_hit(Ray ray, uint instance, uint triangle) {
-    InstanceTable table = InstanceTable(scene.instances);
-    MeshRecord mesh = scene_mesh(table.at[instance].mesh);
+    InstanceRecord placed = scene_instance(instance);
+    MeshRecord mesh = scene_mesh(placed.mesh);
     uvec3 index = IndexTable(mesh.indices).at[triangle];
     PositionTable position = PositionTable(mesh.positions);
     vec3 v0 = position.at[index.x];
-    Ray local = object_space_ray(ray, table.at[instance].object_from_world);
+    Ray local = object_space_ray(ray, placed.object_from_world);
     vec3 uvt = triangle_intersection(local, v0, position.at[index.y] - v0, position.at[index.z] - v0);
     return Hit(instance, triangle, uvt.xy, uvt.z);
 }
@@ -70,13 +70,13 @@ bool is_covered(MeshRecord mesh, uint instance, uint triangle, vec2 bary, uint c
 // The same for a ray that a driver's traversal is on; the driver's own barycentrics may have other bits.
 bool is_hit_covered(Ray ray, uint instance, uint triangle, uint coverage_seed) {
     vec2 bary = triangle_hit(ray, instance, triangle).barycentrics;
-    return is_covered(scene_mesh(InstanceTable(scene.instances).at[instance].mesh), instance, triangle, bary, coverage_seed);
+    return is_covered(scene_mesh(scene_instance(instance).mesh), instance, triangle, bary, coverage_seed);
 }
 
 // Drivers number the primitives of each geometry from 0: geometry 0 is [0, first_masked), geometry 1 the masked rest.
 uint mesh_triangle(uint instance, uint geometry, uint primitive) {
     if (geometry == 0u) return primitive;
-    return primitive + scene_mesh(InstanceTable(scene.instances).at[instance].mesh).first_masked;
+    return primitive + scene_mesh(scene_instance(instance).mesh).first_masked;
 }
 
 const Hit MISS = Hit(NONE, NONE, vec2(0.0), 0.0);

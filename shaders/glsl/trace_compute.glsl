@@ -117,8 +117,6 @@ MeshTriangle load_triangle(uint64_t triangles, uint entry) {
 }
 
 Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
-    InstanceTable instances = InstanceTable(scene.instances);
-    MeshTable meshes = MeshTable(scene.meshes);
     UintTable top_entries = UintTable(scene.tlas_instances);
     Hit best = Hit(NONE, NONE, vec2(0.0), world_ray.t_max);
     Hit candidate = best; // a masked triangle that waits for its alpha test
@@ -136,7 +134,7 @@ Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
     uint height = 0u;
     uint bottom = 0u; // height below which the stack belongs to the level above
     // A lone instance is entered at once.
-    bool lone = scene.instance_count == 1u;
+    bool lone = !scene_has(FEATURE_INSTANCES) || scene.instance_count == 1u;
     if (lone) {
         inner = NO_SIBLINGS;
         leaves = uvec2(0u, 0x101u);
@@ -149,14 +147,15 @@ Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
             stack[height + 1u] = packUint2x32(leaves);
             height += 2u;
             bottom = height;
-            uint mesh = instances.at[instance].mesh;
-            nodes = meshes.at[mesh].bvh_nodes;
-            triangles = meshes.at[mesh].bvh_triangles;
-            first_masked = meshes.at[mesh].first_masked;
-            ray = object_space_ray(world_ray, instances.at[instance].object_from_world);
+            InstanceRecord entered = scene_instance(instance);
+            MeshRecord mesh = scene_mesh(entered.mesh);
+            nodes = mesh.bvh_nodes;
+            triangles = mesh.bvh_triangles;
+            first_masked = mesh.first_masked;
+            ray = object_space_ray(world_ray, entered.object_from_world);
             box = box_ray(ray);
             // One that the mask hides is left again after its root: nothing lies in an empty interval.
-            if ((instances.at[instance].mask & mask) == 0u) ray.t_min = 3e38;
+            if ((entered.mask & mask) == 0u) ray.t_min = 3e38;
             inner = ROOT;
             leaves = NO_SIBLINGS;
         }
@@ -189,7 +188,7 @@ Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
             if (!lone || candidate.instance != NONE || any_hit && best.instance != NONE) break;
         }
         if (ALPHA_TEST && candidate.instance != NONE) {
-            MeshRecord mesh = scene_mesh(instances.at[instance].mesh);
+            MeshRecord mesh = scene_mesh(scene_instance(instance).mesh);
             if (is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, coverage_seed)) best = candidate;
             candidate.instance = NONE;
         }

@@ -14,7 +14,7 @@ void ray_query(rayQueryEXT query, Ray ray, uint mask, uint coverage_seed, uint f
     while (rayQueryProceedEXT(query)) {
         // Only the masked geometry is not opaque and comes here.
         uint instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, false);
-        MeshRecord mesh = scene_mesh(InstanceTable(scene.instances).at[instance].mesh);
+        MeshRecord mesh = scene_mesh(scene_instance(instance).mesh);
         uint triangle = mesh.first_masked + rayQueryGetIntersectionPrimitiveIndexEXT(query, false);
         if (is_hit_covered(ray, instance, triangle, coverage_seed)) rayQueryConfirmIntersectionEXT(query);
     }

@@ -74,6 +74,10 @@ impl FrameRecord {
 gpu_struct! {
     /// The scene's tables as device addresses (`buffer_reference` types in scene.glsl).
     pub struct SceneRecord {
+        /// The first instance. Kernels made for a scene that has no other find it here, the same for all threads.
+        pub first_instance: InstanceRecord,
+        /// Its mesh.
+        pub first_mesh: MeshRecord,
         /// `InstanceRecord[instance_count]`.
         pub instances: u64,
         /// `MeshRecord[]`.
@@ -410,6 +414,8 @@ pub const FEATURE_TEXTURE_TRANSFORM: u32 = 128;
 pub const FEATURE_SECOND_UV: u32 = 256;
 /// Vertices that are not white.
 pub const FEATURE_VERTEX_COLOR: u32 = 512;
+/// More than one instance.
+pub const FEATURE_INSTANCES: u32 = 1024;
 
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
@@ -478,10 +484,10 @@ macro_rules! table {
 table! {
     CameraRecord,
     FrameRecord,
-    SceneRecord,
-    ClusterNode,
     InstanceRecord,
     MeshRecord,
+    SceneRecord,
+    ClusterNode,
     VertexRecord,
     Ray,
     Hit,
@@ -515,6 +521,7 @@ pub fn glsl() -> String {
         ("FEATURE_TEXTURE_TRANSFORM", FEATURE_TEXTURE_TRANSFORM),
         ("FEATURE_SECOND_UV", FEATURE_SECOND_UV),
         ("FEATURE_VERTEX_COLOR", FEATURE_VERTEX_COLOR),
+        ("FEATURE_INSTANCES", FEATURE_INSTANCES),
         ("LIGHT_POINT", LIGHT_POINT),
         ("LIGHT_SPOT", LIGHT_SPOT),
         ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),

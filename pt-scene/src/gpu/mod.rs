@@ -267,6 +267,10 @@ impl GpuScene {
             }));
             self.accel.update(frame, &self.placements)?;
         }
+        if let Some(&first) = self.instance_records.first() {
+            self.record.first_instance = first;
+            self.record.first_mesh = self.mesh_records[first.mesh as usize];
+        }
         if self.uploaded_record != Some(self.record) {
             self.uniforms.upload(frame, &self.record)?;
             self.uploaded_record = Some(self.record);
