@@ -186,7 +186,11 @@ impl TextureTable {
 }
 
 /// A [`TextureTable`] in the making: textures are added one by one, so that their texels need not be in memory together.
-pub struct TextureTableBuilder(Inner);
+pub struct TextureTableBuilder {
+    table: Inner,
+    /// As large as the largest texture so far.
+    staging: Option<Buffer>,
+}
 
 impl TextureTableBuilder {
     /// An empty table that will take `count` textures.
@@ -222,13 +226,15 @@ impl TextureTableBuilder {
                 }
             }
         };
-        Ok(Self(Inner { device: device.clone(), pool, set, textures: Vec::new(), bytes: 0 }))
+        let table = Inner { device: device.clone(), pool, set, textures: Vec::new(), bytes: 0 };
+        Ok(Self { table, staging: None })
     }
 
     /// Uploads the next texture and waits.
     pub fn add(&mut self, desc: &TextureDesc<'_>) -> Result<()> {
-        let inner = &mut self.0;
-        let texture = upload(&inner.device, desc)?;
+        let staging = self.staging(desc.mips.iter().map(|m| m.len() as u64).sum())?;
+        let inner = &mut self.table;
+        let texture = upload(&inner.device, desc, &staging)?;
         let info = [vk::DescriptorImageInfo {
             sampler: texture.sampler,
             image_view: texture.view,
@@ -247,13 +253,23 @@ impl TextureTableBuilder {
         Ok(())
     }
 
+    fn staging(&mut self, bytes: u64) -> Result<Buffer> {
+        match &self.staging {
+            Some(staging) if staging.size() >= bytes => Ok(staging.clone()),
+            _ => {
+                let staging = Buffer::new(&self.table.device, "texture staging", bytes, Location::Upload)?;
+                Ok(self.staging.insert(staging).clone())
+            }
+        }
+    }
+
     /// The table.
     pub fn finish(self) -> TextureTable {
-        TextureTable(Arc::new(self.0))
+        TextureTable(Arc::new(self.table))
     }
 }
 
-fn upload(device: &Device, desc: &TextureDesc<'_>) -> Result<Texture> {
+fn upload(device: &Device, desc: &TextureDesc<'_>, staging: &Buffer) -> Result<Texture> {
     let block = matches!(desc.format, TextureFormat::Block { .. });
     if block && !device.info().capabilities.texture_compression_bc {
         return Err(Error::Unsupported(format!("{}: this device has no BC texture compression", desc.name)));
@@ -273,8 +289,8 @@ fn upload(device: &Device, desc: &TextureDesc<'_>) -> Result<Texture> {
     let (image, view, allocation) =
         create_raw(device, desc.name, desc.format.vk(), desc.extent, desc.mips.len() as u32, usage)?;
     let mut texture = Texture { image, view, sampler: vk::Sampler::null(), allocation: Some(allocation) };
-    let result =
-        fill(device, desc, image, level_extent).and_then(|()| create_sampler(device.raw(), &desc.sampler));
+    let result = fill(device, desc, image, staging, level_extent)
+        .and_then(|()| create_sampler(device.raw(), &desc.sampler));
     match result {
         Ok(sampler) => texture.sampler = sampler,
         Err(error) => {
@@ -289,10 +305,9 @@ fn fill(
     device: &Device,
     desc: &TextureDesc<'_>,
     image: vk::Image,
+    staging: &Buffer,
     extent: impl Fn(usize) -> [u32; 2],
 ) -> Result<()> {
-    let total: usize = desc.mips.iter().map(|m| m.len()).sum();
-    let staging = Buffer::new(device, "texture staging", total as u64, Location::Upload)?;
     let mut regions = Vec::with_capacity(desc.mips.len());
     let mut offset = 0;
     for (level, data) in desc.mips.iter().enumerate() {
