@@ -24,6 +24,7 @@ mod light;
 mod material;
 mod merge;
 mod mesh;
+mod mips;
 mod motion;
 mod scene;
 mod sky;
@@ -46,10 +47,8 @@ pub use import::{
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef, media};
 pub use mesh::Mesh;
+pub use mips::{MipLevel, linear_from_srgb, srgb_from_linear};
 pub use motion::{Blink, LightMotion, Motion};
 pub use scene::{Attachment, Bounds, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};
-pub use texture::{
-    BlockFormat, Filter, MipFilter, MipLevel, Sampler, Texels, Texture, TextureUsage, Wrap, linear_from_srgb,
-    srgb_from_linear,
-};
+pub use texture::{BlockFormat, Filter, MipFilter, Sampler, Texels, Texture, TextureUsage, Wrap};

@@ -8,7 +8,7 @@ fn noise(width: u32, height: u32, srgb: bool) -> Texture {
     Texture::rgba8("noise", [width, height], usage, texels)
 }
 
-fn linear_means(level: &MipLevel, srgb: bool) -> [f64; 4] {
+fn linear_means(level: &MipLevel<'_>, srgb: bool) -> [f64; 4] {
     let mut sums = [0.0; 4];
     for texel in level.texels.chunks_exact(4) {
         for c in 0..4 {
@@ -55,7 +55,7 @@ fn colour_is_averaged_in_linear_light() {
 fn coverage_weights_colour() {
     // Opaque red beside transparent green: what shows is red, half of it.
     let texels = [[255u8, 0, 0, 255], [0, 255, 0, 0]].repeat(2).concat();
-    let mip = |usage| Texture::rgba8("leaf", [2, 2], usage, texels.clone()).mips()[1].texels.clone();
+    let mip = |usage| Texture::rgba8("leaf", [2, 2], usage, texels.clone()).mips()[1].texels.to_vec();
     let [r, g, _, a] = mip(TextureUsage::Cutout)[..] else { panic!("one texel") };
     assert!(r >= 254 && g <= 12 && a == 128, "{r} {g} {a}");
     // Where alpha means nothing, colour does not depend on it.

@@ -5,8 +5,7 @@ use block_compression::{BC7Settings, CompressionVariant};
 use rayon::prelude::*;
 
 use crate::dds::DdsTexture;
-use crate::texture::{BlockFormat, MipLevel};
-use crate::{Texture, TextureUsage};
+use crate::{BlockFormat, MipLevel, Texture, TextureUsage};
 
 /// How long the encoder searches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,7 +45,7 @@ fn settings(quality: Quality, opaque: bool) -> BC7Settings {
     }
 }
 
-fn compress(variant: CompressionVariant, format: BlockFormat, level: &MipLevel) -> Vec<u8> {
+fn compress(variant: CompressionVariant, format: BlockFormat, level: &MipLevel<'_>) -> Vec<u8> {
     let across = level.width.div_ceil(4) as usize;
     let mut out = vec![0; format.level_bytes([level.width, level.height])];
     out.par_chunks_mut(BAND * across * format.block_bytes()).enumerate().for_each(|(band, out)| {
@@ -59,7 +58,7 @@ fn compress(variant: CompressionVariant, format: BlockFormat, level: &MipLevel) 
 }
 
 /// `rows` rows from `first` on, the border repeated to whole blocks.
-fn padded_rows(level: &MipLevel, first: usize, rows: usize) -> Vec<u8> {
+fn padded_rows(level: &MipLevel<'_>, first: usize, rows: usize) -> Vec<u8> {
     let (w, h) = (level.width as usize, level.height as usize);
     let mut out = Vec::with_capacity(w.div_ceil(4) * 16 * rows);
     for y in first..first + rows {

@@ -22,6 +22,7 @@ use pt_core::trace::bench::{Choice, choose};
 use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
 use pt_core::{Buffer, Device, Frame, Location, Result};
 use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
+use std::thread::{self, Scope};
 
 /// A scene whose instances may move from frame to frame, and whose meshes may change their shape; everything else is fixed.
 pub struct GpuScene {
@@ -91,6 +92,15 @@ impl<T: bytemuck::NoUninit> Arena<T> {
 impl GpuScene {
     /// Uploads the scene and builds its acceleration structures for `backend` (`Auto` measures on this scene).
     pub fn new(device: &Device, scene: &Scene, backend: TraceBackend) -> Result<Self> {
+        thread::scope(|threads| Self::upload(threads, device, scene, backend))
+    }
+
+    fn upload<'scope>(
+        threads: &'scope Scope<'scope, '_>,
+        device: &Device,
+        scene: &'scope Scene,
+        backend: TraceBackend,
+    ) -> Result<Self> {
         let mut phases = Phases::start();
         let meshes = &scene.meshes;
         let deforming = DeformingMeshes::new(device, scene)?;
@@ -119,6 +129,7 @@ impl GpuScene {
         let backend = choice.as_ref().map_or(backend, |choice| choice.backend);
         let count = scene.instances.len();
         phases.mark("choice of backend");
+        let textures = textures::prepare_all(threads, device, scene);
         let accel = AccelStructure::new(device, &geometry, count, backend, BvhQuality::default())?;
         phases.mark("BVH");
         let mut mesh_records: Vec<_> = meshes
@@ -169,7 +180,7 @@ impl GpuScene {
         let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
         record.clusters = clusters.address();
         phases.mark("clusters");
-        let textures = textures::table(device, scene)?;
+        let textures = textures::table(device, scene, textures)?;
         phases.mark("textures: mips and upload");
         Ok(Self {
             phases,
@@ -201,7 +212,7 @@ impl GpuScene {
         })
     }
 
-    /// How long the steps of [`GpuScene::new`] took.
+    /// How long the steps of [`GpuScene::new`] took; of mips, which are made beside the acceleration structures, what was left.
     pub fn load_phases(&self) -> &[Phase] {
         self.phases.list()
     }

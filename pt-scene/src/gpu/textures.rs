@@ -6,9 +6,14 @@ use pt_core::texture::{
     self, MipMode, SamplerDesc, TextureDesc, TextureFormat, TextureTable, TextureTableBuilder,
 };
 use rayon::prelude::*;
+use std::borrow::Cow;
+use std::sync::mpsc::{self, Receiver};
+use std::thread::Scope;
 
-/// Bytes of texels that are prepared together: bounds the memory that mips in the making take.
-const BATCH_BYTES: usize = 64 << 20;
+/// Bytes of texels that are prepared together, and batches that wait to be uploaded: they bound the memory that mips take
+/// on their way, a third of the texels (half for normal maps).
+const BATCH_BYTES: usize = 16 << 20;
+const BATCHES_AHEAD: usize = 8;
 
 fn sampler(s: Sampler) -> SamplerDesc {
     let wrap = |w| match w {
@@ -31,10 +36,10 @@ fn sampler(s: Sampler) -> SamplerDesc {
 }
 
 /// A texture as it goes to the device.
-struct Prepared<'a> {
+pub(super) struct Prepared<'a> {
     texture: &'a Texture,
     format: TextureFormat,
-    levels: Vec<std::borrow::Cow<'a, [u8]>>,
+    levels: Vec<Cow<'a, [u8]>>,
 }
 
 /// Compressed textures go as they are where the device takes them. Normal maps keep x and y.
@@ -50,36 +55,65 @@ fn prepare(texture: &Texture, compressed: bool) -> Prepared<'_> {
         TextureUsage::Normal => TextureFormat::Rg8Unorm,
     };
     let levels = texture.mips().into_iter().map(|level| match texture.usage {
-        TextureUsage::Normal => level.texels.chunks_exact(4).flat_map(|t| [t[0], t[1]]).collect(),
-        _ => level.texels.into(),
+        TextureUsage::Normal => {
+            let xy: Vec<_> = level.texels.as_chunks().0.iter().map(|&[x, y, _, _]| [x, y]).collect();
+            xy.into_flattened().into()
+        }
+        _ => level.texels,
     });
     Prepared { texture, format, levels: levels.collect() }
 }
 
-/// Uploads all textures with their mips, and the environment behind them: its index is the number of textures.
-pub(super) fn table(device: &Device, scene: &Scene) -> pt_core::Result<TextureTable> {
-    let compressed = device.info().capabilities.texture_compression_bc;
-    let mut builder = TextureTableBuilder::new(device, scene.textures.len() + 1)?;
-    let mut rest = &scene.textures[..];
-    while !rest.is_empty() {
+/// Texture by texture in batches of at most [`BATCH_BYTES`]; a batch has at least one.
+fn batches(mut rest: &[Texture]) -> impl Iterator<Item = &[Texture]> {
+    std::iter::from_fn(move || {
         let mut bytes = 0;
         let fits = |t: &&Texture| {
             bytes += t.bytes();
             bytes <= BATCH_BYTES
         };
-        let (batch, behind) = rest.split_at(rest.iter().take_while(fits).count().max(1));
-        rest = behind;
-        let prepared: Vec<_> = batch.par_iter().map(|texture| prepare(texture, compressed)).collect();
-        for Prepared { texture, format, levels } in &prepared {
-            let mips: Vec<&[u8]> = levels.iter().map(|level| &**level).collect();
-            builder.add(&TextureDesc {
-                name: &texture.name,
-                extent: [texture.width, texture.height],
-                format: *format,
-                sampler: sampler(texture.sampler),
-                mips: &mips,
-            })?;
+        let batch;
+        (batch, rest) = rest.split_at(rest.iter().take_while(fits).count().max(1).min(rest.len()));
+        (!batch.is_empty()).then_some(batch)
+    })
+}
+
+/// Prepares all textures on a thread of its own, a few batches ahead of who receives them.
+pub(super) fn prepare_all<'scope>(
+    threads: &'scope Scope<'scope, '_>,
+    device: &Device,
+    scene: &'scope Scene,
+) -> Receiver<Vec<Prepared<'scope>>> {
+    let compressed = device.info().capabilities.texture_compression_bc;
+    let (send, receive) = mpsc::sync_channel(BATCHES_AHEAD);
+    threads.spawn(move || {
+        for batch in batches(&scene.textures) {
+            let prepared = batch.par_iter().map(|texture| prepare(texture, compressed)).collect();
+            // Nobody receives when the scene has failed elsewhere.
+            if send.send(prepared).is_err() {
+                return;
+            }
         }
+    });
+    receive
+}
+
+/// Uploads the textures as they come, and the environment behind them: its index is the number of textures.
+pub(super) fn table(
+    device: &Device,
+    scene: &Scene,
+    textures: Receiver<Vec<Prepared<'_>>>,
+) -> pt_core::Result<TextureTable> {
+    let mut builder = TextureTableBuilder::new(device, scene.textures.len() + 1)?;
+    for Prepared { texture, format, levels } in textures.into_iter().flatten() {
+        let mips: Vec<&[u8]> = levels.iter().map(|level| &**level).collect();
+        builder.add(&TextureDesc {
+            name: &texture.name,
+            extent: [texture.width, texture.height],
+            format,
+            sampler: sampler(texture.sampler),
+            mips: &mips,
+        })?;
     }
     add_environment(&mut builder, &scene.environment)?;
     Ok(builder.finish())

@@ -8,7 +8,8 @@ use image::{ImageDecoder, ImageFormat};
 
 use crate::dds::DdsTexture;
 use crate::error::one_line;
-use crate::texture::{Texels, decode_texel, encode_normal};
+use crate::mips::{decode_texel, encode_normal};
+use crate::texture::Texels;
 use crate::{MAX_TEXTURE_SIDE, TextureUsage};
 
 const KTX2_MAGIC: &[u8] = &[0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, 0x0d, 0x0a, 0x1a, 0x0a];
@@ -158,8 +159,10 @@ fn check_ktx2(bytes: &[u8], width: u32, height: u32) -> Result<(), String> {
 
 /// Maps made by hand or by a lossy codec are off by more than rounding; those that are not stay as they are.
 fn normalize(texel: &mut [u8; 4]) {
-    let [x, y, z, _] = decode_texel(TextureUsage::Normal, *texel).map(|t| 2.0 * t - 1.0);
-    if (x * x + y * y + z * z - 1.0).abs() > 0.02 {
+    // In units of 1/255, which are whole numbers: most texels are well and cost no more than this.
+    let square: i32 = texel[..3].iter().map(|&t| (2 * i32::from(t) - 255).pow(2)).sum();
+    if (square - 255 * 255).abs() > 255 * 255 / 50 {
+        let [x, y, z, _] = decode_texel(TextureUsage::Normal, *texel).map(|t| 2.0 * t - 1.0);
         *texel = encode_normal([x, y, z]);
     }
 }

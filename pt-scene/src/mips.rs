@@ -1,0 +1,205 @@
+//! Mip chains: exact area averages of linear values, and the tables that make them cheap.
+
+use crate::TextureUsage;
+use std::borrow::Cow;
+use std::sync::LazyLock;
+
+/// One level of a mip chain, in the encoding of its texture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MipLevel<'a> {
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// RGBA8; those of an uncompressed texture's finest level are the texture's own.
+    pub texels: Cow<'a, [u8]>,
+}
+
+/// Linear value 0..1 of an sRGB-encoded value 0..1 (IEC 61966-2-1).
+pub fn linear_from_srgb(encoded: f32) -> f32 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// sRGB encoding 0..1 of a linear value 0..1 (IEC 61966-2-1).
+pub fn srgb_from_linear(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+const SRGB_BUCKETS: usize = 4096;
+
+/// The sRGB curve without the power function: mips are made of some hundred million texels.
+struct SrgbTables {
+    /// Linear value of each code.
+    linear: [f32; 256],
+    /// Smallest linear value that rounds to each code; behind them one that no value reaches.
+    thresholds: [f32; 257],
+    /// Code at the lower end of each bucket of linear values.
+    codes: [u8; SRGB_BUCKETS + 1],
+}
+
+static SRGB: LazyLock<SrgbTables> = LazyLock::new(|| SrgbTables {
+    linear: std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0)),
+    thresholds: std::array::from_fn(|i| match i {
+        256 => f32::INFINITY,
+        _ => linear_from_srgb((i as f32 - 0.5).max(0.0) / 255.0),
+    }),
+    codes: std::array::from_fn(|i| byte(srgb_from_linear(i as f32 / SRGB_BUCKETS as f32))),
+});
+
+impl SrgbTables {
+    /// `byte(srgb_from_linear(x))` for x in 0..1; what is outside is clamped.
+    fn byte(&self, x: f32) -> u8 {
+        let x = x.clamp(0.0, 1.0);
+        let mut code = self.codes[(x * SRGB_BUCKETS as f32) as usize];
+        while x >= self.thresholds[usize::from(code) + 1] {
+            code += 1;
+        }
+        code
+    }
+
+    fn linear(&self, [r, g, b, a]: [u8; 4]) -> [f32; 4] {
+        let [r, g, b] = [r, g, b].map(|t| self.linear[usize::from(t)]);
+        [r, g, b, unorm(a)]
+    }
+}
+
+fn unorm(t: u8) -> f32 {
+    f32::from(t) / 255.0
+}
+
+fn byte(x: f32) -> u8 {
+    (x * 255.0 + 0.5) as u8
+}
+
+/// Linear RGBA of four bytes.
+pub(crate) fn decode_texel(usage: TextureUsage, texel: [u8; 4]) -> [f32; 4] {
+    if usage.is_srgb() { SRGB.linear(texel) } else { texel.map(unorm) }
+}
+
+/// The bytes of a normal map's texel that points along `n`; what has no direction points straight up.
+pub(crate) fn encode_normal(n: [f32; 3]) -> [u8; 4] {
+    let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
+    let n = if length > 1e-6 { n.map(|x| x / length) } else { [0.0, 0.0, 1.0] };
+    [byte(0.5 * n[0] + 0.5), byte(0.5 * n[1] + 0.5), byte(0.5 * n[2] + 0.5), 255]
+}
+
+/// Added to alpha where it is a weight, so that wholly transparent regions keep a colour.
+const LEAST_WEIGHT: f32 = 1e-3;
+
+/// The whole chain of RGBA8 `texels`; see [`crate::Texture::mips`].
+pub(crate) fn mips(usage: TextureUsage, extent: [u32; 2], texels: &[u8]) -> Vec<MipLevel<'_>> {
+    let srgb = &*SRGB;
+    match usage {
+        TextureUsage::Color => chain(
+            extent,
+            texels,
+            |t| srgb.linear(t),
+            |[r, g, b, a]| [srgb.byte(r), srgb.byte(g), srgb.byte(b), byte(a)],
+        ),
+        TextureUsage::Cutout => chain(
+            extent,
+            texels,
+            |t| {
+                let [r, g, b, a] = srgb.linear(t);
+                let w = a + LEAST_WEIGHT;
+                [r * w, g * w, b * w, a]
+            },
+            |[r, g, b, a]| {
+                let w = a + LEAST_WEIGHT;
+                [srgb.byte(r / w), srgb.byte(g / w), srgb.byte(b / w), byte(a)]
+            },
+        ),
+        TextureUsage::Data => chain(extent, texels, |t| t.map(unorm), |t| t.map(byte)),
+        TextureUsage::Normal => chain(
+            extent,
+            texels,
+            |t| {
+                let [x, y, z, a] = t.map(unorm);
+                [2.0 * x - 1.0, 2.0 * y - 1.0, 2.0 * z - 1.0, a]
+            },
+            |[x, y, z, _]| encode_normal([x, y, z]),
+        ),
+    }
+}
+
+/// Averages what `value` makes of the texels; `encode` brings averages back to bytes.
+fn chain(
+    [mut width, mut height]: [u32; 2],
+    texels: &[u8],
+    value: impl Fn([u8; 4]) -> [f32; 4],
+    encode: impl Fn([f32; 4]) -> [u8; 4],
+) -> Vec<MipLevel<'_>> {
+    let mut levels = vec![MipLevel { width, height, texels: texels.into() }];
+    let mut averages: Vec<[f32; 4]> = Vec::new();
+    while width > 1 || height > 1 {
+        averages = if levels.len() == 1 {
+            halve([width, height], texels.as_chunks().0, &value)
+        } else {
+            halve([width, height], &averages, |average| average)
+        };
+        (width, height) = ((width / 2).max(1), (height / 2).max(1));
+        let encoded: Vec<[u8; 4]> = averages.iter().map(|&average| encode(average)).collect();
+        levels.push(MipLevel { width, height, texels: encoded.into_flattened().into() });
+    }
+    levels
+}
+
+/// Source texels and weights that make up target texel `i` when `from` texels become `max(1, from / 2)`.
+fn taps(from: u32, i: u32) -> impl Iterator<Item = (u32, f32)> {
+    let to = (from / 2).max(1);
+    let (start, end) = (u64::from(i) * u64::from(from), u64::from(i + 1) * u64::from(from));
+    let to = u64::from(to);
+    (start / to..end.div_ceil(to)).map(move |x| {
+        let overlap = end.min((x + 1) * to) - start.max(x * to);
+        (x as u32, overlap as f32 / from as f32)
+    })
+}
+
+/// The next level of a `width` x `height` one.
+fn halve<T: Copy>([width, height]: [u32; 2], level: &[T], value: impl Fn(T) -> [f32; 4]) -> Vec<[f32; 4]> {
+    let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+    let mut out = Vec::with_capacity(w as usize * h as usize);
+    let row = width as usize;
+    if width.is_multiple_of(2) && height.is_multiple_of(2) {
+        for rows in level.chunks_exact(2 * row) {
+            let (upper, lower) = rows.split_at(row);
+            let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
+            out.extend(pairs.map(|(&[a, b], &[c, d])| {
+                let [a, b, c, d] = [a, b, c, d].map(&value);
+                std::array::from_fn::<f32, 4, _>(|i| 0.25 * ((a[i] + b[i]) + (c[i] + d[i])))
+            }));
+        }
+        return out;
+    }
+    for y in 0..h {
+        for x in 0..w {
+            let mut sum = [0.0f32; 4];
+            for (sy, wy) in taps(height, y) {
+                for (sx, wx) in taps(width, x) {
+                    let t = value(level[sy as usize * row + sx as usize]);
+                    for c in 0..4 {
+                        sum[c] += wx * wy * t[c];
+                    }
+                }
+            }
+            out.push(sum);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_encodes_as_the_formula() {
+        for i in 0..=1_000_000u32 {
+            let x = i as f32 * 1e-6;
+            let (table, formula) = (SRGB.byte(x), byte(srgb_from_linear(x)));
+            // Both round the same real number; next to a threshold fp32 may decide either way.
+            let near = SRGB.thresholds.iter().any(|t| (t - x).abs() < 1e-6);
+            assert!(table == formula || near && table.abs_diff(formula) == 1, "{x}: {table}, {formula}");
+        }
+    }
+}
