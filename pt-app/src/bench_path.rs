@@ -1,7 +1,7 @@
 //! `pt bench path`: the whole path loop of the reference path tracer, and the CPU's traversal of as many rays.
 
 use crate::cli::BenchPathArgs;
-use crate::session::{Session, choose_camera};
+use crate::session::Session;
 use anyhow::Result;
 use pt_core::atomic_file::{check_writable, write_atomic};
 use pt_core::trace::{NativeRays, RayKind};
@@ -43,13 +43,13 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         check_writable(path)?;
     }
     let scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
-    let camera = choose_camera(&scene, &args.camera)?.at(args.scene.time);
+    let mut session = Session::open(&args.device, &args.camera, scene)?;
     let size = [args.size.width, args.size.height];
-    let record = camera_record(&camera, size);
-    let native = NativeRays::new(&mesh_geometry(&scene), &placements(&scene), &record, size, 0)?;
-    let triangles = scene.statistics().instanced_triangles;
+    let record = camera_record(&session.camera.at(args.scene.time), size);
+    let native =
+        NativeRays::new(&mesh_geometry(&session.scene), &placements(&session.scene), &record, size, 0)?;
+    let triangles = session.scene.statistics().instanced_triangles;
 
-    let mut session = Session::open(&args.device, scene)?;
     let frame = FrameRecord::new(record, record, size, 0, 0);
     let params = ReferenceParams { max_bounces: args.max_bounces, ..ReferenceParams::default() };
     let mut render =

@@ -218,6 +218,9 @@ pub struct BenchTraceArgs {
     pub device: Option<String>,
 }
 
+/// Degrees.
+const DEFAULT_VFOV: f32 = 50.0;
+
 /// The view.
 #[derive(Clone, Debug, Args)]
 pub struct CameraArgs {
@@ -228,8 +231,14 @@ pub struct CameraArgs {
     #[arg(long, value_name = "EX,EY,EZ,TX,TY,TZ", allow_hyphen_values = true, help_heading = "Camera")]
     pub look: Option<LookAt>,
     /// Vertical field of view of --look, degrees, between 0 and 180.
-    #[arg(long, value_name = "DEG", default_value_t = 50.0, value_parser = field_of_view, allow_negative_numbers = true, requires = "look", help_heading = "Camera")]
+    #[arg(long, value_name = "DEG", default_value_t = DEFAULT_VFOV, value_parser = field_of_view, allow_negative_numbers = true, requires = "look", help_heading = "Camera")]
     pub vfov: f32,
+}
+
+impl Default for CameraArgs {
+    fn default() -> Self {
+        Self { camera: None, look: None, vfov: DEFAULT_VFOV }
+    }
 }
 
 /// Where it runs.

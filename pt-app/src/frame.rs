@@ -1,6 +1,7 @@
 //! The whole frame, in the order in which light reaches the screen.
 
 use crate::params::FrameParams;
+use crate::session::join;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
@@ -13,6 +14,7 @@ use pt_scene::Camera;
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::channels::{ChannelId, FLAT_COLOR, FLAT_MOTION};
 use pt_shaders::records::{CameraRecord, FrameRecord};
+use std::thread;
 
 /// The stages with the images that pass between them.
 pub struct FullFrame {
@@ -63,25 +65,30 @@ impl FullFrame {
         let channels: Vec<ChannelId> = needed.into_iter().flatten().copied().collect();
         let codes = if post.uses_fsr() { Fsr::input_encoding(post.encoding) } else { post.encoding };
         let uses_taa = post.uses_taa() && !accumulate;
-        Ok(Self {
-            uniforms: Uniforms::new(device, "frame_uniforms")?,
-            images: ChannelImages::with_output(device, size, output_size, channels)?,
-            previous_camera: None,
-            primary: PrimaryRays::new(device, backend)?,
-            reflect_refract: ReflectRefract::new(device, backend)?,
-            direct: DirectLighting::new(device, backend)?,
-            composite: Composite::new(device)?,
-            interleave: Interleave::new(device)?,
-            accumulate: accumulate.then(|| Accumulate::new(device, size)).transpose()?,
-            taa: uses_taa.then(|| Taa::new(device, resolved_size)).transpose()?,
-            bloom: (post.bloom.mode != BloomMode::Off)
-                .then(|| Bloom::new(device, resolved_size))
-                .transpose()?,
-            exposure: Exposure::new(device)?,
-            tone_map: ToneMap::new(device, post.tonemap, codes)?,
-            fsr: post.uses_fsr().then(|| Fsr::new(device, resolved_size, output_size)).transpose()?,
-            time_step: None,
-            jitter: [0.0; 2],
+        thread::scope(|threads| {
+            // Kernels that trace rays take the most time to compile.
+            let reflect_refract = threads.spawn(|| ReflectRefract::new(device, backend));
+            let direct = threads.spawn(|| DirectLighting::new(device, backend));
+            Ok(Self {
+                uniforms: Uniforms::new(device, "frame_uniforms")?,
+                images: ChannelImages::with_output(device, size, output_size, channels)?,
+                previous_camera: None,
+                primary: PrimaryRays::new(device, backend)?,
+                composite: Composite::new(device)?,
+                interleave: Interleave::new(device)?,
+                accumulate: accumulate.then(|| Accumulate::new(device, size)).transpose()?,
+                taa: uses_taa.then(|| Taa::new(device, resolved_size)).transpose()?,
+                bloom: (post.bloom.mode != BloomMode::Off)
+                    .then(|| Bloom::new(device, resolved_size))
+                    .transpose()?,
+                exposure: Exposure::new(device)?,
+                tone_map: ToneMap::new(device, post.tonemap, codes)?,
+                fsr: post.uses_fsr().then(|| Fsr::new(device, resolved_size, output_size)).transpose()?,
+                reflect_refract: join(reflect_refract)?,
+                direct: join(direct)?,
+                time_step: None,
+                jitter: [0.0; 2],
+            })
         })
     }
 

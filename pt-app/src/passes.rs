@@ -1,6 +1,6 @@
 //! `pt passes`: the frame as a table.
 
-use crate::cli::{DeviceArgs, PassesArgs};
+use crate::cli::{CameraArgs, DeviceArgs, PassesArgs};
 use crate::frame::FullFrame;
 use crate::params;
 use crate::session::Session;
@@ -15,9 +15,8 @@ use std::io::Write;
 pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let params = params::resolve(None, &args.set)?;
     let scene = pt_scene::open(&args.scene, &Default::default())?;
-    let camera = scene.default_camera();
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
-    let mut session = Session::open(&device, scene)?;
+    let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
     let size = [args.size.width, args.size.height];
     let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
@@ -25,7 +24,7 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     for time in [0.0, 1.0 / 60.0] {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, 0.0)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &camera.at(time), 0, &params)?;
+        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), 0, &params)?;
         frame.submit()?;
     }
     recorder.finish()?;

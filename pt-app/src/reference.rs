@@ -1,7 +1,7 @@
 //! `pt reference` and `pt merge`: ground truth, in one go or in slices.
 
 use crate::cli_reference::{MergeArgs, ReferenceArgs, SamplerName};
-use crate::session::{Session, choose_camera, fold_seed};
+use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result, bail, ensure};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use pt_core::atomic_file::check_writable;
@@ -39,22 +39,20 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     for notice in &scene.notices {
         print_warning(notice);
     }
-    let camera = choose_camera(&scene, &args.camera)?;
     let params = args.params();
     params.validate()?;
     let samples = args.samples();
     let size = [args.size.width, args.size.height];
+    let mut session = Session::open(&args.device, &args.camera, scene)?;
     let identity = Identity::default()
         .with("version", env!("CARGO_PKG_VERSION"))
-        .with("scene", scene.fingerprint())
-        .with("camera", format!("{camera:?}"))
+        .with("scene", session.scene.fingerprint())
+        .with("camera", format!("{:?}", session.camera))
         .with("time", args.scene.time)
         .with("size", format!("{}x{}", size[0], size[1]))
         .with("seed", args.seed)
         .with("params", serde_json::to_string(&params)?);
-    let mut session = Session::open(&args.device, scene)?;
-
-    let record = |time: f64| camera_record(&camera.at(time), size);
+    let record = |time: f64| camera_record(&session.camera.at(time), size);
     let frame = FrameRecord::new(
         record(args.scene.time),
         record(args.scene.time - 1.0 / args.scene.fps),

@@ -5,7 +5,7 @@ use crate::cli::RenderArgs;
 use crate::frame::FullFrame;
 use crate::params::{self, FrameParams};
 use crate::progress::Progress;
-use crate::session::{Session, choose_camera, fold_seed};
+use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result, ensure};
 use pt_core::Recorder;
 use pt_core::atomic_file::write_atomic;
@@ -16,7 +16,6 @@ use pt_core::harness::Spread;
 use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::trace::TraceBackend;
 use pt_post::Upscale;
-use pt_scene::Camera;
 use pt_shaders::channels::ChannelId;
 use serde_json::json;
 use std::io::Write;
@@ -45,8 +44,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     for notice in &scene.notices {
         print_warning(notice);
     }
-    let camera = choose_camera(&scene, &args.camera)?;
-    let mut session = Session::open(&args.device, scene)?;
+    let mut session = Session::open(&args.device, &args.camera, scene)?;
     let size = [args.size.width, args.size.height];
     let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
     if !args.accumulate {
@@ -55,10 +53,10 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     session.load.mark("kernels and images");
     let aovs = aov::select(args.aov.as_ref(), full.images())?;
 
-    let timings = render(args, &params, &camera, &mut session, &mut full)?;
+    let timings = render(args, &params, &mut session, &mut full)?;
     session.check_validation()?;
 
-    let metadata = Metadata { args, params: &params, session: &session, camera: &camera };
+    let metadata = Metadata { args, params: &params, session: &session };
     for (path, format) in args.output.iter().zip(formats) {
         match format {
             OutputFormat::Png => pt_post::write_picture(path, full.images(), encoding)?,
@@ -75,7 +73,6 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
 fn render(
     args: &RenderArgs,
     params: &FrameParams,
-    camera: &Camera,
     session: &mut Session,
     full: &mut FullFrame,
 ) -> Result<Vec<FrameTiming>> {
@@ -92,7 +89,7 @@ fn render(
         };
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, previous)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &camera.at(time), seed, params)?;
+        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), seed, params)?;
         frame.submit()?;
         if index == 0 && args.timings.is_some() {
             session.device.wait_idle()?;
@@ -116,7 +113,6 @@ struct Metadata<'a> {
     args: &'a RenderArgs,
     params: &'a FrameParams,
     session: &'a Session,
-    camera: &'a Camera,
 }
 
 fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metadata<'_>) -> Result<()> {
@@ -131,10 +127,10 @@ fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metad
     for &id in aovs {
         file.layers.push(read_layer(full.images(), id)?);
     }
-    let Metadata { args, params, session, camera } = metadata;
+    let Metadata { args, params, session } = metadata;
     let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
     put(keys::SCENE, session.scene.name.clone());
-    put(keys::CAMERA, format!("{camera:?}"));
+    put(keys::CAMERA, format!("{:?}", session.camera));
     put(keys::TIME, args.scene.time.to_string());
     put(keys::FRAMES, args.frames.to_string());
     put(keys::ACCUMULATE, args.accumulate.to_string());

@@ -7,8 +7,10 @@ use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
-use pt_scene::{Camera, Scene, Texture};
+use pt_scene::{Camera, Scene, Texture, automatic_camera};
 use pt_shaders::glam::Vec3;
+use std::panic::resume_unwind;
+use std::thread::{self, ScopedJoinHandle};
 
 /// A scene on a device, ready to be rendered.
 pub struct Session {
@@ -20,27 +22,41 @@ pub struct Session {
     pub gpu: GpuScene,
     /// Its light lists.
     pub lights: LightTables,
+    /// The camera that was asked for, along its path where it has one.
+    pub camera: Camera,
     /// Where the time went since the scene's file was opened; runs on.
     pub load: Phases,
 }
 
 impl Session {
-    /// Opens the device, then uploads the scene.
+    /// Opens the device and uploads the scene; meanwhile a camera is found for a scene that has none.
     ///
     /// # Errors
-    /// No device, or a scene that does not fit.
-    pub fn open(args: &DeviceArgs, scene: Scene) -> Result<Self> {
+    /// A camera that the scene does not have, no device, or a scene that does not fit.
+    pub fn open(args: &DeviceArgs, camera: &CameraArgs, scene: Scene) -> Result<Self> {
         let mut load = Phases::start();
         load.include(&scene.load_phases);
-        let DeviceArgs { backend, device, validation } = args.clone();
-        let device = Device::open(&DeviceOptions { device, validation })?;
-        load.mark("device");
-        let mut gpu = GpuScene::new(&device, &scene, backend.into())?;
-        load.include(gpu.load_phases());
-        let lights = LightTables::new(&device, &scene)?;
-        lights.fill(gpu.record_mut());
-        load.mark("lights");
-        Ok(Self { device, scene, gpu, lights, load })
+        let mut camera = choose_camera(&scene, camera)?;
+        if args.backend == BackendChoice::Auto {
+            // The choice is measured, which wants the processor for itself.
+            camera = camera.or_else(|| Some(automatic_camera(&scene)));
+            load.mark("automatic camera");
+        }
+        let (device, gpu, lights, camera) = thread::scope(|threads| {
+            let camera = threads.spawn(|| camera.unwrap_or_else(|| automatic_camera(&scene)));
+            let DeviceArgs { backend, device, validation } = args.clone();
+            let device = Device::open(&DeviceOptions { device, validation })?;
+            load.mark("device");
+            let mut gpu = GpuScene::new(&device, &scene, backend.into())?;
+            load.include(gpu.load_phases());
+            let lights = LightTables::new(&device, &scene)?;
+            lights.fill(gpu.record_mut());
+            load.mark("lights");
+            let camera = join(camera);
+            load.mark("automatic camera");
+            Ok::<_, pt_core::Error>((device, gpu, lights, camera))
+        })?;
+        Ok(Self { device, scene, gpu, lights, camera, load })
     }
 
     /// What the scene's textures would take without compression, with mips, the environment included.
@@ -90,27 +106,30 @@ impl From<BackendChoice> for TraceBackend {
     }
 }
 
+/// What a thread made; its panic is passed on.
+pub(crate) fn join<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
+}
+
 /// The 32 bits of a seed that kernels see; all of its bits count.
 pub fn fold_seed(seed: u64) -> u32 {
     (seed as u32) ^ ((seed >> 32) as u32).wrapping_mul(0x9e37_79b9)
 }
 
-/// The camera that the arguments name.
-///
-/// # Errors
-/// A name or index that the scene does not have, with those it has.
-pub fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Camera> {
+/// The camera that the arguments name, else the scene's first; `None` when it has none.
+fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
     let CameraArgs { camera: choice, look, vfov } = args;
     if let Some(LookAt { eye, target }) = *look {
-        return Ok(Camera::look_at("look", Vec3::from(eye), Vec3::from(target), vfov.to_radians()));
+        let camera = Camera::look_at("look", Vec3::from(eye), Vec3::from(target), vfov.to_radians());
+        return Ok(Some(camera));
     }
     let found = match choice {
-        None => return Ok(scene.default_camera()),
+        None => return Ok(scene.cameras.first().cloned()),
         Some(CameraChoice::Index(index)) => scene.cameras.get(*index),
         Some(CameraChoice::Name(name)) => scene.cameras.iter().find(|camera| camera.name == *name),
     };
     if let Some(camera) = found {
-        return Ok(camera.clone());
+        return Ok(Some(camera.clone()));
     }
     let wanted = match choice {
         Some(CameraChoice::Index(index)) => index.to_string(),

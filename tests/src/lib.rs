@@ -1,6 +1,6 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::cli::{BackendChoice, DeviceArgs};
+use pt_app::cli::{BackendChoice, CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
@@ -65,7 +65,8 @@ impl Frames {
     ) -> Self {
         let device = std::env::var("PT_TEST_DEVICE").ok();
         let device = DeviceArgs { backend, device, validation: true };
-        let session = Session::open(&device, scene).unwrap_or_else(|e| panic!("{e:#}"));
+        let session =
+            Session::open(&device, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
         let full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate, &params)
             .unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
