@@ -78,7 +78,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         // In turns with the device, so that both meet the same machine.
         let counts = native_rays(paths, rays);
         let native_mrays_per_s = [0, 1, 2, 3]
-            .map(|i| native.mrays_per_s(RayKind::ALL[i], counts[i].min(MOST_NATIVE_RAYS) as usize));
+            .map(|i| native.mrays_per_s(RayKind::ALL[i], counts[i].ceil().min(MOST_NATIVE_RAYS) as usize));
         let native_seconds = counts
             .iter()
             .zip(native_mrays_per_s)

@@ -244,7 +244,7 @@ impl Default for CameraArgs {
 /// Where it runs.
 #[derive(Clone, Debug, Args)]
 pub struct DeviceArgs {
-    /// How rays are traced; auto measures and takes the fastest.
+    /// How rays are traced; auto measures and leaves compute for what is clearly faster.
     #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Auto, help_heading = "Device")]
     pub backend: BackendChoice,
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]

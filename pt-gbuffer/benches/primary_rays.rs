@@ -1,4 +1,4 @@
-//! GPU time of the primary rays of the built-in gallery, on the fastest backend. `cargo bench -p pt-gbuffer [-- WIDTHxHEIGHT]`.
+//! GPU time of the primary rays of the built-in gallery, on the backend that auto takes. `cargo bench -p pt-gbuffer [-- WIDTHxHEIGHT]`.
 //!
 //! One thread is one ray: Mthreads/s are Mrays/s. Bytes are those of the images; what the traversal reads is not counted.
 

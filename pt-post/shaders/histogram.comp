@@ -42,6 +42,8 @@ void count(vec3 c, ivec2 p, ivec2 size) {
     atomicAdd(weights[slot(place >> STEP_BITS, place % STEPS)], weight_of(p, size));
 }
 
+vec3 fetch(ivec2 p, ivec2 size) { return texelFetch(radiance, min(p, size - 1), 0).rgb; }
+
 void main() {
     // One thread a bin too: 16 * 16 = HISTOGRAM_BINS.
     uint bin = gl_LocalInvocationIndex;
@@ -52,11 +54,11 @@ void main() {
     ivec2 first = ivec2(gl_WorkGroupID.xy) * 16 * SPAN + ivec2(gl_LocalInvocationID.xy);
     // A row is on its way while the one before is counted.
     vec3 next[SPAN];
-    for (int x = 0; x < SPAN; ++x) next[x] = texelFetch(radiance, min(first + 16 * ivec2(x, 0), size - 1), 0).rgb;
+    for (int x = 0; x < SPAN; ++x) next[x] = fetch(first + 16 * ivec2(x, 0), size);
     for (int y = 0; y < SPAN; ++y) {
         vec3 c[SPAN] = next;
         if (y + 1 < SPAN) {
-            for (int x = 0; x < SPAN; ++x) next[x] = texelFetch(radiance, min(first + 16 * ivec2(x, y + 1), size - 1), 0).rgb;
+            for (int x = 0; x < SPAN; ++x) next[x] = fetch(first + 16 * ivec2(x, y + 1), size);
         }
         for (int x = 0; x < SPAN; ++x) count(c[x], first + 16 * ivec2(x, y), size);
     }

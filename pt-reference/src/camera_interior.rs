@@ -2,12 +2,15 @@ use crate::bvh::Triangle;
 use crate::direct::double;
 use crate::oracle::interior::{Boundary, InteriorList, Solid};
 use glam::{DVec3, Vec3};
-use pt_scene::{Scene, media};
+use pt_scene::{Material, Scene, media};
 
 /// Solids that a point is inside of, for paths that begin there: what a ray to infinity leaves without having entered it. Deforming meshes
 /// count in the pose that they were loaded in.
 pub(crate) fn interior_at(scene: &Scene, point: Vec3) -> InteriorList {
     let mut inside = InteriorList::default();
+    if !scene.materials.iter().any(Material::is_solid) {
+        return inside;
+    }
     let mut walked = InteriorList::default();
     for (boundary, entering) in boundaries(scene, point.as_dvec3()) {
         let left = if entering { boundary.front } else { Some(boundary.behind) };

@@ -107,21 +107,17 @@ fn ray_lists(
             camera_ray(camera, uv)
         })
         .collect();
-    let missed = Hit { instance: NONE, triangle: NONE, barycentrics: Vec2::ZERO, t: 0.0 };
-    let mut hits = vec![missed; primary.len()];
-    native.closest_all(&primary, ALL, None, &mut hits);
     let (low, high) = native.bounds().unwrap_or_default();
     let offset = OFFSET * (high - low).length();
     // Origins on the surfaces that rays have hit, with the normals there, as many as there are pixels.
-    let surfaces = |rays: &[Ray], hits: &[Hit]| -> Vec<(Vec3, Vec3)> {
-        let seen: Vec<_> = (0..hits.len()).filter(|&i| hits[i].instance != NONE).collect();
-        let surface = |&i: &usize| {
-            let (ray, hit) = (&rays[i], &hits[i]);
+    let surfaces = |RayList { rays, hits, .. }: &RayList| -> Vec<(Vec3, Vec3)> {
+        let seen: Vec<_> = rays.iter().zip(hits).filter(|(_, hit)| hit.instance != NONE).collect();
+        let surface = |&(ray, hit): &(&Ray, &Hit)| {
             let normal = face_normal(meshes, instances, hit);
             let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
             (ray.origin + ray.direction * hit.t + normal * offset, normal)
         };
-        seen.iter().cycle().take(primary.len()).map(surface).collect()
+        seen.iter().cycle().take((width * height) as usize).map(surface).collect()
     };
     let random = |number: usize, dimension| random4([number as u32, 0], 0, dimension, seed);
     let shadow_ray = |(number, (origin, _)): (usize, (Vec3, Vec3)), dimension| {
@@ -136,25 +132,23 @@ fn ray_lists(
         let direction = (tangent * cos + bitangent * sin) * r1.sqrt() + normal * (1.0 - r1).sqrt();
         Ray { origin, t_min: 0.0, direction: direction.normalize(), t_max: f32::MAX }
     };
-    let first = surfaces(&primary, &hits);
-    let bounce: Vec<_> = first.iter().copied().enumerate().map(bounce_ray).collect();
-    let shadow: Vec<_> = first.iter().copied().enumerate().map(|s| shadow_ray(s, 1)).collect();
-    let mut bounce_hits = vec![missed; bounce.len()];
-    native.closest_all(&bounce, ALL, None, &mut bounce_hits);
-    let second = surfaces(&bounce, &bounce_hits);
-    let bounce_shadow: Vec<_> = second.into_iter().enumerate().map(|s| shadow_ray(s, 2)).collect();
     let trace = |kind: RayKind, rays: Vec<Ray>| {
+        let missed = Hit { instance: NONE, triangle: NONE, barycentrics: Vec2::ZERO, t: 0.0 };
         let mut hits = vec![missed; rays.len()];
         native.closest_all(&rays, ALL, None, &mut hits);
         RayList { kind, rays, hits }
     };
-    let lists = [
-        (RayKind::Primary, primary),
-        (RayKind::Bounce, bounce),
-        (RayKind::Shadow, shadow),
-        (RayKind::BounceShadow, bounce_shadow),
-    ];
-    lists.into_iter().filter(|(_, rays)| !rays.is_empty()).map(|(kind, rays)| trace(kind, rays)).collect()
+    let primary = trace(RayKind::Primary, primary);
+    let first = surfaces(&primary);
+    let bounce = trace(RayKind::Bounce, first.iter().copied().enumerate().map(bounce_ray).collect());
+    let second = surfaces(&bounce);
+    let shadow_rays = |surfaces: Vec<_>, dimension| -> Vec<Ray> {
+        surfaces.into_iter().enumerate().map(|surface| shadow_ray(surface, dimension)).collect()
+    };
+    let shadow = trace(RayKind::Shadow, shadow_rays(first, 1));
+    let bounce_shadow = trace(RayKind::BounceShadow, shadow_rays(second, 2));
+    let lists = [primary, bounce, shadow, bounce_shadow];
+    lists.into_iter().filter(|list| !list.rays.is_empty()).collect()
 }
 
 /// As camera_ray() of camera.glsl, through the lens's centre.

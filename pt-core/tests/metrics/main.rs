@@ -171,7 +171,9 @@ fn odd_images_have_a_defined_value() {
 }
 
 fn any_image() -> impl Strategy<Value = LinearImage> {
-    let pixel = prop::array::uniform3(prop_oneof![Just(0.0f32), 1e-4f32..1.0, 1.0f32..1e3]);
+    // Ranges whose ends are whole multiples of each other's spacing: proptest's others fail an assertion of theirs for a few seeds.
+    let dim = (0.0f32..1.0).prop_map(|x| x + 1e-4);
+    let pixel = prop::array::uniform3(prop_oneof![Just(0.0f32), dim, 1.0f32..1e3]);
     prop::collection::vec(pixel, 30).prop_map(|pixels| image(6, SCENE, pixels))
 }
 
