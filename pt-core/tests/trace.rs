@@ -4,7 +4,9 @@ use glam::{Affine3A, Quat, UVec3, Vec2, Vec3, Vec4};
 use pt_core::rng::{coverage_number, coverage_seed, random4};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::ray_list::{Coverage, Query, RayScene, Visibility};
-use pt_core::trace::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene, TraceBackend, choose};
+use pt_core::trace::{
+    BvhQuality, CLEARLY_FASTER, InstancePlacement, MeshGeometry, NativeScene, TraceBackend, choose,
+};
 use pt_core::{Buffer, Location, Recorder};
 use pt_shaders::glam;
 use pt_shaders::records::{
@@ -390,7 +392,7 @@ fn frames_in_their_stride_create_nothing() {
 }
 
 #[test]
-fn auto_takes_the_fastest_candidate() {
+fn auto_measures_all_candidates_and_takes_one_that_no_other_clearly_beats() {
     let device = TestDevice::open();
     let mesh = Mesh::soup(70, 2000, 2000, 0.1);
     let choice = choose(&device, &[mesh.geometry()], &placements(1, 2, 0)).unwrap();
@@ -399,7 +401,7 @@ fn auto_takes_the_fastest_candidate() {
     assert!(available.contains(&choice.backend));
     let rate = |b| choice.mrays_per_s.iter().find(|(other, _)| *other == b).map_or(0.0, |(_, rate)| *rate);
     for backend in available {
-        assert!(rate(backend) <= rate(choice.backend));
+        assert!(rate(backend) > 0.0 && rate(backend) <= CLEARLY_FASTER * rate(choice.backend));
     }
 }
 

@@ -166,12 +166,15 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
         }
     }
     let rates: Vec<_> = runs.iter().map(|run| (run.backend, best(&run.lists[0].rates))).collect();
-    let handicap = |&(backend, rate): &(TraceBackend, f64)| {
+    Ok(Choice { backend: preferred(&rates), mrays_per_s: rates, missing })
+}
+
+fn preferred(rates: &[(TraceBackend, f64)]) -> TraceBackend {
+    let weighted = |&(backend, rate): &(TraceBackend, f64)| {
         if backend == TraceBackend::Compute { CLEARLY_FASTER * rate } else { rate }
     };
-    let backend = rates.iter().max_by(|a, b| handicap(a).total_cmp(&handicap(b)));
-    let backend = backend.map_or(TraceBackend::Compute, |&(backend, _)| backend);
-    Ok(Choice { backend, mrays_per_s: rates, missing })
+    let best = rates.iter().max_by(|a, b| weighted(a).total_cmp(&weighted(b)));
+    best.map_or(TraceBackend::Compute, |&(backend, _)| backend)
 }
 
 /// Rays as a frame shoots them, a workgroup's tile of the launch from one point: neighbouring directions (primary rays) in
@@ -285,4 +288,17 @@ fn median(rates: &[f64]) -> f64 {
     let mut sorted = rates.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use TraceBackend::{Compute, RayQuery, RtPipeline};
+
+    #[test]
+    fn only_what_is_clearly_faster_replaces_compute() {
+        assert_eq!(preferred(&[(Compute, 10.0), (RayQuery, 14.0), (RtPipeline, 14.9)]), Compute);
+        assert_eq!(preferred(&[(Compute, 10.0), (RayQuery, 16.0), (RtPipeline, 40.0)]), RtPipeline);
+        assert_eq!(preferred(&[(Compute, 10.0), (RayQuery, 41.0), (RtPipeline, 40.0)]), RayQuery);
+    }
 }

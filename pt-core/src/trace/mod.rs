@@ -19,7 +19,7 @@ mod vulkan_as;
 
 pub use accel::AccelStructure;
 pub use backend::{TraceBackend, UnknownBackend};
-pub use bench::{Choice, choose};
+pub use bench::{CLEARLY_FASTER, Choice, choose};
 pub use bench_rays::{NativeRays, RayKind};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};
 pub use native::NativeScene;
