@@ -12,6 +12,9 @@ use pt_shaders::glam::Vec3;
 use std::panic::resume_unwind;
 use std::thread::{self, ScopedJoinHandle};
 
+/// Up to here the automatic camera is searched while the scene is uploaded. Either makes a tree, of some 200 bytes a triangle in the making.
+const MOST_TRIANGLES_BESIDE: usize = 2_000_000;
+
 /// A scene on a device, ready to be rendered.
 pub struct Session {
     /// The device.
@@ -29,7 +32,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Opens the device and uploads the scene; meanwhile a camera is found for a scene that has none.
+    /// Opens the device and uploads the scene. A camera for a scene that has none is found meanwhile, or before, with one tree less in
+    /// memory at a time.
     ///
     /// # Errors
     /// A camera that the scene does not have, no device, or a scene that does not fit.
@@ -37,8 +41,9 @@ impl Session {
         let mut load = Phases::start();
         load.include(&scene.load_phases);
         let mut camera = choose_camera(&scene, camera)?;
-        if args.backend == BackendChoice::Auto {
-            // The choice is measured, which wants the processor for itself.
+        // The choice of a backend is measured, which wants the processor for itself.
+        let is_large = scene.statistics().triangles > MOST_TRIANGLES_BESIDE;
+        if args.backend == BackendChoice::Auto || is_large {
             camera = camera.or_else(|| Some(automatic_camera(&scene)));
             load.mark("automatic camera");
         }

@@ -12,7 +12,6 @@ use obvhs::cwbvh::{CwBvh, node::CwBvhNode};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use pt_shaders::records::{BvhNode, BvhTriangle};
 use serde::{Deserialize, Serialize};
-use std::collections::HashSet;
 
 /// Levels of a mesh's tree and of the one over the instances. `trace_compute.glsl` has a stack of 48 entries: one a level,
 /// and two where a mesh is entered.
@@ -64,15 +63,17 @@ impl MeshBvh {
     /// makes a tree deeper than the traversal's stack.
     pub fn build(positions: &[Vec3], indices: &[UVec3], quality: BvhQuality) -> Result<Self, TraceError> {
         super::check_indices(positions, indices)?;
-        let mut corners = Vec::with_capacity(indices.len());
+        let corners = |triangle: u32| {
+            let index = indices[triangle as usize];
+            [index.x, index.y, index.z].map(|i| positions[i as usize])
+        };
         let mut bounds = Vec::with_capacity(indices.len());
         let mut kept = Vec::with_capacity(indices.len());
-        for (triangle, index) in indices.iter().enumerate() {
-            let triple = [index.x, index.y, index.z].map(|i| positions[i as usize]);
-            if triple.iter().all(|p| p.is_finite()) {
-                corners.push(triple);
-                bounds.push(Aabb::from_points(&triple.map(Vec3A::from)));
-                kept.push(triangle as u32);
+        for triangle in 0..indices.len() as u32 {
+            let corners = corners(triangle);
+            if corners.iter().all(|p| p.is_finite()) {
+                bounds.push(Aabb::from_points(&corners.map(Vec3A::from)));
+                kept.push(triangle);
             }
         }
         if kept.is_empty() {
@@ -92,17 +93,15 @@ impl MeshBvh {
             ReinsertionOptimizer::default().run(&mut bvh2, reinsertion, None);
         }
         let mut bvh = wide(&bvh2, &bounds, MAX_MESH_DEPTH)?;
-        let triangles = bvh
-            .primitive_indices
-            .iter()
-            .map(|&i| {
-                let [v0, v1, v2] = corners[i as usize];
-                BvhTriangle { v0, e1: v1 - v0, e2: v2 - v0, triangle: kept[i as usize] }
-            })
-            .collect();
+        drop((bvh2, bounds));
         for index in &mut bvh.primitive_indices {
             *index = kept[*index as usize];
         }
+        let triangle = |&triangle: &u32| {
+            let [v0, v1, v2] = corners(triangle);
+            BvhTriangle { v0, e1: v1 - v0, e2: v2 - v0, triangle }
+        };
+        let triangles = bvh.primitive_indices.iter().map(triangle).collect();
         Ok(Self { bvh, triangles })
     }
 
@@ -206,16 +205,33 @@ fn world_bounds(bounds: &Aabb, world_from_object: &Affine3A) -> Aabb {
 fn tell_apart(bounds: &mut [Aabb]) {
     let whole = bounds.iter().fold(Aabb::empty(), |all, b| all.union(b));
     let tiny = 4e-6 * whole.min.abs().max(whole.max.abs()).max_element().max(1e-12);
-    let mut seen = HashSet::with_capacity(bounds.len());
+    // One bit for each hash: a few boxes count as seen that were not, and widening those as well does no harm.
+    let mut seen = vec![0u64; bounds.len().next_power_of_two().div_ceil(4)];
+    let last_word = seen.len() - 1;
     for (i, b) in (0u32..).zip(bounds) {
         let is_small = b.diagonal().max_element() <= tiny;
-        if is_small || !seen.insert([b.min, b.max].map(|p| p.to_array().map(f32::to_bits))) {
+        let hash = hash(b);
+        let (word, bit) = (&mut seen[(hash >> 6) as usize & last_word], 1 << (hash % 64));
+        let is_seen = *word & bit != 0;
+        *word |= bit;
+        if is_small || is_seen {
             // Multiples of the golden ratio are spread evenly.
             let random = i.wrapping_mul(0x9e37_79b9) as f32 / 2f32.powi(32);
             let pad = tiny * (0.5 + 0.5 * random);
             (b.min, b.max) = (b.min - pad, b.max + pad);
         }
     }
+}
+
+/// Multiply and mix (the finaliser of SplitMix64; Steele, Lea, Flood 2014) over the six coordinates.
+fn hash(b: &Aabb) -> u64 {
+    let words = [b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z].map(|x| u64::from(x.to_bits()));
+    words.into_iter().fold(0, |state, word| {
+        let z = (state ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    })
 }
 
 /// The binary tree over `bounds` as a wide one of at most `limit` levels. Where clustering made chains, a balanced
