@@ -5,11 +5,12 @@ use std::str::FromStr;
 
 use crate::bench_post::BenchPostArgs;
 use crate::cli_reference::{MergeArgs, ReferenceArgs};
+use crate::output::Output;
 use crate::post_args::PostArgs;
 pub use crate::scene_args::{LoadArgs, SceneArgs};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pt_core::atomic_file::check_writable;
-use pt_core::image_file::{ImageSize, OutputFormat, check_output};
+use pt_core::image_file::{ImageSize, OutputFormat};
 use pt_core::metrics::Metric;
 
 /// Research workbench for real-time path tracing.
@@ -258,7 +259,8 @@ pub struct DeviceArgs {
 /// `pt render`
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated.
+    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. A run of # in the name
+    /// stands for the number of the frame, from 0, and every frame is written.
     #[arg(short, long, value_name = "OUT.{png,exr}", required = true, help_heading = "Output")]
     pub output: Vec<PathBuf>,
     /// Further channels for an EXR: all, or a list of names.
@@ -278,7 +280,7 @@ pub struct RenderArgs {
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Frame")]
     pub size: ImageSize,
-    /// Frames to render; the last one is written.
+    /// Frames to render; the last one is written, or all of them (see --output).
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Frame")]
     pub frames: u32,
     /// Write the mean of all frames instead of the last one.
@@ -303,19 +305,19 @@ pub struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// Checks all outputs before rendering begins and returns their formats.
+    /// Checks all outputs before rendering begins.
     ///
     /// # Errors
     /// An unknown extension, a folder that is missing or not writable, a directory, AOVs without an EXR.
-    pub fn check_outputs(&self) -> anyhow::Result<Vec<OutputFormat>> {
-        let formats: Vec<_> = self.output.iter().map(|path| check_output(path)).collect::<Result<_, _>>()?;
-        if self.aov.is_some() && !formats.contains(&OutputFormat::Exr) {
+    pub fn check_outputs(&self) -> anyhow::Result<Vec<Output>> {
+        let outputs: Vec<_> = self.output.iter().map(|path| Output::new(path)).collect::<Result<_, _>>()?;
+        if self.aov.is_some() && outputs.iter().all(|output| output.format() != OutputFormat::Exr) {
             anyhow::bail!("--aov needs an EXR output, {} is a PNG", self.output[0].display());
         }
         if let Some(timings) = &self.timings {
             check_writable(timings)?;
         }
-        Ok(formats)
+        Ok(outputs)
     }
 }
 

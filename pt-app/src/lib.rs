@@ -11,6 +11,7 @@ pub mod compare;
 mod font;
 pub mod frame;
 pub mod info;
+pub mod output;
 pub mod params;
 pub mod passes;
 pub mod post_args;

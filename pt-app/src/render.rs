@@ -1,8 +1,9 @@
-//! `pt render`: frames of a scene, the last one (or the mean of all) written to files.
+//! `pt render`: frames of a scene, the last one, each, or their mean written to files.
 
 use crate::aov;
 use crate::cli::RenderArgs;
 use crate::frame::FullFrame;
+use crate::output::Output;
 use crate::params::{self, FrameParams};
 use crate::progress::Progress;
 use crate::session::{Session, fold_seed};
@@ -26,7 +27,7 @@ use std::path::Path;
 /// # Errors
 /// Unknown names, files that can't be read or written, a device that can't do it.
 pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
-    let formats = args.check_outputs()?;
+    let outputs = args.check_outputs()?;
     let params = params::resolve(args.profile.as_deref(), &[args.post.sets(), args.set.clone()].concat())?;
     let encoding = params.post.encoding;
     for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
@@ -53,29 +54,20 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     session.load.mark("kernels and images");
     let aovs = aov::select(args.aov.as_ref(), full.images())?;
 
-    let timings = render(args, &params, &mut session, &mut full)?;
+    let images = Images { outputs, args, params: &params, aovs };
+    let timings = render(&images, &mut session, &mut full)?;
     session.check_validation()?;
-
-    let metadata = Metadata { args, params: &params, session: &session };
-    for (path, format) in args.output.iter().zip(formats) {
-        match format {
-            OutputFormat::Png => pt_post::write_picture(path, full.images(), encoding)?,
-            OutputFormat::Exr => write_exr(path, &full, &aovs, &metadata)?,
-        }
-    }
+    images.write(args.frames - 1, &session, &full)?;
     if let Some(path) = &args.timings {
-        write_timings(path, &timings, &metadata)?;
+        write_timings(path, &timings, args, &session)?;
         writeln!(out, "{}", load_line(&session))?;
     }
     summary(&timings, &session, size, full.images().size(), out)
 }
 
-fn render(
-    args: &RenderArgs,
-    params: &FrameParams,
-    session: &mut Session,
-    full: &mut FullFrame,
-) -> Result<Vec<FrameTiming>> {
+/// All frames; those before the last are written where they were asked for.
+fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> Result<Vec<FrameTiming>> {
+    let Images { args, params, .. } = images;
     let seed = fold_seed(args.seed);
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(args.frames);
@@ -95,6 +87,9 @@ fn render(
             session.device.wait_idle()?;
             session.load.mark("first frame");
         }
+        if index + 1 < args.frames {
+            images.write(index, session, full)?;
+        }
         previous = time;
         progress.step();
     }
@@ -109,44 +104,62 @@ fn holds_picture(path: &Path, params: &FrameParams) -> bool {
         || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
 }
 
-struct Metadata<'a> {
+/// What is written of the frames.
+struct Images<'a> {
+    outputs: Vec<Output>,
     args: &'a RenderArgs,
     params: &'a FrameParams,
-    session: &'a Session,
+    aovs: Vec<ChannelId>,
 }
 
-fn write_exr(path: &Path, full: &FullFrame, aovs: &[ChannelId], metadata: &Metadata<'_>) -> Result<()> {
-    let mut file = if holds_picture(path, metadata.params) {
-        pt_post::picture_layers(full.images(), metadata.params.post.encoding)?
-    } else {
-        let [width, height] = full.radiance().extent();
-        let mut file = LayeredImage::new(width, height)?;
-        file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
-        file
-    };
-    for &id in aovs {
-        file.layers.push(read_layer(full.images(), id)?);
+impl Images<'_> {
+    /// Writes the files of frame `index`, which is the one that was rendered last; waits for it if there are any.
+    fn write(&self, index: u32, session: &Session, full: &FullFrame) -> Result<()> {
+        for output in &self.outputs {
+            let Some(path) = output.of_frame(index, self.args.frames - 1) else { continue };
+            match output.format() {
+                OutputFormat::Png => {
+                    pt_post::write_picture(&path, full.images(), self.params.post.encoding)?;
+                }
+                OutputFormat::Exr => self.exr(index, session, full)?.write_exr(&path)?,
+            }
+        }
+        Ok(())
     }
-    let Metadata { args, params, session } = metadata;
-    let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
-    put(keys::SCENE, session.scene.name.clone());
-    put(keys::CAMERA, format!("{:?}", session.camera));
-    put(keys::TIME, args.scene.time.to_string());
-    put(keys::FRAMES, args.frames.to_string());
-    put(keys::ACCUMULATE, args.accumulate.to_string());
-    put(keys::SEED, args.seed.to_string());
-    put(keys::PARAMS, serde_json::to_string(params)?);
-    let exposure = full.exposure()?;
-    put(keys::EV100, exposure.ev100.to_string());
-    put(keys::EXPOSURE, exposure.scale.to_string());
-    let [x, y] = full.jitter();
-    put(keys::JITTER, format!("{x},{y}"));
-    put(keys::DEVICE, session.device.info().name.clone());
-    put(keys::DRIVER, session.device.info().driver_line());
-    // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
-    put(keys::BACKEND, TraceBackend::from(args.device.backend).to_string());
-    put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
-    Ok(file.write_exr(path)?)
+
+    fn exr(&self, index: u32, session: &Session, full: &FullFrame) -> Result<LayeredImage> {
+        let Self { args, params, aovs, .. } = self;
+        let mut file = if params.post.output == pt_post::Output::Display {
+            pt_post::picture_layers(full.images(), params.post.encoding)?
+        } else {
+            let [width, height] = full.radiance().extent();
+            let mut file = LayeredImage::new(width, height)?;
+            file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
+            file
+        };
+        for &id in aovs {
+            file.layers.push(read_layer(full.images(), id)?);
+        }
+        let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
+        put(keys::SCENE, session.scene.name.clone());
+        put(keys::CAMERA, format!("{:?}", session.camera));
+        put(keys::TIME, args.scene.time.to_string());
+        put(keys::FRAMES, (index + 1).to_string());
+        put(keys::ACCUMULATE, args.accumulate.to_string());
+        put(keys::SEED, args.seed.to_string());
+        put(keys::PARAMS, serde_json::to_string(params)?);
+        let exposure = full.exposure()?;
+        put(keys::EV100, exposure.ev100.to_string());
+        put(keys::EXPOSURE, exposure.scale.to_string());
+        let [x, y] = full.jitter();
+        put(keys::JITTER, format!("{x},{y}"));
+        put(keys::DEVICE, session.device.info().name.clone());
+        put(keys::DRIVER, session.device.info().driver_line());
+        // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
+        put(keys::BACKEND, TraceBackend::from(args.device.backend).to_string());
+        put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
+        Ok(file)
+    }
 }
 
 /// Frames whose times count: the first two compile kernels and fill caches.
@@ -154,7 +167,7 @@ fn warm(timings: &[FrameTiming]) -> &[FrameTiming] {
     if timings.len() > 2 { &timings[2..] } else { timings }
 }
 
-fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) -> Result<()> {
+fn write_timings(path: &Path, timings: &[FrameTiming], args: &RenderArgs, session: &Session) -> Result<()> {
     let counted = warm(timings);
     let passes: Vec<_> = counted.first().map_or(Vec::new(), |frame| {
         (0..frame.passes.len())
@@ -170,18 +183,18 @@ fn write_timings(path: &Path, timings: &[FrameTiming], metadata: &Metadata<'_>) 
             .collect()
     });
     let frame = Spread::of(counted.iter().map(|f| f.gpu_ms).collect());
-    let info = metadata.session.device.info();
+    let info = session.device.info();
     let document = json!({
-        "scene": metadata.session.scene.name,
-        "size": [metadata.args.size.width, metadata.args.size.height],
+        "scene": session.scene.name,
+        "size": [args.size.width, args.size.height],
         "device": info.name,
         "driver": info.driver_line(),
-        "backend": metadata.session.gpu.backend().to_string(),
+        "backend": session.gpu.backend().to_string(),
         "load": {
-            "phases": metadata.session.load.list(),
-            "total_ms": metadata.session.load.total_ms(),
-            "texture_bytes": metadata.session.gpu.texture_bytes(),
-            "texture_bytes_uncompressed": metadata.session.uncompressed_texture_bytes(),
+            "phases": session.load.list(),
+            "total_ms": session.load.total_ms(),
+            "texture_bytes": session.gpu.texture_bytes(),
+            "texture_bytes_uncompressed": session.uncompressed_texture_bytes(),
             "peak_memory_bytes": peak_memory(),
         },
         "warm_up_frames": timings.len() - counted.len(),

@@ -118,8 +118,10 @@ fn render_refuses_what_cannot_be() {
 fn outputs_are_checked_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
-    let check =
-        |line: &str| render(&format!("cornell {line}")).unwrap().check_outputs().map_err(|e| e.to_string());
+    let check = |line: &str| {
+        let outputs = render(&format!("cornell {line}")).unwrap().check_outputs();
+        outputs.map(|o| o.iter().map(|o| o.format()).collect::<Vec<_>>()).map_err(|e| e.to_string())
+    };
     assert_eq!(check(&format!("-o {}", at("a.png"))), Ok(vec![OutputFormat::Png]));
     assert_eq!(check(&format!("-o {} --aov all", at("a.exr"))), Ok(vec![OutputFormat::Exr]));
     let refused = |line: String, expected: &str| {

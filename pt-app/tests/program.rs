@@ -323,6 +323,22 @@ fn a_render_holds_what_was_asked_for_and_repeats_itself() {
     assert_eq!(other.layers.len(), 1);
 }
 
+#[test]
+fn a_sequence_has_every_frame_as_if_rendered_by_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let line = "render flicker --size 48x32 --aov motion --set post.taa.enabled=true";
+    succeeds(at, &format!("{line} --frames 3 -o f_##.exr -o last.png"));
+    let names = ["f_00.exr", "f_01.exr", "f_02.exr", "last.png"];
+    assert_eq!(files(at), names.map(|name| at.join(name)).into());
+    succeeds(at, &format!("{line} --frames 2 -o two.exr"));
+    let bytes = |name: &str| fs::read(at.join(name)).unwrap();
+    assert!(bytes("f_01.exr") == bytes("two.exr"));
+    assert!(bytes("f_00.exr") != bytes("f_01.exr"));
+
+    refused(at, &format!("{line} --frames 3 -o nowhere/f_#.png"), &["nowhere", "does not exist"]);
+}
+
 /// From the third frame on nothing is created.
 fn steady(timings: &Path, frames: usize) {
     let timings = json(timings);
