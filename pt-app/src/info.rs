@@ -4,7 +4,7 @@ use crate::cli::InfoArgs;
 use anyhow::Result;
 use pt_core::device::DeviceInfo;
 use pt_core::trace::TraceBackend;
-use pt_core::trace::bench::{Choice, choose};
+use pt_core::trace::bench::{CLEARLY_FASTER, Choice, choose};
 use pt_core::{Device, DeviceOptions};
 use pt_scene::gpu::{mesh_geometry, placements};
 use serde_json::json;
@@ -69,6 +69,10 @@ fn describe(info: &DeviceInfo, choice: Option<&Choice>, out: &mut impl Write) ->
             (None, None) => writeln!(out, "  {:<12}the only one", backend.name())?,
         }
     }
-    writeln!(out, "  auto        {}, the fastest of them", choice.backend.name())?;
+    let why = match choice.backend {
+        TraceBackend::Compute => format!("no other is {CLEARLY_FASTER} times as fast"),
+        _ => format!("the fastest, and {CLEARLY_FASTER} times as fast as compute"),
+    };
+    writeln!(out, "  auto        {}: {why}", choice.backend.name())?;
     Ok(())
 }
