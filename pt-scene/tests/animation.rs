@@ -315,6 +315,23 @@ fn animated_nodes_move_cameras_and_lights() {
 }
 
 #[test]
+fn channels_without_a_node_are_left_out() {
+    let (file, rest) = turning(Component::F32, "LINEAR");
+    let first = r#""channels":["#;
+    for target in [
+        r#"{"path":"pointer","extensions":{"KHR_animation_pointer":{"pointer":"/materials/0/emissiveFactor"}}}"#,
+        r#"{"path":"translation"}"#,
+    ] {
+        assert!(rest.contains(first));
+        let added = rest.replace(first, &format!(r#"{first}{{"sampler":0,"target":{target}}},"#));
+        let (plain, scene) = (file.load(&rest, 2.0).unwrap(), file.load(&added, 2.0).unwrap());
+        assert_eq!(scene.instances, plain.instances);
+        let left_out = "animations[0].channels[0]: left out, it moves no property of a node";
+        assert!(scene.notices.iter().any(|n| n == left_out), "{:?}", scene.notices);
+    }
+}
+
+#[test]
 fn broken_animations_are_refused_by_place() {
     let (file, rest) = turning(Component::F32, "LINEAR");
     for (from, to, place) in [

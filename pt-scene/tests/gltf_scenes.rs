@@ -109,6 +109,20 @@ fn a_scene_is_chosen_by_name_or_index() {
 }
 
 #[test]
+fn a_scene_may_have_no_nodes() {
+    let mut glb = triangle();
+    glb.json["scenes"] = json!([{"nodes": [0]}, {"name": "empty"}]);
+    let scene = glb.load().unwrap();
+    assert_eq!(scene.instances.len(), 1);
+    assert_eq!(scene.notices, ["scenes[0]: shown; the file has 1 more"]);
+    let empty = glb.load_with(&LoadOptions { scene: Some("empty".into()), ..plain() }).unwrap();
+    assert!(empty.instances.is_empty());
+    // What is wrong elsewhere is still told, by its own place.
+    glb.json["nodes"][0]["mesh"] = json!("first");
+    assert!(glb.refusal().contains("nodes[0].mesh"), "{}", glb.refusal());
+}
+
+#[test]
 fn variants_change_materials() {
     let mut glb = triangle();
     glb.json["extensionsUsed"] = json!(["KHR_materials_variants"]);

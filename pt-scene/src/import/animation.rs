@@ -146,17 +146,21 @@ fn read_animation(
     let mut tracks = Vec::new();
     for (c, channel) in animation.channels.iter().enumerate() {
         let at_channel = format!("{at}.channels[{c}]");
+        let Checked::Valid(path) = channel.target.path else {
+            notices.add(at_channel, "left out, it moves no property of a node");
+            continue;
+        };
         let node = document.get(channel.target.node, &format!("{at_channel}.target.node"))?;
         let at_sampler = format!("{at}.samplers[{}]", channel.sampler.value());
         let sampler = animation
             .samplers
             .get(channel.sampler.value())
             .ok_or_else(|| document.invalid(format!("{at_channel}.sampler"), "there is no such sampler"))?;
-        let (property, width) = match channel.target.path {
-            Checked::Valid(JsonProperty::Translation) => (Property::Translation, 3),
-            Checked::Valid(JsonProperty::Scale) => (Property::Scale, 3),
-            Checked::Valid(JsonProperty::Rotation) => (Property::Rotation, 4),
-            Checked::Valid(JsonProperty::MorphTargetWeights) => {
+        let (property, width) = match path {
+            JsonProperty::Translation => (Property::Translation, 3),
+            JsonProperty::Scale => (Property::Scale, 3),
+            JsonProperty::Rotation => (Property::Rotation, 4),
+            JsonProperty::MorphTargetWeights => {
                 let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh.value()));
                 let targets = mesh.iter().flat_map(|m| &m.primitives).filter_map(|p| p.targets.as_ref());
                 match targets.map(Vec::len).max() {
@@ -166,10 +170,6 @@ fn read_animation(
                         continue;
                     }
                 }
-            }
-            Checked::Invalid => {
-                notices.add(at_channel, "left out, it moves no property of a node");
-                continue;
             }
         };
         let Checked::Valid(interpolation) = sampler.interpolation else {

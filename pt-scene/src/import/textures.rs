@@ -147,7 +147,9 @@ impl<'a> Uses<'a> {
 
     /// An error in the image of a use.
     pub fn invalid(&self, u: Use, label: &str, what: impl std::fmt::Display) -> SceneError {
-        self.document.invalid(format!("images[{}]", u.image), format!("{label}: {what}"))
+        let at = format!("images[{}]", u.image);
+        let what = if label == at { what.to_string() } else { format!("{label}: {what}") };
+        self.document.invalid(at, what)
     }
 
     /// All textures: baked ones where `baked` has them, the others decoded, up to `max_texels` in all.

@@ -63,7 +63,9 @@ pub(super) fn references(document: &Document) -> Result<(), SceneError> {
                 let what = format!("index {} does not exist", channel.sampler.value());
                 return Err(document.invalid(format!("{at}.sampler"), what));
             }
-            document.get(channel.target.node, &format!("{at}.target.node"))?;
+            if let Checked::Valid(_) = channel.target.path {
+                document.get(channel.target.node, &format!("{at}.target.node"))?;
+            }
         }
     }
     for (i, skin) in skins.iter().enumerate() {

@@ -5,23 +5,58 @@ use std::fmt;
 
 use gltf::json::Root;
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde_json::{Value, json};
 
 use crate::import::notices::{Notices, Remark};
 
 /// Parses the text. An error is a JSON path, empty for the whole text, and what is wrong there.
 pub(in crate::import) fn read(text: &[u8], notices: &mut Notices) -> Result<Root, (String, String)> {
     let mut reader = serde_json::Deserializer::from_slice(text);
-    let root: Root = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
-        let path = e.path().to_string();
-        (if path == "." { String::new() } else { path }, e.into_inner().to_string())
-    })?;
-    reader.end().map_err(|e| (String::new(), e.to_string()))?;
+    let root = match root(&mut reader) {
+        Ok(whole) => reader.end().map(|()| whole).map_err(|e| (String::new(), e.to_string()))?,
+        Err(error) => root(completed(text).ok_or(error)?)?,
+    };
     let remarks = RefCell::new(Vec::new());
     let mut reader = serde_json::Deserializer::from_slice(text);
     let walk = Walk { path: Path::Root, remarks: &remarks };
     walk.deserialize(&mut reader).map_err(|e| (String::new(), e.to_string()))?;
     notices.extend(remarks.into_inner());
     Ok(root)
+}
+
+fn root<'de>(reader: impl Deserializer<'de, Error = serde_json::Error>) -> Result<Root, (String, String)> {
+    serde_path_to_error::deserialize(reader).map_err(|e| {
+        let path = e.path().to_string();
+        (if path == "." { String::new() } else { path }, e.into_inner().to_string())
+    })
+}
+
+/// The text with what the JSON crate insists on though the format lets it be left out: `nodes` of a scene, and `node` of an
+/// animation channel that an extension aims at something else; that channel gets a path that nothing has. `None` when neither was
+/// missing.
+fn completed(text: &[u8]) -> Option<Value> {
+    let mut document: Value = serde_json::from_slice(text).ok()?;
+    let mut is_changed = false;
+    for scene in items(&mut document, "scenes").filter_map(Value::as_object_mut) {
+        is_changed |= !scene.contains_key("nodes");
+        scene.entry("nodes").or_insert_with(|| json!([]));
+    }
+    for animation in items(&mut document, "animations") {
+        for channel in items(animation, "channels") {
+            let target = channel.get_mut("target").and_then(Value::as_object_mut);
+            if let Some(target) = target.filter(|target| !target.contains_key("node")) {
+                is_changed = true;
+                target.insert("node".into(), json!(0));
+                target.insert("path".into(), json!("none"));
+            }
+        }
+    }
+    is_changed.then_some(document)
+}
+
+/// What the array `key` of an object holds; nothing if there is none.
+fn items<'a>(object: &'a mut Value, key: &str) -> impl Iterator<Item = &'a mut Value> {
+    object.get_mut(key).and_then(Value::as_array_mut).into_iter().flatten()
 }
 
 #[derive(Clone, Copy)]
