@@ -52,8 +52,13 @@ impl<'a> Rays<'a> {
 
     /// Distance to the first surface, and whether its front is seen.
     fn trace(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
+        self.trace_beyond(0.0, origin, direction)
+    }
+
+    /// The same for surfaces further away than `t_min`.
+    fn trace_beyond(&self, t_min: f32, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
         // Adding zero turns -0 into 0: the traversal loses hits of rays with a component of -0.
-        let ray = Ray { origin, t_min: 0.0, direction: direction + Vec3::ZERO, t_max: f32::INFINITY };
+        let ray = Ray { origin, t_min, direction: direction + Vec3::ZERO, t_max: f32::INFINITY };
         let hit = self.native.closest(&ray, u32::MAX, None);
         let instance = self.scene.instances.get(hit.instance as usize)?;
         let corners = self.scene.meshes[instance.mesh as usize].triangle(hit.triangle as usize);
@@ -67,8 +72,11 @@ impl<'a> Rays<'a> {
     fn are_inside_a_room(&self, bounds: &Bounds) -> bool {
         let (mut level, mut level_seen, mut down, mut down_seen) = (0, 0, 0, 0);
         let mut distance = 0.0;
+        // Solids are often built outwards from the origin, so that the centre lies in a face of theirs.
+        let off_the_centre = 1e-5 * bounds.size().length();
         for direction in sphere_directions(512) {
-            let front = self.trace(bounds.center(), direction).filter(|&(_, front)| front);
+            let hit = self.trace_beyond(off_the_centre, bounds.center(), direction);
+            let front = hit.filter(|&(_, front)| front);
             distance += front.map_or(0.0, |(t, _)| t);
             if direction.y < -0.5 {
                 down += 1;

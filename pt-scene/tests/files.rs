@@ -172,9 +172,12 @@ fn automatic_cameras_stand_inside_rooms_and_outside_objects() {
     assert!(eye.cmpgt(b.min).all() && eye.cmplt(b.max).all(), "Sponza is seen from within: {eye}");
     assert!(forward.y.abs() < 0.1 && forward.x.abs() > 0.99, "along the longest axis: {forward}");
     assert!((eye.x - b.center().x).abs() > 0.2 * b.size().x, "from near one end: {eye}");
-    for file in
-        ["DamagedHelmet/DamagedHelmet.gltf", "Fox/Fox.glb", "EmissiveStrengthTest/EmissiveStrengthTest.gltf"]
-    {
+    for file in [
+        "DamagedHelmet/DamagedHelmet.gltf",
+        "Fox/Fox.glb",
+        "EmissiveStrengthTest/EmissiveStrengthTest.gltf",
+        "AttenuationTest/AttenuationTest.gltf",
+    ] {
         let (eye, forward, b) = camera(file);
         let radius = 0.5 * b.size().length();
         assert!(eye.distance(b.center()) > radius, "{file} is seen from outside: {eye}");

@@ -516,6 +516,27 @@ fn scenes_of_any_size_get_a_camera() {
     }
 }
 
+/// A board with a block before it, whose back lies in the middle of everything: from there all that is seen are fronts, the
+/// block's own back among them.
+#[test]
+fn a_block_at_the_centre_makes_no_room() {
+    let mut corners: Vec<[f32; 3]> = Vec::new();
+    let mut quad = |[a, b, c, d]: [[f32; 3]; 4]| corners.extend([a, b, c, a, c, d]);
+    quad([[-10.0, -10.0, -2.0], [10.0, -10.0, -2.0], [10.0, 10.0, -2.0], [-10.0, 10.0, -2.0]]);
+    let (a, b, c, d) = ([-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]);
+    let at = |[x, y]: [f32; 2], z: f32| [x, y, z];
+    quad([at(a, 2.0), at(b, 2.0), at(c, 2.0), at(d, 2.0)]);
+    quad([at(b, 0.0), at(a, 0.0), at(d, 0.0), at(c, 0.0)]);
+    for [from, to] in [[a, b], [b, c], [c, d], [d, a]] {
+        quad([at(from, 0.0), at(to, 0.0), at(to, 2.0), at(from, 2.0)]);
+    }
+    let mut glb = Glb::new();
+    let position = glb.floats(corners.as_flattened(), "VEC3");
+    glb.show(json!({"attributes": {"POSITION": position}}));
+    let camera = glb.load_clean().default_camera();
+    assert!(camera.position().length() > 14.0, "{camera:?}");
+}
+
 #[test]
 fn an_empty_scene_is_noted() {
     let mut glb = triangle();
