@@ -57,6 +57,25 @@ fn a_chain_of_ten_thousand_nodes_loads() {
     assert_eq!(scene.instances[0].world_from_object.translation.x, 5000.0);
 }
 
+/// Found by fuzzing: names in the file are part of the places that messages tell.
+#[test]
+fn names_with_line_breaks_stay_in_one_line() {
+    for text in [
+        r#"{"asset":{"version":"2.0"},"extra\ns": [1,}"#,
+        r#"{"asset":{"version":"2.0"},"extras": 1,"meshes":[{"primitives":[{"attributes":{"_A\nB":{}}}]}]}"#,
+    ] {
+        let error = load_bytes(text.into(), "test.gltf", &plain()).unwrap_err().to_string();
+        assert!(error.starts_with("test.gltf: ") && !error.contains('\n'), "{error}");
+    }
+    let mut glb = triangle();
+    glb.json["meshes"][0]["primitives"][0]["attributes"]["foo\nbar"] = json!(0);
+    let notices = glb.load().unwrap().notices;
+    assert!(
+        notices.iter().any(|n| n.contains("foo bar")) && !notices.iter().any(|n| n.contains('\n')),
+        "{notices:?}"
+    );
+}
+
 #[test]
 fn deep_json_is_refused_where_it_is_read_and_skipped_where_not() {
     let deep = format!("{}1{}", "[".repeat(100_000), "]".repeat(100_000));

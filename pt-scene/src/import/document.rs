@@ -47,7 +47,7 @@ impl Document {
         let container = glb::split(bytes, notices).map_err(|what| SceneError::file(file, what))?;
         let root = check::json(&container.json, notices).map_err(|(at, what)| match at.as_str() {
             "" => SceneError::file(file, format!("is not a glTF 2.0 file: {what}")),
-            _ => SceneError::Invalid { file: file.to_owned(), at, what: one_line(&what) },
+            _ => SceneError::Invalid { file: file.to_owned(), at: one_line(&at), what: one_line(&what) },
         })?;
         let mut document = Self {
             root,
