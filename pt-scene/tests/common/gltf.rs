@@ -1,6 +1,7 @@
 //! Small glTF files made in code.
 
-use pt_scene::{LoadOptions, Scene, SceneError, load_bytes};
+use super::shared;
+use pt_scene::{LoadOptions, Scene, SceneError, load, load_bytes};
 use serde_json::{Value, json};
 
 pub const U8: u32 = 5121;
@@ -107,7 +108,7 @@ impl Glb {
     }
 
     pub fn load(&self) -> Result<Scene, SceneError> {
-        self.load_with(&LoadOptions { default_sky: false, ..LoadOptions::default() })
+        self.load_with(&plain())
     }
 
     /// The scene, which must load without any notice.
@@ -123,4 +124,14 @@ impl Glb {
         assert!(text.starts_with("test.glb: ") && !text.contains('\n'), "{text}");
         text
     }
+}
+
+/// Without the sky that unlit scenes get.
+pub fn plain() -> LoadOptions {
+    LoadOptions { default_sky: false, ..LoadOptions::default() }
+}
+
+/// A file of the shared scenes.
+pub fn shared_scene(file: &str, options: &LoadOptions) -> Option<Scene> {
+    Some(load(shared("scenes")?.join(file), options).unwrap_or_else(|e| panic!("{e}")))
 }
