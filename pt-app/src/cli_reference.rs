@@ -63,7 +63,7 @@ pub struct ReferenceArgs {
     /// Scattering events before Russian roulette begins.
     #[arg(long, value_name = "B", default_value_t = 3, help_heading = "Light transport")]
     pub roulette_start: u32,
-    /// Light that counts: any of sun, punctual, emissive, environment.
+    /// Light that counts: any of sun, positional, emissive, environment.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum, help_heading = "Light transport")]
     pub light_types: Vec<LightType>,
     /// Weights of multiple importance sampling.
@@ -100,7 +100,7 @@ impl ReferenceArgs {
             roulette_start: self.roulette_start,
             light_types: LightTypes {
                 sun: on(LightType::Sun),
-                punctual: on(LightType::Punctual),
+                positional: on(LightType::Positional),
                 emissive: on(LightType::Emissive),
                 environment: on(LightType::Environment),
             },
@@ -158,7 +158,7 @@ pub enum LightType {
     /// Directional lights.
     Sun,
     /// Point and spot lights.
-    Punctual,
+    Positional,
     /// Surfaces that emit, unlit materials included.
     Emissive,
     /// The environment.
