@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use pt_scene::{AnimationChoice, LoadOptions};
 
-use crate::cli::{finite, finite_f64, not_negative, positive_f64};
+use super::values::{finite, finite_f64, not_negative, positive_f64};
 
 /// The scene with its environment and its time.
 #[derive(Clone, Debug, Args)]
