@@ -1,6 +1,7 @@
-//! The command line of `pt reference` and `pt merge`.
+//! What `pt reference` takes.
 
-use crate::cli::{CameraArgs, DeviceArgs, SceneArgs, positive_f64};
+use crate::args::values::positive_f64;
+use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use clap::{Args, ValueEnum};
 use pt_image::image_file::ImageSize;
 use pt_reference::{Heuristic, LightTypes, ReferenceParams, SamplerKind, Strategy};
@@ -194,18 +195,4 @@ pub enum SamplerName {
     BlueNoise,
     /// Independent numbers.
     Pcg,
-}
-
-/// `pt merge`
-#[derive(Clone, Debug, Args)]
-pub struct MergeArgs {
-    /// Files of `pt reference` with disjoint ranges of samples of one render.
-    #[arg(required = true, value_name = "A.exr")]
-    pub inputs: Vec<PathBuf>,
-    /// Image to write, as by `pt reference`.
-    #[arg(short, long, value_name = "OUT.exr")]
-    pub output: PathBuf,
-    /// Write OUT.exr alone.
-    #[arg(long)]
-    pub no_aov: bool,
 }
