@@ -15,7 +15,7 @@ use pt_import::LoadOptions;
 use pt_scene::{AnimationChoice, Camera, Scene};
 use pt_shaders::channels;
 use pt_shaders::records::FrameRecord;
-use std::path::Path;
+use pt_test_data::shared;
 
 const SIZE: [u32; 2] = [81, 60];
 const TIMES: [f64; 3] = [0.0, 0.35, 0.39];
@@ -28,10 +28,7 @@ fn view(scene: &Scene, time: f64) -> Camera {
 }
 
 fn check(file: &str, animation: AnimationChoice) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes").join(file);
-    if !path.exists() {
-        return println!("skipped: {} is not there", path.display());
-    }
+    let path = shared("scenes").join(file);
     let device = TestDevice::open();
     let load = |time| {
         let options = LoadOptions { animation: animation.clone(), time, ..LoadOptions::default() };
@@ -110,16 +107,19 @@ fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, imag
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_skinned_fox() {
     check("Fox/Fox.glb", AnimationChoice::Name("Run".into()));
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_skinned_man() {
     check("CesiumMan/CesiumMan.gltf", AnimationChoice::Compatible);
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_morphing_cube() {
     check("AnimatedMorphCube/AnimatedMorphCube.gltf", AnimationChoice::Compatible);
 }

@@ -10,16 +10,6 @@ use pt_core::trace::TraceBackend;
 use pt_import::LoadOptions;
 use pt_scene::{Camera, Scene};
 use pt_shaders::channels::ChannelId;
-use std::path::{Path, PathBuf};
-
-/// Test data beside the workspace, not part of it; says so when it is missing.
-pub fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
-    if !path.exists() {
-        println!("skipped: {} is missing", path.display());
-    }
-    path.exists().then_some(path)
-}
 
 /// A built-in scene as `pt render` sees it.
 ///
