@@ -14,6 +14,7 @@ pub mod compiler;
 pub mod constants;
 pub mod gpu_constants;
 pub mod gpu_struct;
+pub mod format;
 mod kernel_code;
 pub mod records;
 
