@@ -3,7 +3,8 @@
 use crate::cli::{BakeArgs, QualityChoice};
 use crate::progress::Progress;
 use anyhow::Result;
-use pt_scene::bake::{BakedTexture, Outcome, Quality, bake};
+use pt_import::Quality;
+use pt_import::bake::{BakedTexture, Outcome, bake};
 use serde_json::json;
 use std::io::Write;
 use std::time::Instant;

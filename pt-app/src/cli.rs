@@ -9,9 +9,9 @@ use crate::output::Output;
 use crate::post_args::PostArgs;
 pub use crate::scene_args::{LoadArgs, SceneArgs};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pt_core::atomic_file::check_writable;
-use pt_core::image_file::{ImageSize, OutputFormat};
-use pt_core::metrics::Metric;
+use pt_image::atomic_file::check_writable;
+use pt_image::image_file::{ImageSize, OutputFormat};
+use pt_image::metrics::Metric;
 
 /// Research workbench for real-time path tracing.
 #[derive(Debug, Parser)]
@@ -133,7 +133,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Fast)]
     pub quality: QualityChoice,
     /// Most texels that an image may have.
-    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
+    #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS)]
     pub max_texture_pixels: u64,
     /// Print JSON instead of a table.
     #[arg(long)]
@@ -367,7 +367,7 @@ impl std::fmt::Display for MetricName {
 impl FromStr for MetricName {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
-        text.parse().map(Self).map_err(|error: pt_core::metrics::MetricError| error.to_string())
+        text.parse().map(Self).map_err(|error: pt_image::metrics::MetricError| error.to_string())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::cli::{CameraArgs, DeviceArgs, SceneArgs, positive_f64};
 use clap::{Args, ValueEnum};
-use pt_core::image_file::ImageSize;
+use pt_image::image_file::ImageSize;
 use pt_reference::{Heuristic, LightTypes, ReferenceParams, SamplerKind, Strategy};
 use std::ops::Range;
 use std::path::PathBuf;

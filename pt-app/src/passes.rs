@@ -14,7 +14,7 @@ use std::io::Write;
 /// Unknown keys, a device that can't do it.
 pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let params = params::resolve(None, &args.set)?;
-    let scene = pt_scene::open(&args.scene, &Default::default())?;
+    let scene = pt_import::open(&args.scene, &Default::default())?;
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
     let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
     let size = [args.size.width, args.size.height];

@@ -4,10 +4,10 @@ use crate::cli_reference::{MergeArgs, ReferenceArgs, SamplerName};
 use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result, bail, ensure};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use pt_core::atomic_file::check_writable;
+use pt_image::atomic_file::check_writable;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
-use pt_core::image_file::{ImageSize, OutputFormat, check_output};
+use pt_image::image_file::{ImageSize, OutputFormat, check_output};
 use pt_core::settings::Validate;
 use pt_reference::{Checkpoint, Estimate, EstimateFile, Identity, Progressive, denoiser_inputs};
 use pt_scene::gpu::camera_record;
@@ -34,7 +34,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         args.sampler != SamplerName::BlueNoise || args.spp_range.is_none() || args.spp.is_some(),
         "--sampler blue-noise with --spp-range needs --spp, the samples of the whole render"
     );
-    let mut scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
+    let mut scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
     scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
     for notice in &scene.notices {
         print_warning(notice);

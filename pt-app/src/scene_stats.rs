@@ -17,10 +17,8 @@ use std::io::Write;
 
 use anyhow::Result;
 use pt_lights::{LightLists, luminance};
-use pt_scene::{
-    AlphaMode, Clusters, Environment, Light, LightKind, Material, Projection, Scene, Support, Texels,
-    Texture, support,
-};
+use pt_import::support;
+use pt_scene::{AlphaMode, Clusters, Environment, Light, LightKind, Material, Projection, Scene, Support, Texels, Texture};
 use pt_shaders::glam::Vec3;
 use serde::Serialize;
 

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use pt_core::image_file::{
+use pt_image::image_file::{
     ImageState, LinearImage, OutputFormat, PixelLayout, check_output, check_size, srgb_encode_8bit, write_png,
 };
 

@@ -6,7 +6,7 @@ use clap::{CommandFactory, Parser};
 use pt_app::cli::{
     AovSelection, BackendChoice, BenchArgs, BenchCommand, CameraChoice, Cli, InfoArgs, LookAt, RenderArgs,
 };
-use pt_core::image_file::{ImageSize, OutputFormat};
+use pt_image::image_file::{ImageSize, OutputFormat};
 
 #[derive(Debug, Parser)]
 struct Render {

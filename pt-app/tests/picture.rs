@@ -1,6 +1,6 @@
 //! `pt render` with the options of the picture, from the command line to the file.
 
-use pt_core::image_file::{LayeredImage, LinearImage};
+use pt_image::image_file::{LayeredImage, LinearImage};
 use std::process::Command;
 
 /// Upscaling, bloom and HDR output from the command line.

@@ -1,6 +1,6 @@
 //! The contract of the `pt` program: what it writes, that it repeats itself bit by bit, and how it refuses.
 
-use pt_core::image_file::{LayeredImage, LinearImage, Samples};
+use pt_image::image_file::{LayeredImage, LinearImage, Samples};
 use pt_core::trace::CLEARLY_FASTER;
 use serde_json::Value;
 use std::collections::BTreeSet;

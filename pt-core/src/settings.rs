@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
 
-use crate::atomic_file::FileError;
+use pt_image::atomic_file::FileError;
 
 /// Spelling of the absent value of an `Option`.
 const NONE: &str = "none";
@@ -220,7 +220,7 @@ pub fn apply_profile<T>(settings: &mut T, path: &Path) -> Result<(), SettingsErr
 where
     T: Serialize + DeserializeOwned + Validate,
 {
-    let bytes = crate::atomic_file::read(path)?;
+    let bytes = pt_image::atomic_file::read(path)?;
     String::from_utf8(bytes)
         .map_err(|_| SettingsError::Toml { line: 1, reason: "the file is not UTF-8 text".into() })
         .and_then(|text| apply_toml(settings, &text))

@@ -11,7 +11,8 @@ use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
-use pt_scene::{AnimationChoice, Camera, LoadOptions, Scene};
+use pt_import::LoadOptions;
+use pt_scene::{AnimationChoice, Camera, Scene};
 use pt_shaders::channels;
 use pt_shaders::records::FrameRecord;
 use pt_test_data::shared;
@@ -31,7 +32,7 @@ fn check(file: &str, animation: AnimationChoice) {
     let device = TestDevice::open();
     let load = |time| {
         let options = LoadOptions { animation: animation.clone(), time, ..LoadOptions::default() };
-        pt_scene::load(&path, &options).unwrap()
+        pt_import::load(&path, &options).unwrap()
     };
     let start = load(TIMES[0]);
     for backend in TraceBackend::available(&device) {

@@ -5,9 +5,10 @@ use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
-use pt_core::image_file::{ImageState, LinearImage};
+use pt_image::image_file::{ImageState, LinearImage};
 use pt_core::trace::TraceBackend;
-use pt_scene::{Camera, LoadOptions, Scene};
+use pt_import::LoadOptions;
+use pt_scene::{Camera, Scene};
 use pt_shaders::channels::ChannelId;
 
 /// A built-in scene as `pt render` sees it.
@@ -15,7 +16,7 @@ use pt_shaders::channels::ChannelId;
 /// # Panics
 /// When there is none of this name.
 pub fn builtin(name: &str) -> Scene {
-    pt_scene::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+    pt_import::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A scene that is rendered frame by frame. Its methods panic where a test has to fail.

@@ -1,10 +1,11 @@
 //! The three ways to trace rays see one scene: at the same seed they give the same frames.
 
 use pt_app::cli::BackendChoice;
-use pt_core::image_file::LinearImage;
-use pt_core::metrics::{Metric, compare};
+use pt_image::image_file::LinearImage;
+use pt_image::metrics::{Metric, compare};
 use pt_core::trace::TraceBackend;
-use pt_scene::{LoadOptions, Scene, open};
+use pt_import::{LoadOptions, open};
+use pt_scene::Scene;
 use pt_shaders::channels::{FLAT_COLOR, VISIBILITY};
 use pt_test_data::shared;
 use pt_tests::{Frames, builtin};

@@ -2,8 +2,8 @@
 
 use pt_app::cli::BackendChoice;
 use pt_app::params::resolve;
-use pt_core::image_file::{ImageState, LinearImage};
-use pt_core::metrics::{Metric, compare};
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_image::metrics::{Metric, compare};
 use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;
 use pt_core::test_support::TestDevice;

@@ -1,6 +1,6 @@
 //! Test pictures in linear display light, 0 to 1.
 
-use pt_core::image_file::LinearImage;
+use pt_image::image_file::LinearImage;
 use pt_post::oracle::{Image, srgb_encode};
 
 /// sRGB codes of linear values.
