@@ -278,7 +278,7 @@ fn a_render_holds_what_was_asked_for_and_repeats_itself() {
     for (layer, channel) in [
         ("", "R"),
         ("normal", "X"),
-        ("geo_normal", "Z"),
+        ("vertex_normal", "Z"),
         ("view_depth", "Z"),
         ("shading_position", "material"),
         ("view_direction", "flags"),

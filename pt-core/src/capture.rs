@@ -7,7 +7,7 @@
 //!
 //! | channel | components |
 //! |---|---|
-//! | `normal`, `geo_normal` | X, Y, Z, unpacked; 0 = no surface |
+//! | `normal`, `vertex_normal` | X, Y, Z, unpacked; 0 = no surface |
 //! | `view_direction` | X, Y, Z, unpacked; `flags` (uint) |
 //! | `shading_position` | X, Y, Z; `material` (uint) |
 //! | other integers | x, y (uint) |
@@ -117,7 +117,7 @@ const XYZ: [&str; 3] = ["X", "Y", "Z"];
 fn parts(id: ChannelId) -> Vec<Part> {
     let format = id.channel().format;
     let names: &[&'static str] = match id {
-        channels::NORMAL | channels::GEO_NORMAL => return vec![Part::Direction(0)],
+        channels::NORMAL | channels::VERTEX_NORMAL => return vec![Part::Direction(0)],
         channels::VIEW_DIRECTION => return vec![Part::Direction(0), Part::Uint("flags", 1)],
         channels::SHADING_POSITION => {
             let position = XYZ.into_iter().zip(0..).map(|(name, word)| Part::Float(name, word));

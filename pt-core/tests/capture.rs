@@ -14,7 +14,7 @@ use pt_shaders::glam::Vec3;
 /// Words of packed unit vectors in a channel's texels.
 fn direction_words(id: ChannelId) -> &'static [usize] {
     match id {
-        channels::NORMAL | channels::GEO_NORMAL | channels::VIEW_DIRECTION => &[0],
+        channels::NORMAL | channels::VERTEX_NORMAL | channels::VIEW_DIRECTION => &[0],
         _ => &[],
     }
 }

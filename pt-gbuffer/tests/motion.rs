@@ -65,7 +65,7 @@ fn check(file: &str, animation: AnimationChoice) {
 
 fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, images: &ChannelImages) {
     let visibility = images.current(channels::VISIBILITY).read_u32().unwrap();
-    let normals = images.current(channels::GEO_NORMAL).read_u32().unwrap();
+    let normals = images.current(channels::VERTEX_NORMAL).read_u32().unwrap();
     let motions = images.current(channels::MOTION).read_f32().unwrap();
     let native = NativeScene::new(&mesh_geometry(scene), &placements(scene), Default::default()).unwrap();
     let size = scene.bounds().unwrap().size().length() as f64;
@@ -92,9 +92,9 @@ fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, imag
             moving += u32::from(e.motion.truncate().length() > 1e-3);
             let normal = unpack_unit_vector(normals[i]).as_dvec3();
             assert!(
-                normal.distance(e.geo_normal) < 5e-4,
+                normal.distance(e.vertex_normal) < 5e-4,
                 "{what} ({x},{y}): normal {normal} for {}",
-                e.geo_normal
+                e.vertex_normal
             );
         }
     }

@@ -55,7 +55,7 @@ fn kinds_of_light_add_up() {
     scene.environment = pt_scene::default_sky();
     let camera = scene.default_camera();
     let mut stage = Stage::new(&device, scene);
-    let none = LightTypes { sun: false, punctual: false, emissive: false, environment: false };
+    let none = LightTypes { sun: false, positional: false, emissive: false, environment: false };
     let mut render = |light_types, seed| {
         let params = ReferenceParams { light_types, max_bounces: 3, ..Default::default() };
         stage.render(&camera, SIZE, &params, seed, 32)
@@ -63,7 +63,7 @@ fn kinds_of_light_add_up() {
     let whole = render(LightTypes::default(), 0);
     let parts = [
         render(LightTypes { sun: true, ..none }, 1),
-        render(LightTypes { punctual: true, ..none }, 2),
+        render(LightTypes { positional: true, ..none }, 2),
         render(LightTypes { emissive: true, ..none }, 3),
         render(LightTypes { environment: true, ..none }, 4),
     ];

@@ -106,7 +106,7 @@ impl Mesh {
         self.gather(&corners);
         self.indices = (0..self.indices.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         self.normals =
-            self.positions.chunks_exact(3).flat_map(|p| [flat_normal(p[1] - p[0], p[2] - p[0]); 3]).collect();
+            self.positions.chunks_exact(3).flat_map(|p| [face_normal(p[1] - p[0], p[2] - p[0]); 3]).collect();
         if !self.morphs.is_empty() {
             self.flat_morphs();
         }
@@ -186,7 +186,7 @@ impl Mesh {
 
 /// Unit normal of a triangle by two edges; +Y where it has no area. Squares of tiny and of huge numbers are avoided by powers of two,
 /// which change no bit otherwise.
-fn flat_normal(e1: Vec3, e2: Vec3) -> Vec3 {
+fn face_normal(e1: Vec3, e2: Vec3) -> Vec3 {
     let scaled = |v: Vec3| v / f32::from_bits(v.abs().max_element().to_bits() & 0x7f80_0000);
     scaled(scaled(e1).cross(scaled(e2))).normalize_or(Vec3::Y)
 }
@@ -205,16 +205,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn flat_normals_of_every_size() {
+    fn face_normals_of_every_size() {
         let (e1, e2) = (Vec3::new(0.3, 0.7, -0.2), Vec3::new(-0.5, 0.1, 0.9));
         let normal = e1.cross(e2).normalize();
         for size in [1e-30, 1e-15, 1.0, 1e6, 1e12] {
-            assert!(flat_normal(size * e1, size * e2).distance(normal) < 1e-6, "{size}");
+            assert!(face_normal(size * e1, size * e2).distance(normal) < 1e-6, "{size}");
         }
         // A sliver, and triangles without area.
-        assert!(flat_normal(Vec3::X, Vec3::new(1.0, 1e-25, 0.0)).abs_diff_eq(Vec3::Z, 1e-6));
+        assert!(face_normal(Vec3::X, Vec3::new(1.0, 1e-25, 0.0)).abs_diff_eq(Vec3::Z, 1e-6));
         for e2 in [Vec3::ZERO, e1, -2.0 * e1] {
-            assert_eq!(flat_normal(e1, e2), Vec3::Y);
+            assert_eq!(face_normal(e1, e2), Vec3::Y);
         }
     }
 }

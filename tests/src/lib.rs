@@ -1,6 +1,6 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::cli::{BackendChoice, CameraArgs, DeviceArgs};
+use pt_app::args::{BackendChoice, CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;

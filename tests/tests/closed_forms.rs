@@ -6,7 +6,7 @@
 //! exceeds in one of a thousand runs.
 
 use glam::{DVec2, DVec3};
-use pt_app::cli::BackendChoice;
+use pt_app::args::BackendChoice;
 use pt_reference::direct::{DirectLight, Quality};
 use pt_scene::{Camera, Projection, Scene};
 use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR};

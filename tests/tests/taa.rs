@@ -1,6 +1,6 @@
 //! Temporal anti-aliasing on the built-in scenes, with shading that has no noise: what is left is aliasing and history.
 
-use pt_app::cli::BackendChoice;
+use pt_app::args::BackendChoice;
 use pt_app::params::resolve;
 use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;

@@ -1,6 +1,6 @@
 //! Which channels `--aov` names.
 
-use crate::cli::AovSelection;
+use super::args::AovSelection;
 use anyhow::{Result, bail};
 use pt_core::ChannelImages;
 use pt_shaders::channels::{ChannelId, ExtentClass};

@@ -1,9 +1,11 @@
 //! `pt bench path`: the whole path loop of the reference path tracer, and the CPU's traversal of as many rays.
 
-use crate::cli::BenchPathArgs;
+use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::session::Session;
 use anyhow::Result;
+use clap::Args;
 use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_image::image_file::ImageSize;
 use pt_core::trace::{NativeRays, RayKind};
 use pt_reference::{FilmState, Progressive, ReferenceParams};
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
@@ -11,7 +13,37 @@ use pt_shaders::records::FrameRecord;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::path::PathBuf;
 use std::time::Instant;
+
+/// `pt bench path`
+#[derive(Clone, Debug, Args)]
+pub struct BenchPathArgs {
+    /// What is rendered.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The view.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Also write the result to this JSON file.
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+    /// Image size.
+    #[arg(long, value_name = "WxH", default_value = "320x180")]
+    pub size: ImageSize,
+    /// Samples of each pixel in a timed window.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// Scattering events after the first hit, at most.
+    #[arg(long, value_name = "B", default_value_t = 8)]
+    pub max_bounces: u32,
+    /// Timed windows; the median counts.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub windows: u32,
+    /// Where it runs.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
 
 /// Most rays of a kind that the CPU traces in a window, where a GPU has traced many more.
 const MOST_NATIVE_RAYS: f64 = 2e6;

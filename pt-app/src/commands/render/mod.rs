@@ -1,13 +1,19 @@
 //! `pt render`: frames of a scene, the last one, each, or their mean written to files.
 
-use crate::aov;
-use crate::cli::RenderArgs;
+mod aov;
+mod args;
+mod output;
+mod post_args;
+
+pub use args::{AovSelection, RenderArgs};
+pub use post_args::PostArgs;
+
 use crate::frame::FullFrame;
-use crate::output::Output;
 use crate::params::{self, FrameParams};
 use crate::progress::Progress;
 use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result, ensure};
+use output::Output;
 use pt_core::Recorder;
 use pt_image::atomic_file::write_atomic;
 use pt_core::capture::{keys, read_layer};

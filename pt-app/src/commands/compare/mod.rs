@@ -1,5 +1,9 @@
 //! `pt compare`: measures an image against its reference and checks limits.
 
+mod args;
+
+pub use args::{CompareArgs, Limit, MetricName, Region};
+
 use std::io::Write;
 use std::path::Path;
 
@@ -11,8 +15,6 @@ use pt_image::metrics::{
     read_variance,
 };
 use serde_json::{Value, json};
-
-use crate::cli::{CompareArgs, Limit, MetricName, Region};
 
 /// Part of the pixels that a heat map shows without clipping, where the metric has no fixed upper end.
 const HEATMAP_QUANTILE: f64 = 0.99;

@@ -1,14 +1,35 @@
 //! `pt scenes`: the built-in scenes, or what is in one scene.
 
+mod stats;
+
 use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
+use clap::Args;
 use pt_scene::BUILTIN;
 use serde_json::{Value, json};
 
-use crate::cli::ScenesArgs;
-use crate::scene_stats::{ExtensionStats, SceneStats, extension_line};
+use crate::args::LoadArgs;
+use stats::{ExtensionStats, SceneStats, extension_line};
+
+/// `pt scenes`
+#[derive(Clone, Debug, Args)]
+#[command(mut_group("LoadArgs", |options| options.requires("stats")))]
+pub struct ScenesArgs {
+    /// Say what is in this scene: a glTF or GLB file, or the name of a built-in scene.
+    #[arg(long, value_name = "SCENE")]
+    pub stats: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub json: bool,
+    /// Number of clusters to divide the scene into, 1 to 4096.
+    #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "stats")]
+    pub clusters: u32,
+    /// How the scene is read.
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
 
 /// Runs the command.
 ///

@@ -1,27 +1,30 @@
-//! `pt reference` and `pt merge`: ground truth, in one go or in slices.
+//! `pt reference`: ground truth, in one go or in slices.
 
-use crate::cli_reference::{MergeArgs, ReferenceArgs, SamplerName};
+mod args;
+pub mod files;
+mod report;
+
+pub use args::{ReferenceArgs, SampleRange};
+
 use crate::session::{Session, fold_seed};
-use anyhow::{Context, Result, bail, ensure};
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use anyhow::{Result, bail, ensure};
+use args::SamplerName;
+use files::{check_exr, write};
 use pt_image::atomic_file::check_writable;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
-use pt_image::image_file::{ImageSize, OutputFormat, check_output};
+use pt_image::image_file::ImageSize;
 use pt_core::settings::Validate;
-use pt_reference::{Checkpoint, Estimate, EstimateFile, Identity, Progressive, denoiser_inputs};
+use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive};
 use pt_scene::gpu::camera_record;
 use pt_shaders::records::FrameRecord;
 use std::collections::BTreeMap;
-use std::io::{IsTerminal, Write};
+use report::Report;
+use std::io::Write;
 use std::ops::Range;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Seconds between looks at the error, which wait for the device.
-const REPORT_INTERVAL: Duration = Duration::from_secs(5);
-
-/// Runs `pt reference`.
+/// Runs the command.
 ///
 /// # Errors
 /// Unknown names, files that can't be read or written, a checkpoint of another render, a device that can't do it.
@@ -169,134 +172,4 @@ fn advance(
         return Ok((checkpoint.state, done));
     }
     Ok((state, done))
-}
-
-/// Runs `pt merge`.
-///
-/// # Errors
-/// Files that are no estimates, of different renders, or with common samples.
-pub fn merge(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
-    check_exr(&args.output)?;
-    let mut files: Vec<(&Path, EstimateFile)> = Vec::new();
-    for path in &args.inputs {
-        files.push((path, EstimateFile::read(path)?));
-    }
-    let (first_path, first) = &files[0];
-    for (path, file) in &files[1..] {
-        if let Some(difference) = file.identity.difference(&first.identity) {
-            bail!("{} and {} are of different renders: {difference}", path.display(), first_path.display());
-        }
-    }
-    let mut ranges: Vec<_> = files
-        .iter()
-        .flat_map(|(path, file)| file.ranges.iter().map(move |range| (range.clone(), *path)))
-        .collect();
-    ranges.sort_by_key(|(range, _)| (range.start, range.end));
-    for pair in ranges.windows(2) {
-        let [(a, in_a), (b, in_b)] = pair else { continue };
-        ensure!(
-            a.end <= b.start,
-            "{} and {} have samples in common: {}..{} and {}..{}",
-            in_a.display(),
-            in_b.display(),
-            a.start,
-            a.end,
-            b.start,
-            b.end
-        );
-    }
-    let identity = first.identity.clone();
-    let mut joined: Vec<Range<u32>> = Vec::new();
-    for (range, _) in ranges {
-        match joined.last_mut() {
-            Some(last) if last.end == range.start => last.end = range.end,
-            _ => joined.push(range),
-        }
-    }
-    let parts: Vec<Estimate> = files.into_iter().map(|(_, file)| file.estimate).collect();
-    let estimate = Estimate::merge(&parts).context("cannot merge")?;
-    let file = EstimateFile { estimate, ranges: joined, identity };
-    write(&args.output, &file, BTreeMap::new(), args.no_aov)?;
-    writeln!(
-        out,
-        "{}: {} files, {} samples a pixel, relative error {:.4}",
-        args.output.display(),
-        parts.len(),
-        file.estimate.samples,
-        file.estimate.relative_error()
-    )?;
-    Ok(true)
-}
-
-fn check_exr(path: &Path) -> Result<()> {
-    ensure!(
-        check_output(path)? == OutputFormat::Exr,
-        "{}: the output is linear radiance with its variance, an .exr",
-        path.display()
-    );
-    Ok(())
-}
-
-fn write(path: &Path, file: &EstimateFile, metadata: BTreeMap<String, String>, alone: bool) -> Result<()> {
-    let mut image = file.to_image()?;
-    image.metadata.extend(metadata);
-    if !alone {
-        for (beside, image) in denoiser_inputs(path, &file.estimate)? {
-            if beside != path {
-                image.write_exr(&beside)?;
-            }
-        }
-    }
-    Ok(image.write_exr(path)?)
-}
-
-/// Progress on standard error: a bar on a terminal, a line now and then elsewhere.
-struct Report {
-    bar: Option<ProgressBar>,
-    samples: Range<u32>,
-    first: u32,
-    started: Instant,
-    shown: Instant,
-}
-
-impl Report {
-    fn new(samples: &Range<u32>, first: u32) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::new(u64::from(samples.end - samples.start));
-            let style = ProgressStyle::with_template("{bar:40} {pos}/{len} samples, {msg}");
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar
-        });
-        let now = Instant::now();
-        Self { bar, samples: samples.clone(), first, started: now, shown: now }
-    }
-
-    fn is_due(&self) -> bool {
-        self.shown.elapsed() >= REPORT_INTERVAL
-    }
-
-    fn show(&mut self, next: u32, relative_error: f64) {
-        self.shown = Instant::now();
-        let (done, left) = (f64::from(next - self.first), f64::from(self.samples.end - next));
-        let left = Duration::try_from_secs_f64(self.started.elapsed().as_secs_f64() / done.max(1.0) * left);
-        let left = HumanDuration(left.unwrap_or(Duration::MAX));
-        let text = format!("relative error {relative_error:.4}, {left} left");
-        match &self.bar {
-            Some(bar) => {
-                bar.set_position(u64::from(next - self.samples.start));
-                bar.set_message(text);
-            }
-            // A closed standard error is no reason to stop.
-            None => {
-                let line = format!("sample {next} of {}, {text}", self.samples.end);
-                let _ = writeln!(std::io::stderr(), "{line}");
-            }
-        }
-    }
-
-    fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
 }

@@ -1,12 +1,41 @@
 //! `pt passes`: the frame as a table.
 
-use crate::cli::{CameraArgs, DeviceArgs, PassesArgs};
+use crate::args::values::assignment;
+use crate::args::{BackendChoice, CameraArgs, DeviceArgs};
 use crate::frame::FullFrame;
 use crate::params;
 use crate::session::Session;
 use anyhow::Result;
+use clap::Args;
 use pt_core::Recorder;
+use pt_image::image_file::ImageSize;
 use std::io::Write;
+
+/// `pt passes`
+#[derive(Clone, Debug, Args)]
+pub struct PassesArgs {
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+    /// Image size that extents and bytes are given for.
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: ImageSize,
+    /// glTF or GLB file, or the name of a built-in scene: animated ones have passes of their own.
+    #[arg(long, value_name = "S", default_value = "cornell")]
+    pub scene: String,
+    /// With the pass that averages frames.
+    #[arg(long)]
+    pub accumulate: bool,
+    /// Set one parameter; may be repeated.
+    #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
+    pub set: Vec<String>,
+    /// How rays are traced.
+    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Compute)]
+    pub backend: BackendChoice,
+    /// Vulkan device, by index or part of its name.
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+}
 
 /// Runs the command: records two frames of the scene, the second a sixtieth of a second later, and prints what was declared.
 ///

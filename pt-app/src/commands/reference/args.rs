@@ -1,6 +1,7 @@
-//! The command line of `pt reference` and `pt merge`.
+//! What `pt reference` takes.
 
-use crate::cli::{CameraArgs, DeviceArgs, SceneArgs, positive_f64};
+use crate::args::values::positive_f64;
+use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use clap::{Args, ValueEnum};
 use pt_image::image_file::ImageSize;
 use pt_reference::{Heuristic, LightTypes, ReferenceParams, SamplerKind, Strategy};
@@ -63,7 +64,7 @@ pub struct ReferenceArgs {
     /// Scattering events before Russian roulette begins.
     #[arg(long, value_name = "B", default_value_t = 3, help_heading = "Light transport")]
     pub roulette_start: u32,
-    /// Light that counts: any of sun, punctual, emissive, environment.
+    /// Light that counts: any of sun, positional, emissive, environment.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum, help_heading = "Light transport")]
     pub light_types: Vec<LightType>,
     /// Weights of multiple importance sampling.
@@ -100,7 +101,7 @@ impl ReferenceArgs {
             roulette_start: self.roulette_start,
             light_types: LightTypes {
                 sun: on(LightType::Sun),
-                punctual: on(LightType::Punctual),
+                positional: on(LightType::Positional),
                 emissive: on(LightType::Emissive),
                 environment: on(LightType::Environment),
             },
@@ -158,7 +159,7 @@ pub enum LightType {
     /// Directional lights.
     Sun,
     /// Point and spot lights.
-    Punctual,
+    Positional,
     /// Surfaces that emit, unlit materials included.
     Emissive,
     /// The environment.
@@ -194,18 +195,4 @@ pub enum SamplerName {
     BlueNoise,
     /// Independent numbers.
     Pcg,
-}
-
-/// `pt merge`
-#[derive(Clone, Debug, Args)]
-pub struct MergeArgs {
-    /// Files of `pt reference` with disjoint ranges of samples of one render.
-    #[arg(required = true, value_name = "A.exr")]
-    pub inputs: Vec<PathBuf>,
-    /// Image to write, as by `pt reference`.
-    #[arg(short, long, value_name = "OUT.exr")]
-    pub output: PathBuf,
-    /// Write OUT.exr alone.
-    #[arg(long)]
-    pub no_aov: bool,
 }

@@ -1,29 +1,44 @@
-//! `pt bench`: its commands, and rays of every backend and of the CPU.
+//! `pt bench trace`: rays of every backend and of the CPU.
 
-use crate::cli::{BenchArgs, BenchCommand, BenchTraceArgs};
-use crate::{bench_path, bench_post};
 use anyhow::Result;
+use clap::Args;
 use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_image::image_file::ImageSize;
 use pt_core::trace::RayKind;
 use pt_core::trace::bench::{BenchOptions, bench};
 use pt_core::{Device, DeviceOptions};
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
 use serde_json::json;
 use std::io::Write;
+use std::path::PathBuf;
+
+/// `pt bench trace`
+#[derive(Clone, Debug, Args)]
+pub struct BenchTraceArgs {
+    /// glTF or GLB file, or the name of a built-in scene.
+    pub scene: String,
+    /// Also write the rows to this JSON file.
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+    /// Image size of the primary rays; every kind has as many rays.
+    #[arg(long, value_name = "WxH", default_value = "640x360")]
+    pub size: ImageSize,
+    /// Timed windows; the backends take turns within one, the best counts.
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
+    pub windows: u32,
+    /// Seed of the random directions.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u32,
+    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// Unknown scene or device, a file that can't be written.
-pub fn run(args: &BenchArgs, out: &mut impl Write) -> Result<bool> {
-    match &args.command {
-        BenchCommand::Trace(args) => trace(args, out),
-        BenchCommand::Path(args) => bench_path::run(args, out),
-        BenchCommand::Post(args) => bench_post::run(args, out),
-    }
-}
-
-fn trace(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
+pub fn run(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
         check_writable(path)?;
     }

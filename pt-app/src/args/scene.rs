@@ -6,7 +6,7 @@ use clap::Args;
 use pt_import::LoadOptions;
 use pt_scene::AnimationChoice;
 
-use crate::cli::{finite, finite_f64, not_negative, positive_f64};
+use super::values::{finite, finite_f64, not_negative, positive_f64};
 
 /// The scene with its environment and its time.
 #[derive(Clone, Debug, Args)]

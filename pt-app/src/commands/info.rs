@@ -1,7 +1,7 @@
 //! `pt info`: devices, drivers, trace backends, what `auto` chooses and why.
 
-use crate::cli::InfoArgs;
 use anyhow::Result;
+use clap::Args;
 use pt_core::device::DeviceInfo;
 use pt_core::trace::TraceBackend;
 use pt_core::trace::bench::{CLEARLY_FASTER, Choice, choose};
@@ -9,6 +9,17 @@ use pt_core::{Device, DeviceOptions};
 use pt_scene::gpu::{mesh_geometry, placements};
 use serde_json::json;
 use std::io::Write;
+
+/// `pt info`
+#[derive(Clone, Debug, Args)]
+pub struct InfoArgs {
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub json: bool,
+    /// Only this Vulkan device, by index or part of its name [default: all]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+}
 
 /// Scene that `auto` is tried on.
 const SCENE: &str = "gallery";

@@ -3,16 +3,34 @@
 //! Images are shrunk to their tile by area averages of linear light, or shown as they are where they are smaller. Scene-linear
 //! images (EXR, HDR) are scaled so that the geometric mean of their luminance is 0.18, then x / (1 + x) for each channel.
 
+mod font;
+
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use clap::Args;
 use pt_image::image_file::{
-    ImageState, LinearImage, OutputFormat, PixelLayout, check_output, check_size, srgb_encode_8bit, write_png,
+    ImageSize, ImageState, LinearImage, OutputFormat, PixelLayout, check_output, check_size, srgb_encode_8bit, write_png,
 };
 
-use crate::cli::SheetArgs;
-use crate::font;
+
+/// `pt sheet`
+#[derive(Clone, Debug, Args)]
+pub struct SheetArgs {
+    /// PNG, JPEG, EXR or HDR images; a .txt file becomes a tile with its text.
+    #[arg(required = true)]
+    pub images: Vec<PathBuf>,
+    /// Sheet to write.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Tiles in a row [default: as square a sheet as can be]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub columns: Option<u32>,
+    /// Size of a tile without its label, pixels.
+    #[arg(long, value_name = "WxH", default_value = "256x192")]
+    pub tile: ImageSize,
+}
 
 /// Pixels between tiles, and of a line of text.
 const GAP: u32 = 4;
