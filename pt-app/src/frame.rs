@@ -117,13 +117,11 @@ impl FullFrame {
         };
         self.jitter = frame_jitter(gbuffer.jitter, frame.index());
         let camera = gbuffer.with_lens(camera_record(camera, images.size()));
-        let uniforms = FrameRecord::new(
-            camera,
-            self.previous_camera.replace(camera).unwrap_or(camera),
-            images.size(),
-            frame.index(),
-            seed,
-        );
+        let previous = self.previous_camera.replace(camera).unwrap_or(camera);
+        let uniforms = FrameRecord {
+            random: gbuffer.random.code(),
+            ..FrameRecord::new(camera, previous, images.size(), frame.index(), seed)
+        };
         self.uniforms.upload(frame, &uniforms)?;
 
         self.primary.record(frame, scene, &self.uniforms, images, &gbuffer)?;

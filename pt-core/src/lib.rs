@@ -1,6 +1,7 @@
 //! Device, memory, kernels, the frame recorder, trace backends, capture files and metrics: what every stage stands on.
 
 pub mod atomic_file;
+pub mod blue_noise;
 pub mod buffer;
 pub mod capture;
 pub mod channels;
@@ -15,8 +16,10 @@ pub mod kernel;
 pub mod metrics;
 pub mod pack;
 pub mod phases;
+pub mod random;
 pub mod rng;
 pub mod settings;
+pub mod sobol;
 pub mod split;
 pub mod test_support;
 pub mod texture;

@@ -5,7 +5,7 @@
 
 mod accumulate;
 mod bloom;
-mod blue_noise;
+mod dither;
 mod exposure;
 mod fsr;
 pub mod oracle;
@@ -21,7 +21,6 @@ mod kernels {
 
 pub use accumulate::Accumulate;
 pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
-pub use blue_noise::blue_noise;
 pub use exposure::Exposure;
 pub use fsr::{Fsr, FsrParams, PRESETS};
 pub use params::{
