@@ -5,7 +5,7 @@ use crate::{bench_path, bench_post};
 use anyhow::Result;
 use pt_core::atomic_file::{check_writable, write_atomic};
 use pt_core::trace::RayKind;
-use pt_core::trace::bench::{BenchOptions, bench};
+use pt_core::trace::bench::{BenchOptions, bench, default_size};
 use pt_core::{Device, DeviceOptions};
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
 use serde_json::json;
@@ -29,7 +29,7 @@ fn trace(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
     }
     let scene = pt_scene::open(&args.scene, &Default::default())?;
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
-    let size = [args.size.width, args.size.height];
+    let size = args.size.map_or_else(|| default_size(&device), <[u32; 2]>::from);
     let options = BenchOptions { size, windows: args.windows, seed: args.seed };
     let camera = camera_record(&scene.default_camera(), size);
     let rows = bench(&device, &mesh_geometry(&scene), &placements(&scene), &camera, options)?;

@@ -189,6 +189,9 @@ pub struct BenchPathArgs {
     /// Scattering events after the first hit, at most.
     #[arg(long, value_name = "B", default_value_t = 8)]
     pub max_bounces: u32,
+    /// Scattering events before Russian roulette begins.
+    #[arg(long, value_name = "K", default_value_t = pt_reference::ReferenceParams::default().roulette_start)]
+    pub roulette_start: u32,
     /// Timed windows; the median counts.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub windows: u32,
@@ -205,10 +208,10 @@ pub struct BenchTraceArgs {
     /// Also write the rows to this JSON file.
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
-    /// Image size of the primary rays; every kind has as many rays.
-    #[arg(long, value_name = "WxH", default_value = "640x360")]
-    pub size: ImageSize,
-    /// Timed windows; the backends take turns within one, the best counts.
+    /// Image size of the primary rays; every kind has as many rays [default: 3840x2160, on a CPU 640x360]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<ImageSize>,
+    /// Timed windows, one after the other; the best counts.
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
     pub windows: u32,
     /// Seed of the random directions.

@@ -76,6 +76,7 @@ impl ReflectRefract {
             .reads(images, Self::READS)
             .writes(images, Self::WRITES)
             .updates(images, Self::UPDATES)
+            .touches_part()
             .push(&push)
             .dispatch([2 * pt_core::channels::field_width(width), height, 1])
     }

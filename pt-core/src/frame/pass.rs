@@ -28,6 +28,8 @@ pub struct PassInfo {
     pub writes: Vec<String>,
     /// Bytes that it moves when it touches every texel of its images and every byte of its buffers once.
     pub bytes: u64,
+    /// Whether it touches fewer than that, as many as the frame needs.
+    pub bytes_are_upper_bound: bool,
 }
 
 impl PassInfo {
@@ -108,6 +110,7 @@ pub struct Pass<'f, 'r> {
     addressed: Vec<(Resource, Use)>,
     textures: Option<TextureTable>,
     push: Vec<u8>,
+    touches_part: bool,
     problem: Option<String>,
 }
 
@@ -121,6 +124,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             addressed: Vec::new(),
             textures: None,
             push: Vec::new(),
+            touches_part: false,
             problem: None,
         }
     }
@@ -202,6 +206,12 @@ impl<'f, 'r> Pass<'f, 'r> {
         self
     }
 
+    /// Only some threads read and write what is bound: [`PassInfo::bytes`] is an upper bound.
+    pub fn touches_part(mut self) -> Self {
+        self.touches_part = true;
+        self
+    }
+
     /// Push constants; the type is the one that the kernel was made with.
     pub fn push<P: GpuStruct>(mut self, constants: &P) -> Self {
         self.push = bytemuck::bytes_of(constants).to_vec();
@@ -262,6 +272,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             reads: names(&|how| how != Use::Write),
             writes: names(&|how| matches!(how, Use::Write | Use::Update)),
             bytes: self.bound.values().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
+            bytes_are_upper_bound: self.touches_part || groups.is_some(),
         };
         let mut keep: Vec<_> = self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
         keep.push(Keep::Kernel(self.kernel.clone()));

@@ -8,7 +8,7 @@ mod copy;
 mod measure;
 
 pub use bench::bench;
-pub use copy::copy_bandwidth;
+pub use copy::{CopyBandwidth, copy_bandwidth};
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
 use crate::atomic_file::check_writable;
