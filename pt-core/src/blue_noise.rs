@@ -4,7 +4,7 @@
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::error::Result;
-use pt_shaders::dimensions::BLUE_NOISE_SIDE;
+use pt_shaders::constants::BLUE_NOISE_SIDE;
 use std::sync::OnceLock;
 
 /// Side of the mask in texels.

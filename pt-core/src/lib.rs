@@ -1,6 +1,6 @@
-//! Device, memory, kernels, the frame recorder, trace backends, capture files and metrics: what every stage stands on.
+//! Device, memory, kernels, the frame recorder, trace backends and captures: what every stage stands on.
 
-pub mod atomic_file;
+mod backend;
 pub mod blue_noise;
 pub mod buffer;
 pub mod capture;
@@ -11,13 +11,12 @@ pub mod error;
 pub mod frame;
 pub mod harness;
 pub mod image;
-pub mod image_file;
 pub mod kernel;
-pub mod metrics;
 pub mod pack;
 pub mod phases;
 pub mod random;
 pub mod rng;
+pub mod sampler;
 pub mod settings;
 pub mod sobol;
 pub mod split;

@@ -3,7 +3,8 @@
 use crate::blue_noise::mask_word;
 use crate::rng::{coverage_seed, pcg, pcg4d};
 use crate::sobol::{owen_scramble, scrambled_sobol};
-use pt_shaders::dimensions::{DIM_COVERAGE, RANDOM_BLUE_NOISE, RANDOM_SOBOL, RANDOM_WHITE};
+use pt_shaders::constants::{RANDOM_BLUE_NOISE, RANDOM_SOBOL, RANDOM_WHITE};
+use pt_shaders::dimensions::DIM_COVERAGE;
 use serde::{Deserialize, Serialize};
 
 /// Where the random numbers of a frame come from.

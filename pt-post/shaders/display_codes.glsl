@@ -1,6 +1,6 @@
 // Linear display values to the codes of an output.
 #include "post_records.glsl"
-#include "dimensions.glsl"
+#include "constants.glsl"
 #include "pq.glsl"
 
 // IEC 61966-2-1. Written so that 1 stays 1: less would be cut off to the next half float, and dithered white would not be white.

@@ -25,7 +25,7 @@ pub use film::{Estimate, EstimatePixel, FilmState, MergeError};
 pub use identity::Identity;
 pub use oracle::sampler::SamplerKind;
 pub use params::{Heuristic, LightTypes, ReferenceParams, Strategy};
-pub use path_tracer::{PathTracer, Tile, Turns};
+pub use path_tracer::{Iterations, PathTracer, Tile};
 pub use progressive::Progressive;
 
 mod kernels {

@@ -33,7 +33,7 @@ pub struct LightTypes {
     /// Directional lights.
     pub sun: bool,
     /// Point and spot lights.
-    pub punctual: bool,
+    pub positional: bool,
     /// Emission of surfaces, unlit materials included.
     pub emissive: bool,
     /// The environment.
@@ -42,7 +42,7 @@ pub struct LightTypes {
 
 impl Default for LightTypes {
     fn default() -> Self {
-        Self { sun: true, punctual: true, emissive: true, environment: true }
+        Self { sun: true, positional: true, emissive: true, environment: true }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Random numbers of the frame's stages: the table of their dimensions, and the sources that they come from.
+//! The dimensions of the random numbers that the frame's stages draw.
 //!
 //! A number is a pure function of (pixel, frame, dimension, seed). Every decision that draws has a dimension of its own, so that
 //! no two of them see the same numbers. The table generates the GLSL constants (`dimensions.glsl`).
@@ -44,26 +44,9 @@ pub fn dimension(number: u32) -> Option<&'static Dimension> {
     DIMENSIONS.iter().find(|d| (d.first..d.first + d.count).contains(&number))
 }
 
-/// `FrameRecord::random`: a hash.
-pub const RANDOM_WHITE: u32 = 0;
-/// `FrameRecord::random`: a blue-noise mask, moved to another place for every dimension and frame.
-pub const RANDOM_BLUE_NOISE: u32 = 1;
-/// `FrameRecord::random`: a scrambled Sobol sequence over the frames, moved by a blue-noise mask from pixel to pixel.
-pub const RANDOM_SOBOL: u32 = 2;
-
-/// Side of the blue-noise mask in texels; a power of two. Its ranks fill 12 bits.
-pub const BLUE_NOISE_SIDE: u32 = 64;
-
 /// GLSL constants (`dimensions.glsl`).
 pub fn glsl() -> String {
-    let table = DIMENSIONS.iter().map(|d| (d.name, d.first));
-    let others = [
-        ("RANDOM_WHITE", RANDOM_WHITE),
-        ("RANDOM_BLUE_NOISE", RANDOM_BLUE_NOISE),
-        ("RANDOM_SOBOL", RANDOM_SOBOL),
-        ("BLUE_NOISE_SIDE", BLUE_NOISE_SIDE),
-    ];
-    table.chain(others).map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect()
+    DIMENSIONS.iter().map(|d| format!("const uint {} = {}u;\n", d.name, d.first)).collect()
 }
 
 #[cfg(test)]

@@ -2,8 +2,9 @@
 //!
 //! * [`gpu_struct!`]: a record is declared in Rust and its GLSL declaration is generated from it (scalar block layout);
 //! * [`channels`]: the frame contract, i.e. every screen-space image that crosses a stage seam;
-//! * [`records`]: the records that several crates share (camera, frame, scene tables);
+//! * [`gpu_constants!`]: the same for constants, [`constants`]: those that several crates share;
 //! * [`dimensions`]: which decision draws which random numbers;
+//! * [`records`]: the records that several crates share (camera, frame, scene tables);
 //! * `compiler` (feature of the same name, for build scripts): GLSL to SPIR-V with includes, errors as file:line.
 //!
 //! The GLSL headers that several crates include lie in `glsl/`.
@@ -11,7 +12,9 @@
 pub mod channels;
 #[cfg(feature = "compiler")]
 pub mod compiler;
+pub mod constants;
 pub mod dimensions;
+pub mod gpu_constants;
 pub mod gpu_struct;
 mod kernel_code;
 pub mod records;

@@ -1,7 +1,7 @@
 //! Copies by the driver, as passes.
 
 use super::hazards::Touch;
-use super::pass::{Keep, PassInfo};
+use super::resource::{Keep, PassInfo};
 use super::recorder::Frame;
 use crate::buffer::Buffer;
 use crate::error::Result;
