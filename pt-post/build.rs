@@ -30,7 +30,6 @@ fn main() {
         HISTOGRAM_SPAN,
         BLUR_OUTPUTS,
         BLUR_MAX_RADIUS,
-        NOISE_SIDE,
         TONEMAP_NONE,
         TONEMAP_REINHARD,
         TONEMAP_ACES,

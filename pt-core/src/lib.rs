@@ -1,6 +1,7 @@
 //! Device, memory, kernels, the frame recorder, trace backends and captures: what every stage stands on.
 
 mod backend;
+pub mod blue_noise;
 pub mod buffer;
 pub mod capture;
 pub mod channels;
@@ -16,10 +17,12 @@ pub mod kernel;
 pub mod pack;
 pub mod phases;
 pub mod plan;
+pub mod random;
 pub mod rng;
 pub mod sampler;
 pub mod settings;
 mod sizes;
+pub mod sobol;
 pub mod split;
 pub mod test_support;
 pub mod texture;

@@ -1,6 +1,8 @@
 //! Knobs.
 
+use pt_core::random::RandomSource;
 use pt_core::settings::{InvalidValue, Validate, check_range};
+use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
 use pt_shaders::records::CameraRecord;
 use serde::{Deserialize, Serialize};
 
@@ -44,10 +46,9 @@ pub struct GbufferParams {
     /// Whether reflection and refraction change fields from frame to frame, so that each pixel gets both. For averaged frames
     /// without blending of the fields. Default false: what temporal filters want.
     pub alternate_fields: bool,
+    /// Where all stages of the frame have their random numbers from: `white`, `blue-noise` or `sobol`. Default `white`.
+    pub random: RandomSource,
 }
-
-/// Largest [`GbufferParams::reflect_refract`]: each pass draws from a random number dimension of its own.
-pub const MAX_REFLECT_REFRACT: u32 = 10;
 
 impl Default for GbufferParams {
     fn default() -> Self {
@@ -61,6 +62,7 @@ impl Default for GbufferParams {
             mirror_roughness: 0.02,
             glass_roughness: 1.0,
             alternate_fields: false,
+            random: RandomSource::default(),
         }
     }
 }

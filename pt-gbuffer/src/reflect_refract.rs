@@ -68,6 +68,6 @@ impl ReflectRefract {
         };
         let name = format!("reflect refract {}", bounce_index + 1);
         let pass = inputs.pass(frame, &name, &self.kernel, &Self::IO);
-        pass.push(&push).dispatch(inputs.split_threads())
+        pass.touches_part().push(&push).dispatch(inputs.split_threads())
     }
 }

@@ -1,6 +1,6 @@
 //! AMD FidelityFX Super Resolution 1: upscaling (EASU) and sharpening (RCAS) of display codes.
 
-use crate::blue_noise::noise_buffer;
+use crate::dither::noise_buffer;
 use crate::images::{DISPLAY_CODES, UPSCALED_CODES};
 use crate::kernels;
 use crate::params::{Encoding, PostParams, Upscale};

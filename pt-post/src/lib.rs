@@ -5,8 +5,8 @@
 
 mod accumulate;
 mod bloom;
-mod blue_noise;
 mod chain;
+mod dither;
 mod exposure;
 mod fsr;
 pub mod images;
@@ -23,7 +23,6 @@ mod kernels {
 
 pub use accumulate::Accumulate;
 pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
-pub use blue_noise::blue_noise;
 pub use chain::{ChainParts, PostChain};
 pub use exposure::Exposure;
 pub use fsr::{Fsr, FsrParams, PRESETS};

@@ -1,7 +1,7 @@
 //! Tone mapping.
 
 use crate::bloom::Bloomed;
-use crate::blue_noise::noise_buffer;
+use crate::dither::noise_buffer;
 use crate::exposure::Exposure;
 use crate::kernels;
 use crate::params::{Encoding, ExposureMode, PostParams, Tonemap};

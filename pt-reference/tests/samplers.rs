@@ -6,10 +6,11 @@ use common::records::{ListPush, SamplerCase};
 use common::{kernels, run};
 use glam::UVec4;
 use pt_core::rng::pcg4d;
+use pt_core::sobol::sobol;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::{Buffer, Kernel, Location};
-use pt_reference::oracle::sampler::{Sampler, SamplerKind, sobol};
+use pt_reference::oracle::sampler::{Sampler, SamplerKind};
 use std::f64::consts::TAU;
 
 const KINDS: [SamplerKind; 3] = [SamplerKind::Pcg, SamplerKind::Sobol, SamplerKind::BlueNoise];

@@ -5,10 +5,10 @@
 //! trace backends), `.rchit`, `.rahit`, `.rmiss`.
 //!
 //! Sources carry neither `#version` nor `#extension` lines: [`PRELUDE`] is put in front of all of them. `#include "x"`
-//! looks beside the including file, then among generated headers (`records.glsl`, `constants.glsl`, `channels.glsl`, and those added with
-//! [`Kernels::header`]), then in the shared `glsl/` folder. A file is included once per kernel.
+//! looks beside the including file, then among generated headers (`records.glsl`, `constants.glsl`, `channels.glsl`,
+//! `dimensions.glsl`, and those added with [`Kernels::header`]), then in the shared `glsl/` folder. A file is included once per kernel.
 
-use crate::{channels, constants, records};
+use crate::{channels, constants, dimensions, records};
 use glslang::{CompilerOptions, ShaderInput, ShaderSource, ShaderStage, SpirvVersion, Target, VulkanVersion};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -87,6 +87,7 @@ impl Kernels {
         let generated = [
             ("channels.glsl", channels::glsl()),
             ("constants.glsl", constants::glsl()),
+            ("dimensions.glsl", dimensions::glsl()),
             ("records.glsl", records::glsl()),
         ];
         Self { generated: generated.map(|(name, text)| (name.to_owned(), text)).into() }

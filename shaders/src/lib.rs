@@ -3,6 +3,7 @@
 //! * [`gpu_struct!`]: a record is declared in Rust and its GLSL declaration is generated from it (scalar block layout);
 //! * [`channels`]: the frame contract, i.e. every screen-space image that crosses a stage seam;
 //! * [`gpu_constants!`]: the same for constants, [`constants`]: those that several crates share;
+//! * [`dimensions`]: which decision draws which random numbers;
 //! * [`records`]: the records that several crates share (camera, frame, scene tables);
 //! * `compiler` (feature of the same name, for build scripts): GLSL to SPIR-V with includes, errors as file:line.
 //!
@@ -12,6 +13,7 @@ pub mod channels;
 #[cfg(feature = "compiler")]
 pub mod compiler;
 pub mod constants;
+pub mod dimensions;
 pub mod gpu_constants;
 pub mod gpu_struct;
 pub mod format;

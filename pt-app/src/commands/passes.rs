@@ -67,8 +67,10 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
         let mebibytes = pass.bytes as f64 / f64::from(1 << 20);
         writeln!(
             out,
-            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {mebibytes:.1} MiB",
-            pass.name, pass.kernel
+            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {}{mebibytes:.1} MiB",
+            pass.name,
+            pass.kernel,
+            if pass.bytes_are_upper_bound { "at most " } else { "" },
         )?;
         if !pass.reads.is_empty() {
             writeln!(out, "     reads   {}", pass.reads.join(" "))?;

@@ -33,6 +33,7 @@ pub struct Pass<'f, 'r> {
     addressed: Vec<(Resource, Use)>,
     textures: Option<TextureTable>,
     push: Vec<u8>,
+    touches_part: bool,
     problem: Option<String>,
 }
 
@@ -53,6 +54,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             addressed: Vec::new(),
             textures: None,
             push: Vec::new(),
+            touches_part: false,
             problem: None,
         }
     }
@@ -150,6 +152,12 @@ impl<'f, 'r> Pass<'f, 'r> {
         self
     }
 
+    /// Only some threads read and write what is bound: [`PassInfo::bytes`] is an upper bound.
+    pub fn touches_part(mut self) -> Self {
+        self.touches_part = true;
+        self
+    }
+
     /// Push constants; the type is the one that the kernel was made with.
     pub fn push<P: GpuStruct>(mut self, constants: &P) -> Self {
         self.push = bytemuck::bytes_of(constants).to_vec();
@@ -207,6 +215,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             reads: names(&|how| how != Use::Write),
             writes: names(&|how| matches!(how, Use::Write | Use::Update)),
             bytes: self.bound.values().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
+            bytes_are_upper_bound: self.touches_part || groups.is_some(),
         };
         let mut keep: Vec<_> = self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
         keep.push(Keep::Kernel(self.kernel.clone()));

@@ -8,7 +8,7 @@ mod copy;
 mod measure;
 
 pub use bench::bench;
-pub use copy::copy_bandwidth;
+pub use copy::{CopyBandwidth, copy_bandwidth};
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
 use pt_image::atomic_file::check_writable;

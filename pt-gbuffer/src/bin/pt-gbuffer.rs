@@ -68,7 +68,10 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
         gpu.update(frame, &scene)?;
-        let record = FrameRecord::new(camera, camera, size, frame.index(), args.seed);
+        let record = FrameRecord {
+            random: params.random.code(),
+            ..FrameRecord::new(camera, camera, size, frame.index(), args.seed)
+        };
         uniforms.upload(frame, &record)?;
         stage.record(frame, &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images }, &params)
     })?;

@@ -15,6 +15,7 @@ mod kernels {
 use crate::{Clusters, Scene};
 use deform::{Change, DeformingMeshes};
 use glam::{UVec3, Vec2, Vec3};
+use pt_core::blue_noise::mask_buffer;
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::phases::{Phase, Phases};
 use pt_core::texture::TextureTable;
@@ -181,6 +182,8 @@ impl GpuScene {
         let clusters = Clusters::new(scene, Clusters::DEFAULT);
         let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
         record.clusters = clusters.address();
+        let blue_noise = mask_buffer(device)?;
+        record.blue_noise = blue_noise.address();
         phases.mark("clusters");
         let textures = textures::table(device, scene, textures)?;
         phases.mark("textures: mips and upload");
@@ -208,6 +211,7 @@ impl GpuScene {
                 mesh_buffer.clone(),
                 material_buffer,
                 lobe_buffer,
+                blue_noise,
             ],
             light_tables: Vec::new(),
             mesh_buffer,

@@ -1,0 +1,110 @@
+//! Host twin of shaders/glsl/random.glsl: the random numbers of the frame's stages, from any of their sources.
+
+use crate::blue_noise::mask_word;
+use crate::rng::{coverage_seed, pcg, pcg4d};
+use crate::sobol::{owen_scramble, scrambled_sobol};
+use pt_shaders::constants::{RANDOM_BLUE_NOISE, RANDOM_SOBOL, RANDOM_WHITE};
+use pt_shaders::dimensions::DIM_COVERAGE;
+use serde::{Deserialize, Serialize};
+
+/// Where the random numbers of a frame come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[repr(u32)]
+pub enum RandomSource {
+    /// A hash: pixels, frames and dimensions are independent.
+    #[default]
+    White = RANDOM_WHITE,
+    /// A blue-noise mask across the pixels: what is left of the error after a blur is less. Frames are independent.
+    BlueNoise = RANDOM_BLUE_NOISE,
+    /// A scrambled Sobol sequence over the frames, moved by the mask from pixel to pixel: means of frames converge faster too.
+    Sobol = RANDOM_SOBOL,
+}
+
+impl RandomSource {
+    /// All sources.
+    pub const ALL: [Self; 3] = [Self::White, Self::BlueNoise, Self::Sobol];
+
+    /// `FrameRecord::random`.
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+}
+
+/// The mask has 12 bits.
+const MASK_BITS: u32 = 0xfff0_0000;
+const PLACE_KEY: u32 = 0x8000_0000;
+
+fn mask_bits(pixel: [u32; 2], shift: u32) -> u32 {
+    mask_word(pixel[0].wrapping_add(shift >> 26), pixel[1].wrapping_add(shift >> 20))
+}
+
+fn mask_places(source: RandomSource, frame: u32, dimension: u32, seed: u32) -> [u32; 4] {
+    let moving = if source == RandomSource::Sobol { 0 } else { frame };
+    pcg4d([PLACE_KEY, moving, dimension, seed])
+}
+
+/// Four words of 32 random bits for a flat pixel, frame, dimension and seed.
+pub fn random_bits(
+    source: RandomSource,
+    pixel: [u32; 2],
+    frame: u32,
+    dimension: u32,
+    seed: u32,
+) -> [u32; 4] {
+    let white = pcg4d([pixel[0] | pixel[1] << 16, frame, dimension, seed]);
+    if source == RandomSource::White {
+        return white;
+    }
+    let places = mask_places(source, frame, dimension, seed);
+    let point = if source == RandomSource::Sobol { scrambled_sobol(frame, places) } else { [0; 4] };
+    std::array::from_fn(|i| {
+        (mask_bits(pixel, places[i]) ^ point[i]) & MASK_BITS | white[i] & !MASK_BITS
+    })
+}
+
+/// Four numbers in [0, 1) for a flat pixel, frame, dimension and seed.
+pub fn random_numbers(
+    source: RandomSource,
+    pixel: [u32; 2],
+    frame: u32,
+    dimension: u32,
+    seed: u32,
+) -> [f32; 4] {
+    random_bits(source, pixel, frame, dimension, seed).map(unit)
+}
+
+fn unit(bits: u32) -> f32 {
+    (bits >> 8) as f32 / 16_777_216.0
+}
+
+/// What a ray knows to decide about BLEND surfaces. `dimension`: that of the decision which the ray follows from.
+pub fn random_coverage(
+    source: RandomSource,
+    pixel: [u32; 2],
+    frame: u32,
+    dimension: u32,
+    seed: u32,
+) -> [u32; 2] {
+    if source == RandomSource::White {
+        return [coverage_seed(pixel, frame, dimension, seed), 0];
+    }
+    let [hash, ..] = mask_places(source, frame, DIM_COVERAGE + dimension, seed);
+    let place = (frame & 0x3_ffff) << 12 | (pixel[1] & 63) << 6 | pixel[0] & 63;
+    [hash.wrapping_add(pcg(frame >> 18)), source.code() << 30 | place]
+}
+
+/// Number in [0, 1) for a ray and a triangle: the triangle is there when its coverage is above.
+pub fn coverage_number(ray_coverage: [u32; 2], instance: u32, triangle: u32) -> f32 {
+    let [seed, place] = ray_coverage;
+    let hash = pcg(triangle.wrapping_add(pcg(instance.wrapping_add(seed))));
+    if place == 0 {
+        return unit(hash);
+    }
+    let mut bits = mask_bits([place, place >> 6], hash);
+    if place >> 30 == RANDOM_SOBOL {
+        let order = owen_scramble((place >> 12) & 0x3_ffff, pcg(hash));
+        bits ^= owen_scramble(order.reverse_bits(), pcg(hash.wrapping_add(1)));
+    }
+    unit(bits & MASK_BITS | pcg(hash ^ place) & !MASK_BITS)
+}
