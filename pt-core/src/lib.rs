@@ -33,4 +33,4 @@ pub use error::{Error, Result};
 pub use frame::{Frame, Recorder};
 pub use image::Image;
 pub use kernel::Kernel;
-pub use pt_shaders::{glam, gpu_struct};
+pub use pt_shaders::{KnobType, glam, gpu_struct};

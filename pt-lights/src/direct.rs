@@ -2,39 +2,25 @@ use crate::LightTables;
 use crate::records::DirectPush;
 use pt_core::channels::field_width;
 use pt_core::frame::{Pass, Uniforms};
-use pt_core::settings::{InvalidValue, Validate};
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Device, Frame, Kernel, Result};
+use pt_core::{ChannelImages, Device, Frame, Kernel, Result, knobs};
 use pt_scene::gpu::GpuScene;
 use pt_shaders::channels::{self, ChannelId};
 use pt_shaders::records::{
     FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE,
 };
-use serde::{Deserialize, Serialize};
 
-/// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DirectParams {
-    /// Light of directional lights. Default true.
-    pub sun: bool,
-    /// Light of point and spot lights. Default true.
-    pub positional: bool,
-    /// Light of emissive triangles. Default true.
-    pub emissive: bool,
-    /// Light of the environment. Default true.
-    pub environment: bool,
-}
-
-impl Default for DirectParams {
-    fn default() -> Self {
-        Self { sun: true, positional: true, emissive: true, environment: true }
-    }
-}
-
-impl Validate for DirectParams {
-    fn validate(&self) -> std::result::Result<(), InvalidValue> {
-        Ok(())
+knobs! {
+    /// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.
+    pub struct DirectParams {
+        /// Whether directional lights give light.
+        pub sun: bool = true;
+        /// Whether point and spot lights give light.
+        pub positional: bool = true;
+        /// Whether emissive triangles give light.
+        pub emissive: bool = true;
+        /// Whether the environment gives light.
+        pub environment: bool = true;
     }
 }
 

@@ -1,7 +1,7 @@
 //! Records that several crates read on the GPU. Spaces: world is metres, +Y up, right-handed.
 
-use crate::gpu_struct;
 use crate::gpu_struct::GpuStruct;
+use crate::{gpu_struct, named_enum};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 /// "No index": an absent texture, a miss, an unlit cluster.
@@ -380,6 +380,18 @@ pub const LIGHT_SPOT: u32 = 1;
 /// `LightRecord::kind`: directional light, illuminance in lux.
 pub const LIGHT_DIRECTIONAL: u32 = 2;
 
+named_enum! {
+    /// How `sampler.glsl` makes random numbers; `SAMPLER_*` in GLSL.
+    pub enum SamplerKind: "SAMPLER" {
+        /// A hash: all numbers are independent.
+        Pcg = "pcg",
+        /// Owen-scrambled Sobol points; pixels are independent.
+        Sobol = "sobol",
+        /// Owen-scrambled Sobol points over the whole image in the order of a scrambled Morton curve: the error is blue noise.
+        BlueNoise = "blue-noise",
+    }
+}
+
 /// Kinds of light in a set of kinds: directional lights.
 pub const KIND_SUN: u32 = 1;
 /// Kinds of light in a set of kinds: point and spot lights.
@@ -532,6 +544,7 @@ pub fn glsl() -> String {
     ];
     let mut text: String =
         constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    text.push_str(&SamplerKind::glsl());
     text.push_str(&declarations());
     text
 }

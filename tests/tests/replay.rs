@@ -5,7 +5,7 @@ use pt_app::cli::{Cli, Command};
 use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::{ReplayArgs, replay};
 use pt_core::image_file::LayeredImage;
-use pt_core::settings::Validate;
+use pt_core::settings::Knobs;
 use pt_core::{ChannelImages, Device, Frame, Result};
 use pt_denoise::{Composite, DenoiseParams};
 use pt_shaders::channels::ChannelId;
@@ -24,7 +24,7 @@ fn check<P, R>(
     writes: &[ChannelId],
     set_up: impl FnOnce(&Device, [u32; 2], P) -> Result<R>,
 ) where
-    P: Default + serde::Serialize + serde::de::DeserializeOwned + Validate,
+    P: Knobs,
     R: FnMut(&mut Frame<'_>, &ChannelImages) -> Result<()>,
 {
     let [recorded, replayed] = ["frame.exr", "replayed.exr"].map(|name| folder.join(name));
@@ -48,7 +48,7 @@ fn stages_repeat_their_frame() {
     let Command::Render(args) = Cli::try_parse_from(line).unwrap().command else {
         unreachable!("a render command")
     };
-    assert!(pt_app::render::run(&args, &mut Vec::new()).unwrap());
+    assert!(pt_app::commands::render::run(&args, &mut Vec::new()).unwrap());
 
     check(folder.path(), Composite::READS, Composite::WRITES, |device, _, params: DenoiseParams| {
         let stage = Composite::new(device)?;

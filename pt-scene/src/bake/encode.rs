@@ -2,19 +2,20 @@
 
 use block_compression::encode::compress_rgba8;
 use block_compression::{BC7Settings, CompressionVariant};
+use pt_shaders::named_enum;
 use rayon::prelude::*;
 
 use crate::dds::DdsTexture;
 use crate::{BlockFormat, MipLevel, Texture, TextureUsage};
 
-/// How long the encoder searches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// About a third of the time.
-    #[default]
-    Fast,
-    /// About 2 dB better on hard images.
-    Best,
+named_enum! {
+    /// How long the encoder searches.
+    pub enum Quality {
+        /// A third of the time.
+        Fast = "fast",
+        /// Some 2 dB better on hard images.
+        Best = "best",
+    }
 }
 
 /// Rows of blocks that are one piece of work.
