@@ -10,10 +10,11 @@ use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
-use pt_core::image_file::{ImageState, LinearImage};
-use pt_core::metrics::{Metric, compare};
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_image::metrics::{Metric, compare};
+use pt_shaders::NamedEnum;
 use pt_core::random::RandomSource;
-use pt_scene::LoadOptions;
+use pt_import::LoadOptions;
 
 const SCENES: [&str; 2] = ["cornell", "gallery"];
 const SIZE: [u32; 2] = [128, 96];
@@ -32,7 +33,7 @@ fn render(session: &mut Session, source: RandomSource, seed: u32, frames: u32) -
     for _ in 0..frames {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, 0.0, 0.0)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &session.camera, seed, &params)?;
+        full.record(&mut frame, &session.gpu, &session.camera, seed, None, &params)?;
         frame.submit()?;
     }
     recorder.finish()?;
@@ -65,13 +66,13 @@ fn main() -> Result<()> {
     println!("| scene | `random` | 1 frame, 5x5 blur | of white | 16 frames | of white |");
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in SCENES {
-        let scene = pt_scene::open(name, &LoadOptions::default())?;
+        let scene = pt_import::open(name, &LoadOptions::default())?;
         let device = DeviceArgs { backend: BackendChoice::Compute, device: None, validation: false };
         let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
         let truth = render(&mut session, RandomSource::White, SEEDS, TRUTH_FRAMES)?;
         let blurred_truth = blur(&truth);
         let mut white = None;
-        for source in RandomSource::ALL {
+        for source in RandomSource::VALUES.iter().copied() {
             let mut errors = [0.0; 2];
             for seed in 0..SEEDS {
                 let one = blur(&render(&mut session, source, seed, 1)?);
