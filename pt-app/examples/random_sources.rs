@@ -5,15 +5,15 @@
 //! both pictures, of 16 accumulated frames as they are.
 
 use anyhow::Result;
-use pt_app::cli::{BackendChoice, CameraArgs, DeviceArgs};
+use pt_app::args::{BackendChoice, CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
-use pt_core::image_file::{ImageState, LinearImage};
-use pt_core::metrics::{Metric, compare};
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_image::metrics::{Metric, compare};
 use pt_core::random::RandomSource;
-use pt_scene::LoadOptions;
+use pt_import::LoadOptions;
 
 const SCENES: [&str; 2] = ["cornell", "gallery"];
 const SIZE: [u32; 2] = [128, 96];
@@ -65,7 +65,7 @@ fn main() -> Result<()> {
     println!("| scene | `random` | 1 frame, 5x5 blur | of white | 16 frames | of white |");
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in SCENES {
-        let scene = pt_scene::open(name, &LoadOptions::default())?;
+        let scene = pt_import::open(name, &LoadOptions::default())?;
         let device = DeviceArgs { backend: BackendChoice::Compute, device: None, validation: false };
         let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
         let truth = render(&mut session, RandomSource::White, SEEDS, TRUTH_FRAMES)?;
