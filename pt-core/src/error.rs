@@ -26,6 +26,30 @@ pub enum Error {
         /// What there is.
         available: String,
     },
+    /// The stages of a frame do not fit together.
+    #[error("stage \"{stage}\" reads \"{channel}\" {lacking}")]
+    NoWriter {
+        /// The stage that reads.
+        stage: String,
+        /// What it reads.
+        channel: String,
+        /// Who does not write it.
+        lacking: &'static str,
+    },
+    /// A stage declares an image that none of its kernels touches so.
+    #[error("stage \"{stage}\" declares \"{channel}\", which none of its kernels touches")]
+    Unused {
+        /// The stage.
+        stage: String,
+        /// The image.
+        channel: String,
+    },
+    /// A knob that decides on kernels, images or passes is another one than the stage was made with.
+    #[error("{key} changed: it decides on kernels, images or passes, so the frame has to be made anew")]
+    StructuralKnob {
+        /// Dotted name of the knob.
+        key: String,
+    },
     /// A validation run was asked for without the layers.
     #[error(
         "validation asked for, but VK_LAYER_KHRONOS_validation is not installed; run scripts/setup-vulkan.sh --tests"

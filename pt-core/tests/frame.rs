@@ -1,6 +1,6 @@
 //! The frame recorder and kernels: declared accesses, reflected names, counters.
 
-use pt_core::test_support::TestDevice;
+use pt_core::test_support::{TestDevice, channel_images};
 use pt_core::{Buffer, ChannelImages, Kernel, Location, Recorder};
 use pt_shaders::channels::{MOTION, VIEW_DEPTH};
 
@@ -22,7 +22,7 @@ struct Setup {
 
 fn setup(device: &TestDevice) -> Setup {
     Setup {
-        images: ChannelImages::new(device, [37, 11], [VIEW_DEPTH, MOTION]).unwrap(),
+        images: channel_images(device, [37, 11], [VIEW_DEPTH, MOTION]),
         sums: Buffer::from_slice(device, "sums", &[0u32; 16]).unwrap(),
         fill: Kernel::compute::<TestPush>(device, &kernels::FILL).unwrap(),
         double: Kernel::compute::<()>(device, &kernels::DOUBLE_DEPTH).unwrap(),

@@ -6,13 +6,14 @@ use crate::exposure::Exposure;
 use crate::kernels;
 use crate::params::{Encoding, ExposureMode, PostParams, Tonemap};
 use crate::records::{TONEMAP_ROWS, TonemapPush};
-use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
+use pt_core::{Buffer, Device, Error, Frame, Image, Kernel, Result};
 use pt_shaders::channels::Format;
 
 /// Exposed radiance to the codes of a display.
 ///
 /// NaN and negative values are shown black, +infinity white, each channel by itself.
 pub struct ToneMap {
+    tonemap: Tonemap,
     picture_kernel: Kernel,
     codes_kernel: Kernel,
     blue_noise: Buffer,
@@ -28,6 +29,7 @@ impl ToneMap {
             Kernel::specialized::<TonemapPush>(device, code, &[tonemap.code(), encoding.code()])
         };
         Ok(Self {
+            tonemap,
             picture_kernel: kernel(&kernels::TONEMAP, Encoding::Srgb)?,
             codes_kernel: kernel(&kernels::TONEMAP_CODES, encoding)?,
             blue_noise: noise_buffer(device)?,
@@ -35,11 +37,10 @@ impl ToneMap {
     }
 
     /// Adds its pass to the frame. `target` has the size of `radiance`. Its format says what is stored: 8-bit codes are sRGB and
-    /// dithered; half floats are the codes of the encoding themselves. The curve is the one that the kernels were made for, whatever
-    /// `params` says.
+    /// dithered; half floats are the codes of the encoding themselves.
     ///
     /// # Errors
-    /// When the pass does not fit into the frame.
+    /// When the pass does not fit into the frame, or `params` ask for another curve than the kernels were made for.
     pub fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
@@ -48,6 +49,9 @@ impl ToneMap {
         target: &Image,
         params: &PostParams,
     ) -> Result<()> {
+        if params.tonemap != self.tonemap {
+            return Err(Error::StructuralKnob { key: "post.tonemap".into() });
+        }
         let bloomed = radiance.into();
         let [width, height] = target.extent();
         let picture = target.format() == Format::Rgba8Unorm;

@@ -204,7 +204,6 @@ impl PathTracer {
 
             let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass).read("bsdf_tables", &self.bsdf_tables);
-            let pass = lights.buffers().into_iter().fold(pass, pt_core::frame::Pass::addresses);
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.first_hit).push(&push);
             let groups = groups_of(read, offset_of!(SlotListRecord, shade_groups));

@@ -16,6 +16,7 @@ pub mod constants;
 pub mod dimensions;
 pub mod gpu_constants;
 pub mod gpu_struct;
+pub mod format;
 mod kernel_code;
 pub mod records;
 

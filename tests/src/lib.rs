@@ -5,8 +5,8 @@ use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
-use pt_image::image_file::{ImageState, LinearImage};
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::{ImageState, LinearImage};
 use pt_import::LoadOptions;
 use pt_scene::{Camera, Scene};
 use pt_shaders::channels::ChannelId;
@@ -69,9 +69,8 @@ impl Frames {
         let mut frame = self.recorder.begin().unwrap();
         self.session.update(&mut frame, time, self.time).unwrap();
         self.time = time;
-        let (gpu, lights) = (&self.session.gpu, &self.session.lights);
         let camera = self.camera.at(time);
-        self.full.record(&mut frame, gpu, lights, &camera, self.seed, &self.params).unwrap();
+        self.full.record(&mut frame, &self.session.gpu, &camera, self.seed, None, &self.params).unwrap();
         frame.submit().unwrap();
     }
 

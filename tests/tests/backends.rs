@@ -1,9 +1,9 @@
 //! The three ways to trace rays see one scene: at the same seed they give the same frames.
 
 use pt_app::args::BackendChoice;
+use pt_core::trace::TraceBackend;
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{Metric, compare};
-use pt_core::trace::TraceBackend;
 use pt_import::{LoadOptions, open};
 use pt_scene::Scene;
 use pt_shaders::channels::{FLAT_COLOR, VISIBILITY};

@@ -53,7 +53,7 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     for time in [0.0, 1.0 / 60.0] {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, 0.0)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), 0, &params)?;
+        full.record(&mut frame, &session.gpu, &session.camera.at(time), 0, None, &params)?;
         frame.submit()?;
     }
     recorder.finish()?;

@@ -68,6 +68,13 @@ impl Resource {
         }
     }
 
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Image(image) => image.name(),
+            Self::Buffer(buffer) => buffer.name(),
+        }
+    }
+
     pub(super) fn bytes(&self) -> u64 {
         match self {
             Self::Image(image) => image.bytes(),

@@ -176,6 +176,11 @@ impl Kernel {
         Self(Arc::new(Inner { name: name.into(), reflection, layout, pipeline, launch }))
     }
 
+    /// Whether it has a binding of this name.
+    pub fn has_binding(&self, name: &str) -> bool {
+        self.0.reflection.bindings.values().any(|binding| binding.name == name)
+    }
+
     /// File stem of its GLSL source.
     pub fn name(&self) -> &str {
         &self.0.name

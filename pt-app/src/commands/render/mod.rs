@@ -54,9 +54,6 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let mut session = Session::open(&args.device, &args.camera, scene)?;
     let size = [args.size.width, args.size.height];
     let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
-    if !args.accumulate {
-        full.set_time_step((1.0 / args.scene.fps) as f32);
-    }
     session.load.mark("kernels and images");
     let aovs = aov::select(args.aov.as_ref(), full.images())?;
 
@@ -75,6 +72,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
 fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> Result<Vec<FrameTiming>> {
     let Images { args, params, .. } = images;
     let seed = fold_seed(args.seed);
+    let time_step = (!args.accumulate).then_some((1.0 / args.scene.fps) as f32);
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(args.frames);
     let mut previous = args.scene.time;
@@ -87,7 +85,7 @@ fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> R
         };
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, previous)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), seed, params)?;
+        full.record(&mut frame, &session.gpu, &session.camera.at(time), seed, time_step, params)?;
         frame.submit()?;
         if index == 0 && args.timings.is_some() {
             session.device.wait_idle()?;
@@ -144,7 +142,7 @@ impl Images<'_> {
             file
         };
         for &id in aovs {
-            file.layers.push(read_layer(full.images(), id)?);
+            file.layers.push(read_layer(full.images(), id)?.0);
         }
         let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
         put(keys::SCENE, session.scene.name.clone());
@@ -157,7 +155,7 @@ impl Images<'_> {
         let exposure = full.exposure()?;
         put(keys::EV100, exposure.ev100.to_string());
         put(keys::EXPOSURE, exposure.scale.to_string());
-        let [x, y] = full.jitter();
+        let [x, y] = full.moment().map_or([0.0; 2], |moment| moment.jitter);
         put(keys::JITTER, format!("{x},{y}"));
         put(keys::DEVICE, session.device.info().name.clone());
         put(keys::DRIVER, session.device.info().driver_line());
