@@ -12,6 +12,7 @@ use pt_app::session::Session;
 use pt_core::Recorder;
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{Metric, compare};
+use pt_shaders::NamedEnum;
 use pt_core::random::RandomSource;
 use pt_import::LoadOptions;
 
@@ -32,7 +33,7 @@ fn render(session: &mut Session, source: RandomSource, seed: u32, frames: u32) -
     for _ in 0..frames {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, 0.0, 0.0)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &session.camera, seed, &params)?;
+        full.record(&mut frame, &session.gpu, &session.camera, seed, None, &params)?;
         frame.submit()?;
     }
     recorder.finish()?;
@@ -71,7 +72,7 @@ fn main() -> Result<()> {
         let truth = render(&mut session, RandomSource::White, SEEDS, TRUTH_FRAMES)?;
         let blurred_truth = blur(&truth);
         let mut white = None;
-        for source in RandomSource::ALL {
+        for source in RandomSource::VALUES.iter().copied() {
             let mut errors = [0.0; 2];
             for seed in 0..SEEDS {
                 let one = blur(&render(&mut session, source, seed, 1)?);

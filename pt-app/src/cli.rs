@@ -1,6 +1,6 @@
 //! The command line: the list of commands.
 
-use crate::commands::{bake, bench, compare, info, merge, passes, reference, render, scenes, sheet};
+use crate::commands::{bake, bench, compare, info, knobs, merge, passes, reference, render, scenes, sheet};
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -25,6 +25,8 @@ pub enum Command {
     Scenes(scenes::ScenesArgs),
     /// The passes of the frame in order: what each reads, writes and moves.
     Passes(passes::PassesArgs),
+    /// The knobs that `--set` takes, with their defaults and ranges.
+    Knobs(knobs::KnobsArgs),
     /// Measure.
     Bench(bench::BenchArgs),
     /// Render frames of a scene.
@@ -51,6 +53,7 @@ impl Cli {
             Command::Info(args) => info::run(args, out),
             Command::Scenes(args) => scenes::run(args, out),
             Command::Passes(args) => passes::run(args, out),
+            Command::Knobs(args) => knobs::run(args, out),
             Command::Bench(args) => bench::run(args, out),
             Command::Render(args) => render::run(args, out),
             Command::Reference(args) => reference::run(args, out),

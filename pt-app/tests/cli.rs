@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{CommandFactory, Parser};
-use pt_app::args::{BackendChoice, CameraChoice, LookAt};
+use pt_app::args::{CameraChoice, LookAt};
 use pt_app::cli::Cli;
 use pt_app::commands::bench::{BenchArgs, BenchCommand};
 use pt_app::commands::info::InfoArgs;
 use pt_app::commands::render::{AovSelection, RenderArgs};
 use pt_image::image_file::{ImageSize, OutputFormat};
+use pt_core::trace::TraceBackend;
 
 #[derive(Debug, Parser)]
 struct Render {
@@ -42,7 +43,7 @@ fn render_defaults() {
         (args.scene.load.env_rotation, args.scene.load.env_intensity, args.camera.vfov),
         (0.0, 1.0, 50.0)
     );
-    assert_eq!(args.device.backend, BackendChoice::Auto);
+    assert_eq!(args.device.backend, TraceBackend::Auto);
     assert!(!args.accumulate && !args.device.validation && args.set.is_empty());
     assert!(
         args.camera.camera.is_none()
@@ -66,7 +67,7 @@ fn render_takes_every_flag() {
     assert_eq!(args.size, ImageSize { width: 640, height: 360 });
     assert_eq!(args.camera.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
     assert_eq!((args.camera.vfov, args.scene.time, args.scene.fps, args.seed), (40.0, 1.5, 24.0, u64::MAX));
-    assert_eq!(args.device.backend, BackendChoice::RtPipeline);
+    assert_eq!(args.device.backend, TraceBackend::RtPipeline);
     assert_eq!(args.set, ["post.output=display", "a.b=-1"]);
     assert_eq!(args.aov, Some(AovSelection::Named(vec!["normal".into(), "view_depth".into()])));
     assert_eq!(args.timings, Some("t.json".into()));

@@ -12,29 +12,16 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
-use pt_core::settings::{InvalidValue, Validate};
-use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo};
+use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels::{COLOR, FLAT_COLOR, FLAT_MOTION, MOTION};
 use records::InterleavePush;
 
-/// Knobs of the interleave.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CheckerboardParams {
-    /// Whether split surfaces (glass: one field reflects, the other refracts) are blended over both fields. Without, their
-    /// checker pattern stays visible, as is right for unfiltered frames that alternate the fields.
-    pub blend_split: bool,
-}
-
-impl Default for CheckerboardParams {
-    fn default() -> Self {
-        Self { blend_split: true }
-    }
-}
-
-impl Validate for CheckerboardParams {
-    fn validate(&self) -> std::result::Result<(), InvalidValue> {
-        Ok(())
+knobs! {
+    /// Knobs of the interleave.
+    pub struct CheckerboardParams {
+        /// Whether split surfaces (glass: one field reflects, the other refracts) are blended over both fields; without, their checker
+        /// pattern stays visible, as is right for unfiltered frames that alternate the fields.
+        pub blend_split: bool = true, source "Quake II RTX";
     }
 }
 

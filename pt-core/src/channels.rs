@@ -142,6 +142,11 @@ impl ChannelImages {
         self.has_history
     }
 
+    /// Whether a frame has been recorded since the last reset: the next one will have a history.
+    pub fn has_frame(&self) -> bool {
+        self.has_frame
+    }
+
     /// Forgets the frames so far: after a cut or a teleport of the camera. The one reset of all histories of all stages.
     pub fn reset_history(&mut self) {
         self.has_frame = false;

@@ -42,5 +42,5 @@ pub use image::Image;
 pub use inputs::{SceneResources, SplitLight, StageInputs};
 pub use kernel::Kernel;
 pub use plan::{FramePlan, StageIo};
+pub use pt_shaders::{KnobType, glam, gpu_struct};
 pub use sizes::FrameSizes;
-pub use pt_shaders::{glam, gpu_struct};

@@ -3,33 +3,9 @@
 use crate::blue_noise::mask_word;
 use crate::rng::{coverage_seed, pcg, pcg4d};
 use crate::sobol::{owen_scramble, scrambled_sobol};
-use pt_shaders::constants::{BLUE_NOISE_SIDE, RANDOM_BLUE_NOISE, RANDOM_SOBOL, RANDOM_WHITE};
+use pt_shaders::constants::BLUE_NOISE_SIDE;
 use pt_shaders::dimensions::DIM_COVERAGE;
-use serde::{Deserialize, Serialize};
-
-/// Where the random numbers of a frame come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[repr(u32)]
-pub enum RandomSource {
-    /// A hash: pixels, frames and dimensions are independent.
-    #[default]
-    White = RANDOM_WHITE,
-    /// A blue-noise mask across the pixels: what is left of the error after a blur is less. Frames are independent.
-    BlueNoise = RANDOM_BLUE_NOISE,
-    /// A scrambled Sobol sequence over the frames, moved by the mask from pixel to pixel: means of frames converge faster too.
-    Sobol = RANDOM_SOBOL,
-}
-
-impl RandomSource {
-    /// All sources.
-    pub const ALL: [Self; 3] = [Self::White, Self::BlueNoise, Self::Sobol];
-
-    /// `FrameRecord::random`.
-    pub const fn code(self) -> u32 {
-        self as u32
-    }
-}
+pub use pt_shaders::records::RandomSource;
 
 /// The mask has 12 bits.
 const MASK_BITS: u32 = 0xfff0_0000;
@@ -111,7 +87,7 @@ pub fn coverage_number(ray_coverage: [u32; 2], instance: u32, triangle: u32) -> 
         return unit(hash);
     }
     let mut bits = mask_word(place.wrapping_add(hash), (place >> 6).wrapping_add(hash >> 6));
-    if place >> 30 == RANDOM_SOBOL {
+    if place >> 30 == RandomSource::Sobol.code() {
         let order = owen_scramble((place >> 12) & 0x3_ffff, pcg(hash));
         bits ^= owen_scramble(order.reverse_bits(), pcg(hash.wrapping_add(1)));
     }

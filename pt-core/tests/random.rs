@@ -2,6 +2,7 @@
 
 use pt_core::blue_noise::{SIDE, mask_buffer};
 use pt_core::frame::Uniforms;
+use pt_shaders::NamedEnum;
 use pt_core::random::{RandomSource, coverage_number, random_bits, random_coverage, random_numbers};
 use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;
@@ -43,7 +44,7 @@ fn kernels_draw_what_the_host_twin_draws() {
     let frames: Uniforms<FrameRecord> = Uniforms::new(&device, "frame_uniforms").unwrap();
     let scenes: Uniforms<SceneRecord> = Uniforms::new(&device, "scene_uniforms").unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
-    for source in RandomSource::ALL {
+    for source in RandomSource::VALUES.iter().copied() {
         let record = FrameRecord { seed: SEED, random: source.code(), ..bytemuck::Zeroable::zeroed() };
         let scene = SceneRecord { blue_noise: mask.address(), ..bytemuck::Zeroable::zeroed() };
         let mut frame = recorder.begin().unwrap();
@@ -93,7 +94,7 @@ fn numbers_and_pairs_are_uniform() {
             }
         }
     };
-    for source in RandomSource::ALL {
+    for source in RandomSource::VALUES.iter().copied() {
         for dimension in DIMENSIONS {
             // One tile of the mask: the next one repeats it.
             let pixels: Vec<_> = (0..4096).map(|i| numbers(source, [i % 64, i / 64], 5, dimension)).collect();
@@ -169,7 +170,7 @@ fn frames_are_blue() {
         let image: Vec<_> = (0..4096).map(|i| value([i % 64 + 1000, i / 64 + 500])).collect();
         low_frequency_power(&image)
     };
-    for source in RandomSource::ALL {
+    for source in RandomSource::VALUES.iter().copied() {
         let (mut plain, mut step, mut coverage) = (0.0, 0.0, 0.0);
         let frames = 4;
         for frame in 0..frames {
@@ -203,7 +204,7 @@ fn dimensions_are_independent() {
     const FRAMES: u32 = 1024;
     let samples = || (0..FRAMES).flat_map(|frame| [[3, 4], [40, 9]].map(|p| (p, frame)));
     let limit = 4.5 / f64::from(FRAMES).sqrt();
-    for source in RandomSource::ALL {
+    for source in RandomSource::VALUES.iter().copied() {
         let mut series: Vec<(String, Vec<f64>)> = Vec::new();
         for dimension in DIMENSIONS {
             for d in 0..4 {
@@ -243,7 +244,7 @@ fn means_over_the_frames_are_the_integrals() {
             f64::from(u8::from(coverage(5) < 0.5 && coverage(6) < 0.5))
         }),
     ];
-    for source in RandomSource::ALL {
+    for source in RandomSource::VALUES.iter().copied() {
         for (name, integral, f) in integrands {
             let pixels = [[0, 0], [5, 77], [640, 361], [63, 64]];
             for pixel in pixels {

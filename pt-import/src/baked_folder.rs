@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pt_image::atomic_file::write_atomic;
+use pt_shaders::named_enum;
 
 use crate::dds::DdsTexture;
 use pt_scene::{one_line, read_file};
@@ -16,14 +17,14 @@ const ENCODER: &str = "pt bake 1, block_compression 0.11.0";
 const RESERVED: std::ops::Range<usize> = 32..76;
 const MARK: &[u8; 4] = b"ptbk";
 
-/// How long the encoder searches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// About a third of the time.
-    #[default]
-    Fast,
-    /// About 2 dB better on hard images.
-    Best,
+named_enum! {
+    /// How long the encoder searches.
+    pub enum Quality {
+        /// A third of the time.
+        Fast = "fast",
+        /// Some 2 dB better on hard images.
+        Best = "best",
+    }
 }
 
 /// A folder of baked textures.

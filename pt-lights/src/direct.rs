@@ -1,36 +1,22 @@
 use crate::records::DirectPush;
-use pt_core::settings::{InvalidValue, Validate};
 use pt_core::trace::TraceBackend;
-use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo};
+use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels;
 use pt_shaders::records::{
     KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE,
 };
-use serde::{Deserialize, Serialize};
 
-/// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DirectParams {
-    /// Light of directional lights. Default true.
-    pub sun: bool,
-    /// Light of point and spot lights. Default true.
-    pub positional: bool,
-    /// Light of emissive triangles. Default true.
-    pub emissive: bool,
-    /// Light of the environment. Default true.
-    pub environment: bool,
-}
-
-impl Default for DirectParams {
-    fn default() -> Self {
-        Self { sun: true, positional: true, emissive: true, environment: true }
-    }
-}
-
-impl Validate for DirectParams {
-    fn validate(&self) -> std::result::Result<(), InvalidValue> {
-        Ok(())
+knobs! {
+    /// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.
+    pub struct DirectParams {
+        /// Whether directional lights give light.
+        pub sun: bool = true;
+        /// Whether point and spot lights give light.
+        pub positional: bool = true;
+        /// Whether emissive triangles give light.
+        pub emissive: bool = true;
+        /// Whether the environment gives light.
+        pub environment: bool = true;
     }
 }
 

@@ -6,51 +6,35 @@ use crate::images::{
 };
 use crate::kernels;
 use crate::records::{BLUR_MAX_RADIUS, BLUR_OUTPUTS, BlurPush, MixPush};
-use pt_core::settings::{InvalidValue, Validate, check_range};
-use pt_core::{ChannelImages, Device, Frame, Image, Kernel, Result, StageIo};
+use pt_core::{ChannelImages, Device, Frame, Image, Kernel, Result, StageIo, knobs};
 use pt_shaders::channels::ChannelId;
-use serde::{Deserialize, Serialize};
+use pt_shaders::named_enum;
 
-/// How the light is spread.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BloomMode {
-    /// No bloom.
-    Off,
-    /// One Gaussian, at a quarter of the resolution.
-    Gaussian,
-    /// A chain of ever smaller images (dual filter): narrow core, wide tail.
-    Chain,
-}
-
-/// Knobs of the bloom.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct BloomParams {
-    /// `off`, `gaussian` or `chain`. Default `off`.
-    pub mode: BloomMode,
-    /// Share of the light that spreads, 0 to 1. Default 0.002.
-    pub intensity: f32,
-    /// Gaussian: standard deviation in heights of the image, 0 to 0.5. Default 0.037.
-    pub sigma: f32,
-    /// Chain: number of halvings, 1 to 10; fewer for small images. Default 6.
-    pub levels: u32,
-    /// Chain: share that each level takes from the next smaller one, 0 to 1: greater is wider. Default 0.7.
-    pub spread: f32,
-}
-
-impl Default for BloomParams {
-    fn default() -> Self {
-        Self { mode: BloomMode::Off, intensity: 0.002, sigma: 0.037, levels: 6, spread: 0.7 }
+named_enum! {
+    /// How the light is spread.
+    pub enum BloomMode {
+        /// No bloom.
+        Off = "off",
+        /// One Gaussian, at a quarter of the resolution.
+        Gaussian = "gaussian",
+        /// A chain of ever smaller images (dual filter): narrow core, wide tail.
+        Chain = "chain",
     }
 }
 
-impl Validate for BloomParams {
-    fn validate(&self) -> std::result::Result<(), InvalidValue> {
-        check_range("intensity", self.intensity, 0.0..=1.0, "")?;
-        check_range("sigma", self.sigma, 0.0..=0.5, "heights")?;
-        check_range("levels", self.levels, 1..=MAX_LEVELS, "")?;
-        check_range("spread", self.spread, 0.0..=1.0, "")
+knobs! {
+    /// Knobs of the bloom.
+    pub struct BloomParams {
+        /// How the light is spread.
+        pub mode: BloomMode = BloomMode::Off => structural;
+        /// Share of the light that spreads.
+        pub intensity: f32 = 0.002, in 0.0..=1.0;
+        /// Gaussian: standard deviation in heights of the image.
+        pub sigma: f32 = 0.037, in 0.0..=0.5, unit "heights";
+        /// Chain: number of halvings; fewer for small images.
+        pub levels: u32 = 6, in 1..=MAX_LEVELS, source "Bjorge 2015";
+        /// Chain: share that each level takes from the next smaller one; greater is wider.
+        pub spread: f32 = 0.7, in 0.0..=1.0, source "Bjorge 2015";
     }
 }
 

@@ -1,7 +1,7 @@
 //! Metering, the eye's adaptation and the noise-aware curve of the frame.
 
 use crate::kernels;
-use crate::params::{ExposureMode, PostParams, Tonemap, exposure_scale};
+use crate::params::{ExposureMode, PostParams, exposure_scale};
 use crate::records::*;
 use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
 

@@ -3,39 +3,24 @@
 use crate::dither::noise_buffer;
 use crate::images::{DISPLAY_CODES, UPSCALED_CODES};
 use crate::kernels;
-use crate::params::{Encoding, PostParams, Upscale};
-use crate::records::{EASU_ROWS, EasuPush, RCAS_COLUMNS, RCAS_ROWS, RcasPush};
-use pt_core::settings::{InvalidValue, Validate, check_range};
-use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Kernel, Result, StageIo};
+use crate::params::{PostParams, Upscale};
+use crate::records::{EASU_ROWS, EasuPush, Encoding, RCAS_COLUMNS, RCAS_ROWS, RcasPush};
+use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Kernel, Result, StageIo, knobs};
 use pt_shaders::channels::{ChannelId, Format};
-use serde::{Deserialize, Serialize};
 
 /// Quality presets of FSR 1: name and factor between the sides of frame and picture.
 pub const PRESETS: &[(&str, f32)] =
     &[("ultra-quality", 1.3), ("quality", 1.5), ("balanced", 1.7), ("performance", 2.0)];
 
-/// Knobs of upscaling and sharpening.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FsrParams {
-    /// Whether pictures that are not upscaled by FSR are sharpened too. Default false.
-    pub sharpen: bool,
-    /// Stops below the strongest sharpening, 0 (strongest) to 10. Default 1, which is closest to native pictures; AMD and
-    /// Quake II RTX take 0.2.
-    pub sharpness: f32,
-    /// Whether pixels that stand out from their neighbours, as noise does, are sharpened less. Default false.
-    pub denoise: bool,
-}
-
-impl Default for FsrParams {
-    fn default() -> Self {
-        Self { sharpen: false, sharpness: 1.0, denoise: false }
-    }
-}
-
-impl Validate for FsrParams {
-    fn validate(&self) -> std::result::Result<(), InvalidValue> {
-        check_range("sharpness", self.sharpness, 0.0..=10.0, "stops")
+knobs! {
+    /// Knobs of upscaling and sharpening.
+    pub struct FsrParams {
+        /// Whether pictures that are not upscaled by FSR are sharpened too.
+        pub sharpen: bool = false => structural;
+        /// Stops below the strongest sharpening; 1 is closest to native pictures, AMD and Quake II RTX take 0.2.
+        pub sharpness: f32 = 1.0, in 0.0..=10.0, unit "stops", source "Lottes 2021";
+        /// Whether pixels that stand out from their neighbours, as noise does, are sharpened less.
+        pub denoise: bool = false, source "Lottes 2021";
     }
 }
 

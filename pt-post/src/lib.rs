@@ -26,10 +26,8 @@ pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
 pub use chain::{ChainParts, PostChain};
 pub use exposure::Exposure;
 pub use fsr::{Fsr, FsrParams, PRESETS};
-pub use params::{
-    CurveParams, Encoding, ExposureMode, Output, PostParams, Tonemap, Upscale, camera_ev100, exposure_scale,
-};
+pub use params::{CurveParams, ExposureMode, Output, PostParams, Upscale, camera_ev100, exposure_scale};
 pub use picture::{PictureError, picture_layers, write_picture};
-pub use records::ExposureRecord;
-pub use taa::{ClipSpace, Rectify, Taa, TaaParams};
+pub use records::{ClipSpace, Encoding, ExposureRecord, Rectify, Tonemap};
+pub use taa::{Taa, TaaParams};
 pub use tone_map::ToneMap;

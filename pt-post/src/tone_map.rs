@@ -4,8 +4,8 @@ use crate::bloom::Bloomed;
 use crate::dither::noise_buffer;
 use crate::exposure::Exposure;
 use crate::kernels;
-use crate::params::{Encoding, ExposureMode, PostParams, Tonemap};
-use crate::records::{TONEMAP_ROWS, TonemapPush};
+use crate::params::{ExposureMode, PostParams};
+use crate::records::{Encoding, TONEMAP_ROWS, Tonemap, TonemapPush};
 use pt_core::{Buffer, Device, Error, Frame, Image, Kernel, Result};
 use pt_shaders::channels::Format;
 

@@ -2,7 +2,7 @@ use crate::film::FilmState;
 use crate::kernels;
 use crate::oracle::albedo;
 use crate::oracle::interior::{CAPACITY, InteriorList};
-use crate::params::{Heuristic, ReferenceParams, Strategy};
+use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
@@ -93,7 +93,7 @@ impl PathTracer {
         let constants = [
             scene.features(),
             kinds(&params, lights),
-            params.sampler as u32,
+            params.sampler.code(),
             u32::from(params.energy_compensation),
             u32::from(params.ray_cones),
             u32::from(sorts_by_material(device, scene)),
@@ -232,15 +232,8 @@ impl PathTracer {
             max_bounces: params.max_bounces,
             roulette_start: params.roulette_start,
             emission: u32::from(params.light_types.emissive),
-            heuristic: match params.heuristic {
-                Heuristic::Balance => records::HEURISTIC_BALANCE,
-                Heuristic::Power => records::HEURISTIC_POWER,
-            },
-            strategy: match params.strategy {
-                Strategy::Both => records::STRATEGY_BOTH,
-                Strategy::Lights => records::STRATEGY_LIGHTS,
-                Strategy::Bsdf => records::STRATEGY_BSDF,
-            },
+            heuristic: params.heuristic.code(),
+            strategy: params.strategy.code(),
             clamp: params.clamp,
             camera_solids: UVec4::from_array(self.camera_solids.map(|(word, _)| word)),
             camera_iors: Vec4::from_array(self.camera_solids.map(|(_, ior)| ior)),

@@ -16,11 +16,8 @@
 // curve, so that neighbours share the strata of longer stretches and their errors differ: Ahmed and Wonka 2020, "Screen-Space
 // Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels". Every pixel takes 2^log2_spp samples;
 // further ones begin again with other scrambles. 2^(16 - log2_spp / 2) pixels along each side are one sequence, the next ones another.
+#include "records.glsl"
 #include "rng.glsl"
-
-const uint SAMPLER_PCG = 0u;
-const uint SAMPLER_SOBOL = 1u;
-const uint SAMPLER_BLUE_NOISE = 2u;
 
 struct Sampler {
     uint kind;

@@ -77,12 +77,6 @@ gpu_constants! {
     /// Channel `cluster`: there is no surface.
     pub const NO_CLUSTER: u32 = 0xffff;
 
-    /// `FrameRecord::random`: a hash.
-    pub const RANDOM_WHITE: u32 = 0;
-    /// `FrameRecord::random`: a blue-noise mask, moved to another place for every dimension and frame.
-    pub const RANDOM_BLUE_NOISE: u32 = 1;
-    /// `FrameRecord::random`: a scrambled Sobol sequence over the frames, moved by a blue-noise mask from pixel to pixel.
-    pub const RANDOM_SOBOL: u32 = 2;
     /// Side of the blue-noise mask in texels; a power of two. Its ranks fill 12 bits.
     pub const BLUE_NOISE_SIDE: u32 = 64;
 }

@@ -1,6 +1,6 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::args::{BackendChoice, CameraArgs, DeviceArgs};
+use pt_app::args::{CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
@@ -36,7 +36,7 @@ impl Frames {
     pub fn new(
         scene: Scene,
         camera: &Camera,
-        backend: BackendChoice,
+        backend: TraceBackend,
         size: [u32; 2],
         seed: u32,
         accumulate: bool,
@@ -48,7 +48,7 @@ impl Frames {
     pub fn with_params(
         scene: Scene,
         camera: &Camera,
-        backend: BackendChoice,
+        backend: TraceBackend,
         size: [u32; 2],
         seed: u32,
         accumulate: bool,

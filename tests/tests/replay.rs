@@ -5,8 +5,8 @@ use pt_app::cli::{Cli, Command};
 use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::{ReplayArgs, replay};
 use pt_image::image_file::LayeredImage;
-use pt_core::settings::Validate;
-use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
+use pt_core::settings::Knobs;
+use pt_core::{ChannelImages, Device, Frame, Result};
 use pt_denoise::{Composite, DenoiseParams};
 use std::path::Path;
 
@@ -22,8 +22,8 @@ fn check<P, R>(
     stages: &[StageIo],
     set_up: impl FnOnce(&Device, [u32; 2], P) -> Result<R>,
 ) where
-    P: Default + serde::Serialize + serde::de::DeserializeOwned + Validate,
-    R: FnMut(&mut Frame<'_>, &StageInputs<'_>) -> Result<()>,
+    P: Knobs,
+    R: FnMut(&mut Frame<'_>, &ChannelImages) -> Result<()>,
 {
     let [recorded, replayed] = ["frame.exr", "replayed.exr"].map(|name| folder.join(name));
     let words = [Path::new("stage"), &recorded, Path::new("-o"), &replayed, Path::new("--frames=1")];

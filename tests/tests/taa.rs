@@ -1,16 +1,12 @@
 //! Temporal anti-aliasing on the built-in scenes, with shading that has no noise: what is left is aliasing and history.
 
-use pt_app::args::BackendChoice;
 use pt_app::params::resolve;
 use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;
-use pt_core::test_support::TestDevice;
-use pt_core::{Device, Recorder};
-use pt_image::image_file::{ImageState, LinearImage};
-use pt_image::metrics::{Metric, compare};
-use pt_post::oracle::Image;
-use pt_post::{ClipSpace, Rectify, Taa, TaaParams};
-use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, Format, NORMAL, VISIBILITY};
+use pt_core::trace::TraceBackend;
+use pt_post::oracle::{Image, TaaFrame, TaaOracle};
+use pt_post::{ClipSpace, Rectify, TaaParams};
+use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, NORMAL, VISIBILITY};
 use pt_tests::{Frames, builtin};
 
 const SIZE: [u32; 2] = [160, 90];
@@ -32,7 +28,7 @@ fn shoot(scene: &str, count: u32, seconds_per_frame: f64) -> Vec<Shot> {
     let params = resolve(Some("realtime"), &[]).unwrap();
     let scene = builtin(scene);
     let camera = scene.default_camera();
-    let mut frames = Frames::with_params(scene, &camera, BackendChoice::Compute, SIZE, 0, false, params);
+    let mut frames = Frames::with_params(scene, &camera, TraceBackend::Compute, SIZE, 0, false, params);
     let light = glam::Vec3::new(0.4, 0.8, 0.45).normalize();
     let shots = (0..count)
         .map(|index| {

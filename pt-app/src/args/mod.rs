@@ -2,9 +2,10 @@
 
 mod camera;
 mod device;
+pub mod flags;
 mod scene;
 pub mod values;
 
 pub use camera::{CameraArgs, CameraChoice, LookAt};
-pub use device::{BackendChoice, DeviceArgs};
+pub use device::DeviceArgs;
 pub use scene::{LoadArgs, SceneArgs};

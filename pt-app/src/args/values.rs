@@ -1,5 +1,18 @@
 //! Values of arguments.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use pt_shaders::{NamedEnum, NamedValue, UnknownName};
+
+/// One of the names of an enum; help lists them all.
+pub fn named<T: NamedEnum + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    one_of(T::NAMED).try_map(|name| -> Result<T, UnknownName> { T::from_name(&name) })
+}
+
+/// One of some names.
+pub fn one_of(values: &'static [NamedValue]) -> PossibleValuesParser {
+    PossibleValuesParser::new(values.iter().map(|value| PossibleValue::new(value.name).help(value.doc)))
+}
+
 /// Exactly `N` values with commas between them; `expected` says which.
 ///
 /// # Errors

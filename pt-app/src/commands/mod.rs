@@ -4,6 +4,7 @@ pub mod bake;
 pub mod bench;
 pub mod compare;
 pub mod info;
+pub mod knobs;
 pub mod merge;
 pub mod passes;
 pub mod reference;

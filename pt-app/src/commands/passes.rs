@@ -1,7 +1,7 @@
 //! `pt passes`: the frame as a table.
 
-use crate::args::values::assignment;
-use crate::args::{BackendChoice, CameraArgs, DeviceArgs};
+use crate::args::values::{assignment, named};
+use crate::args::{CameraArgs, DeviceArgs};
 use crate::frame::FullFrame;
 use crate::params;
 use crate::session::Session;
@@ -9,6 +9,7 @@ use anyhow::Result;
 use clap::Args;
 use pt_core::Recorder;
 use pt_image::image_file::ImageSize;
+use pt_core::trace::TraceBackend;
 use std::io::Write;
 
 /// `pt passes`
@@ -30,8 +31,8 @@ pub struct PassesArgs {
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
     pub set: Vec<String>,
     /// How rays are traced.
-    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Compute)]
-    pub backend: BackendChoice,
+    #[arg(long, value_name = "B", value_parser = named::<TraceBackend>(), default_value_t = TraceBackend::Compute)]
+    pub backend: TraceBackend,
     /// Vulkan device, by index or part of its name.
     #[arg(long, value_name = "D")]
     pub device: Option<String>,

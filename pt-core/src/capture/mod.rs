@@ -7,7 +7,9 @@
 //!
 //! Metadata: text under the keys of [`keys`]; readers need none of them.
 
+pub mod folder;
 mod layer;
+pub mod sidecar;
 
 pub use layer::{CaptureError, load_image, read_layer, write_layer};
 

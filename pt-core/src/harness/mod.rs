@@ -20,10 +20,8 @@ use crate::frame::Frame;
 use crate::inputs::StageInputs;
 use crate::plan::StageIo;
 use pt_image::image_file::{ImageFileError, Layer, LayeredImage, OutputFormat};
-use crate::settings::{SettingsError, Validate, apply_sets};
+use crate::settings::{Knobs, SettingsError, apply_sets};
 use pt_shaders::channels::ChannelId;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -80,7 +78,7 @@ impl StageArgs {
     /// An unknown key or a value out of range.
     pub fn params<P>(&self) -> Result<P, SettingsError>
     where
-        P: Default + Serialize + DeserializeOwned + Validate,
+        P: Knobs,
     {
         let mut params = P::default();
         apply_sets(&mut params, &self.set)?;
@@ -135,7 +133,7 @@ pub fn replay<P, R>(
     set_up: impl FnOnce(&Device, [u32; 2], P) -> Result<R, Error>,
 ) -> Result<(), HarnessError>
 where
-    P: Default + Serialize + DeserializeOwned + Validate,
+    P: Knobs,
     R: FnMut(&mut Frame<'_>, &StageInputs<'_>) -> Result<(), Error>,
 {
     let params = args.stage.params()?;

@@ -17,7 +17,7 @@ mod refit;
 mod vulkan_as;
 
 pub use accel::AccelStructure;
-pub use crate::backend::{TraceBackend, UnknownBackend};
+pub use crate::backend::TraceBackend;
 pub use bench::{CLEARLY_FASTER, Choice, choose};
 pub use bench_rays::{NativeRays, RayKind};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};

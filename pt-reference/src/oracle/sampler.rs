@@ -1,22 +1,7 @@
 //! Numbers for Monte Carlo integration; the bits of sampler.glsl, where the methods are described.
 
 use pt_core::rng::{pcg, pcg4d};
-use pt_core::sobol::scrambled_sobol;
-use serde::{Deserialize, Serialize};
-
-/// How the numbers are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[repr(u32)]
-pub enum SamplerKind {
-    /// A hash.
-    Pcg = 0,
-    /// Owen-scrambled Sobol, pixels independent.
-    #[default]
-    Sobol = 1,
-    /// Owen-scrambled Sobol over the whole image in the order of a scrambled Morton curve.
-    BlueNoise = 2,
-}
+pub use pt_shaders::records::SamplerKind;
 
 /// Position in a sequence.
 #[derive(Clone, Copy, Debug)]

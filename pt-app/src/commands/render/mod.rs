@@ -21,7 +21,6 @@ use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
 use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
-use pt_core::trace::TraceBackend;
 use pt_post::Upscale;
 use pt_shaders::channels::ChannelId;
 use serde_json::json;
@@ -34,7 +33,7 @@ use std::path::Path;
 /// Unknown names, files that can't be read or written, a device that can't do it.
 pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let outputs = args.check_outputs()?;
-    let params = params::resolve(args.profile.as_deref(), &[args.post.sets(), args.set.clone()].concat())?;
+    let params = params::resolve(args.profile.as_deref(), &[&args.post.sets[..], &args.set].concat())?;
     let encoding = params.post.encoding;
     for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
         encoding.check_file(path)?;
@@ -160,7 +159,7 @@ impl Images<'_> {
         put(keys::DEVICE, session.device.info().name.clone());
         put(keys::DRIVER, session.device.info().driver_line());
         // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
-        put(keys::BACKEND, TraceBackend::from(args.device.backend).to_string());
+        put(keys::BACKEND, args.device.backend.to_string());
         put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
         Ok(file)
     }

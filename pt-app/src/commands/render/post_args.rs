@@ -1,110 +1,98 @@
-//! Options of `pt render` for what happens to the frame after it is traced. Each is short for knobs of `--set`, which come
-//! after them.
+//! Flags of `pt render` for what happens to the frame after it is traced.
 
-use clap::Args;
+use crate::args::flags::{Flag, FlagSet, Flags};
+use crate::params::FrameParams;
+use pt_core::settings::{Knob, Knobs};
 use pt_post::PRESETS;
 
 /// Short names of post-processing knobs.
-#[derive(Clone, Debug, Default, Args)]
-pub struct PostArgs {
-    /// How a smaller frame becomes the picture; taau also asks for one sub-pixel offset a frame (gbuffer.jitter=halton).
-    #[arg(long, value_name = "HOW", value_parser = ["none", "taau", "fsr1"], help_heading = "Picture")]
-    pub upscale: Option<String>,
-    /// Sides of the frame over those of the picture, 0.25 to 1, or a preset: ultra-quality, quality, balanced, performance.
-    #[arg(long, value_name = "X|PRESET", value_parser = render_scale, help_heading = "Picture")]
-    pub render_scale: Option<f32>,
-    /// Tone curve.
-    #[arg(
-        long,
-        value_name = "CURVE",
-        value_parser = ["aces", "aces-hill", "agx", "neutral", "noise-aware", "reinhard", "none"],
-        help_heading = "Picture"
-    )]
-    pub tonemap: Option<String>,
-    /// Exposure value at ISO 100; manual exposure, unless --exposure says otherwise.
-    #[arg(long, value_name = "EV100", allow_hyphen_values = true, help_heading = "Picture")]
-    pub ev: Option<f32>,
-    /// How the exposure is found.
-    #[arg(long, value_name = "HOW", value_parser = ["auto", "manual", "camera"], help_heading = "Picture")]
-    pub exposure: Option<String>,
-    /// Bloom; gaussian when no kind is given.
-    #[arg(
-        long,
-        value_name = "KIND",
-        value_parser = ["off", "gaussian", "chain"],
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = "gaussian",
-        help_heading = "Picture"
-    )]
-    pub bloom: Option<String>,
-}
+pub type PostArgs = Flags<Picture>;
 
-impl PostArgs {
-    /// The same as assignments.
-    pub fn sets(&self) -> Vec<String> {
-        let mut sets = Vec::new();
-        if let Some(upscale) = &self.upscale {
-            sets.push(format!("post.upscale={upscale}"));
-            if upscale == "taau" {
-                sets.push("gbuffer.jitter=halton".into());
-            }
-        }
-        if let Some(scale) = self.render_scale {
-            sets.push(format!("post.render_scale={scale}"));
-        }
-        if let Some(curve) = &self.tonemap {
-            sets.push(format!("post.tonemap={curve}"));
-        }
-        if let Some(ev100) = self.ev {
-            sets.push(format!("post.ev100={ev100}"));
-        }
-        match (&self.exposure, self.ev) {
-            (Some(mode), _) => sets.push(format!("post.exposure={mode}")),
-            (None, Some(_)) => sets.push("post.exposure=manual".into()),
-            (None, None) => {}
-        }
-        if let Some(kind) = &self.bloom {
-            sets.push(format!("post.bloom.mode={kind}"));
-        }
-        sets
+/// The flags.
+pub struct Picture;
+
+impl FlagSet for Picture {
+    const HEADING: &'static str = "Picture";
+    const FLAGS: &'static [Flag] = &[
+        Flag {
+            implies: &[("taau", "gbuffer.jitter=halton")],
+            note: "; taau also asks for one sub-pixel offset a frame (gbuffer.jitter=halton)",
+            ..Flag::new("upscale", "post.upscale", "HOW")
+        },
+        Flag {
+            aliases: preset,
+            note: ", or a preset: ultra-quality, quality, balanced, performance",
+            ..Flag::new("render-scale", "post.render_scale", "X|PRESET")
+        },
+        Flag::new("tonemap", "post.tonemap", "CURVE"),
+        Flag {
+            implies: &[("", "post.exposure=manual")],
+            note: "; manual exposure, unless --exposure says otherwise",
+            ..Flag::new("ev", "post.ev100", "EV100")
+        },
+        Flag::new("exposure", "post.exposure", "HOW"),
+        Flag {
+            without_value: Some("gaussian"),
+            note: "; gaussian when no kind is given",
+            ..Flag::new("bloom", "post.bloom.mode", "KIND")
+        },
+    ];
+
+    fn knobs() -> Vec<Knob> {
+        FrameParams::knobs()
     }
 }
 
-fn render_scale(text: &str) -> Result<f32, String> {
-    if let Some((_, factor)) = PRESETS.iter().find(|(name, _)| *name == text) {
-        return Ok(1.0 / factor);
-    }
-    text.parse().ok().filter(|scale| (0.25..=1.0).contains(scale)).ok_or_else(|| {
-        let names: Vec<_> = PRESETS.iter().map(|(name, _)| *name).collect();
-        format!("expected 0.25 to 1 or one of {}", names.join(", "))
-    })
+fn preset(name: &str) -> Option<String> {
+    PRESETS.iter().find(|(preset, _)| *preset == name).map(|(_, factor)| (1.0 / factor).to_string())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::params::resolve;
+    use clap::Parser;
     use pt_post::{ExposureMode, Upscale};
+
+    #[derive(Debug, Parser)]
+    struct Program {
+        #[command(flatten)]
+        post: PostArgs,
+    }
+
+    fn sets(line: &str) -> Result<Vec<String>, String> {
+        let words = ["pt"].into_iter().chain(line.split_whitespace());
+        Program::try_parse_from(words).map(|program| program.post.sets).map_err(|error| error.to_string())
+    }
 
     #[test]
     fn options_are_knobs() {
-        let args = PostArgs {
-            upscale: Some("taau".into()),
-            render_scale: Some(render_scale("performance").unwrap()),
-            ev: Some(-2.5),
-            bloom: Some("chain".into()),
-            ..PostArgs::default()
-        };
-        let params = resolve(None, &args.sets()).unwrap();
+        let line = "--upscale taau --render-scale performance --ev -2.5 --bloom=chain";
+        let params = resolve(None, &sets(line).unwrap()).unwrap();
         assert_eq!((params.post.upscale, params.post.render_scale), (Upscale::Taau, 0.5));
         assert_eq!((params.post.exposure, params.post.ev100), (ExposureMode::Manual, -2.5));
         assert_eq!(params.gbuffer.jitter, pt_gbuffer::Jitter::Halton);
-        assert!(PostArgs::default().sets().is_empty());
-        for text in ["0.1", "2", "NaN", "best"] {
-            assert!(render_scale(text).is_err(), "{text}");
-        }
+        assert!(sets("").unwrap().is_empty());
+        assert_eq!(sets("--bloom").unwrap(), ["post.bloom.mode=gaussian"]);
+        let params = resolve(None, &sets("--exposure auto --ev 3").unwrap()).unwrap();
+        assert_eq!((params.post.exposure, params.post.ev100), (ExposureMode::Auto, 3.0));
         // A scale alone is refused where the knobs are checked.
         assert!(resolve(None, &["post.render_scale=0.5".into()]).is_err());
+    }
+
+    #[test]
+    fn what_a_knob_does_not_take_is_refused() {
+        for (line, says) in [
+            ("--render-scale 0.1", "0.25 to 1"),
+            ("--render-scale 2", "0.25 to 1"),
+            ("--render-scale NaN", "0.25 to 1"),
+            ("--render-scale best", "0.25 to 1"),
+            ("--tonemap filmic", "noise-aware"),
+            ("--ev 33", "-32 to 32 EV"),
+            ("--bloom=wide", "gaussian"),
+        ] {
+            let message = sets(line).unwrap_err();
+            assert!(message.contains(says), "{line}: {message}");
+        }
     }
 }

@@ -15,7 +15,7 @@ use pt_core::capture::keys;
 use pt_core::console;
 use pt_core::harness::StageArgs;
 use pt_image::image_file::{ImageState, LayeredImage, LinearImage, OutputFormat, Samples};
-use pt_core::settings::Validate;
+use pt_core::settings::Knobs;
 use pt_post::{ExposureMode, PostParams, Tonemap};
 use pt_shaders::channels::FLAT_MOTION;
 use std::io::Write;
