@@ -5,7 +5,7 @@
 //! both pictures, of 16 accumulated frames as they are.
 
 use anyhow::Result;
-use pt_app::cli::{BackendChoice, CameraArgs, DeviceArgs};
+use pt_app::args::{BackendChoice, CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;

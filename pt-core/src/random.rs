@@ -3,6 +3,7 @@
 use crate::blue_noise::mask_word;
 use crate::rng::{coverage_seed, pcg, pcg4d};
 use crate::sobol::{owen_scramble, scrambled_sobol};
+use pt_shaders::constants::BLUE_NOISE_SIDE;
 use pt_shaders::dimensions::DIM_COVERAGE;
 pub use pt_shaders::records::RandomSource;
 
@@ -10,11 +11,21 @@ pub use pt_shaders::records::RandomSource;
 const MASK_BITS: u32 = 0xfff0_0000;
 const PLACE_KEY: u32 = 0x8000_0000;
 
-fn mask_bits(pixel: [u32; 2], shift: u32) -> u32 {
-    mask_word(pixel[0].wrapping_add(shift >> 26), pixel[1].wrapping_add(shift >> 20))
+/// The mask at the places of a dimension's four numbers.
+fn mask_bits(pixel: [u32; 2], hash: [u32; 4]) -> [u32; 4] {
+    const HALF: u32 = BLUE_NOISE_SIDE / 2;
+    const QUARTER: u32 = BLUE_NOISE_SIDE / 4;
+    let base = [0, 1].map(|axis| pixel[axis].wrapping_add(hash[axis]));
+    std::array::from_fn(|i| {
+        let (column, row) = (i as u32 % 2 * HALF, i as u32 / 2 * HALF);
+        mask_word(
+            base[0].wrapping_add(column + (hash[i] >> 24) % QUARTER),
+            base[1].wrapping_add(row + (hash[i] >> 16) % QUARTER),
+        )
+    })
 }
 
-fn mask_places(source: RandomSource, frame: u32, dimension: u32, seed: u32) -> [u32; 4] {
+fn mask_hash(source: RandomSource, frame: u32, dimension: u32, seed: u32) -> [u32; 4] {
     let moving = if source == RandomSource::Sobol { 0 } else { frame };
     pcg4d([PLACE_KEY, moving, dimension, seed])
 }
@@ -31,11 +42,10 @@ pub fn random_bits(
     if source == RandomSource::White {
         return white;
     }
-    let places = mask_places(source, frame, dimension, seed);
-    let point = if source == RandomSource::Sobol { scrambled_sobol(frame, places) } else { [0; 4] };
-    std::array::from_fn(|i| {
-        (mask_bits(pixel, places[i]) ^ point[i]) & MASK_BITS | white[i] & !MASK_BITS
-    })
+    let hash = mask_hash(source, frame, dimension, seed);
+    let mask = mask_bits(pixel, hash);
+    let point = if source == RandomSource::Sobol { scrambled_sobol(frame, hash) } else { [0; 4] };
+    std::array::from_fn(|i| (mask[i] ^ point[i]) & MASK_BITS | white[i] & !MASK_BITS)
 }
 
 /// Four numbers in [0, 1) for a flat pixel, frame, dimension and seed.
@@ -64,7 +74,7 @@ pub fn random_coverage(
     if source == RandomSource::White {
         return [coverage_seed(pixel, frame, dimension, seed), 0];
     }
-    let [hash, ..] = mask_places(source, frame, DIM_COVERAGE + dimension, seed);
+    let [hash, ..] = mask_hash(source, frame, DIM_COVERAGE + dimension, seed);
     let place = (frame & 0x3_ffff) << 12 | (pixel[1] & 63) << 6 | pixel[0] & 63;
     [hash.wrapping_add(pcg(frame >> 18)), source.code() << 30 | place]
 }
@@ -76,7 +86,7 @@ pub fn coverage_number(ray_coverage: [u32; 2], instance: u32, triangle: u32) -> 
     if place == 0 {
         return unit(hash);
     }
-    let mut bits = mask_bits([place, place >> 6], hash);
+    let mut bits = mask_word(place.wrapping_add(hash), (place >> 6).wrapping_add(hash >> 6));
     if place >> 30 == RandomSource::Sobol.code() {
         let order = owen_scramble((place >> 12) & 0x3_ffff, pcg(hash));
         bits ^= owen_scramble(order.reverse_bits(), pcg(hash.wrapping_add(1)));

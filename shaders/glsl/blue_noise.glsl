@@ -6,9 +6,9 @@
 // The mask has 12 bits; those below are white noise, so that a number may have any value.
 const uint MASK_BITS = 0xfff00000u;
 
-// Bits of the mask at a pixel, from the place that the upper 12 bits of `shift` say. The tile repeats.
-uint mask_bits(uvec2 pixel, uint shift) {
-    uvec2 at = (pixel + uvec2(shift >> 26u, shift >> 20u)) & (BLUE_NOISE_SIDE - 1u);
+// Bits of the mask at a texel. The tile repeats.
+uint mask_bits(uvec2 texel) {
+    uvec2 at = texel & (BLUE_NOISE_SIDE - 1u);
     return UintTable(scene.blue_noise).at[at.y * BLUE_NOISE_SIDE + at.x];
 }
 
@@ -26,7 +26,7 @@ float coverage_number(uvec2 ray_coverage, uint instance, uint triangle) {
     uint bits = pcg(triangle + pcg(instance + ray_coverage.x));
     if (ray_coverage.y != 0u) {
         uint hash = bits;
-        bits = mask_bits(uvec2(ray_coverage.y, ray_coverage.y >> 6u), hash);
+        bits = mask_bits(uvec2(ray_coverage.y, ray_coverage.y >> 6u) + uvec2(hash, hash >> 6u));
         if (ray_coverage.y >> 30u == RANDOM_SOBOL) {
             // The first dimension of the sequence alone: van der Corput's.
             uint order = owen_scramble((ray_coverage.y >> 12u) & 0x3ffffu, pcg(hash));

@@ -13,20 +13,28 @@
 // Tells the hashes of places in the mask from those of numbers.
 const uint PLACE_KEY = 0x80000000u;
 
-// Where the numbers of a dimension lie in the mask.
-uvec4 mask_places(uvec2 key, uint dimension) {
+// Hash that says where the numbers of a dimension lie in the mask.
+uvec4 mask_hash(uvec2 key, uint dimension) {
     uint moving = frame.random == RANDOM_SOBOL ? 0u : key.y;
     return pcg4d(uvec4(PLACE_KEY, moving, dimension, frame.seed));
+}
+
+// The mask at the four numbers' places. They are at least a quarter of the tile apart: near each other, the numbers would depend on
+// each other, and their pairs would leave parts of the square out.
+uvec4 mask_bits_4(uvec2 pixel, uvec4 hash) {
+    const uint half_side = BLUE_NOISE_SIDE / 2u, quarter = BLUE_NOISE_SIDE / 4u;
+    uvec4 x = pixel.x + hash.x + uvec4(0u, half_side, 0u, half_side) + (hash >> 24u) % quarter;
+    uvec4 y = pixel.y + hash.y + uvec4(0u, 0u, half_side, half_side) + (hash >> 16u) % quarter;
+    return uvec4(mask_bits(uvec2(x.x, y.x)), mask_bits(uvec2(x.y, y.y)), mask_bits(uvec2(x.z, y.z)), mask_bits(uvec2(x.w, y.w)));
 }
 
 // Four words of 32 random bits. `key`: channel rng_seed; `dimension`: DIM_*.
 uvec4 random_bits(uvec2 key, uint dimension) {
     uvec4 bits = random4_bits(key, dimension, frame.seed);
     if (frame.random != RANDOM_WHITE) {
-        uvec2 pixel = uvec2(key.x, key.x >> 16u);
-        uvec4 places = mask_places(key, dimension);
-        uvec4 mask = uvec4(mask_bits(pixel, places.x), mask_bits(pixel, places.y), mask_bits(pixel, places.z), mask_bits(pixel, places.w));
-        if (frame.random == RANDOM_SOBOL) mask ^= scrambled_sobol(key.y, places);
+        uvec4 hash = mask_hash(key, dimension);
+        uvec4 mask = mask_bits_4(uvec2(key.x, key.x >> 16u), hash);
+        if (frame.random == RANDOM_SOBOL) mask ^= scrambled_sobol(key.y, hash);
         bits = mask & MASK_BITS | bits & ~MASK_BITS;
     }
     return bits;
@@ -38,7 +46,7 @@ vec4 random_numbers(uvec2 key, uint dimension) { return unit_from_bits(random_bi
 // For the ray that follows from the decision with that dimension, as trace.glsl takes it.
 uvec2 random_coverage(uvec2 key, uint dimension) {
     if (frame.random == RANDOM_WHITE) return white_coverage(coverage_seed(key, dimension, frame.seed));
-    uint hash = mask_places(key, DIM_COVERAGE + dimension).x;
+    uint hash = mask_hash(key, DIM_COVERAGE + dimension).x;
     // The record of a ray holds 18 bits of the frame.
     return masked_coverage(hash + pcg(key.y >> 18u), uvec2(key.x, key.x >> 16u), key.y, frame.random);
 }

@@ -118,6 +118,8 @@ gpu_struct! {
         pub environment_intensity: f32,
         /// How many of the punctual lights are directional.
         pub sun_count: u32,
+        /// Alignment.
+        pub pad: [u32; 2],
     }
 }
 
