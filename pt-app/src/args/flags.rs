@@ -67,13 +67,13 @@ impl Flag {
 
     fn list_arg(&self, arg: Arg, knobs: &[Knob]) -> Arg {
         let names: Vec<String> = members(knobs, self.key).map(str::to_owned).collect();
-        let list = names.join(", ");
-        arg.help(format!("{}: any of {list} [default: all]", self.note))
-            .value_name(self.value_name)
-            .value_delimiter(',')
-            .value_parser(clap::builder::PossibleValuesParser::new(names))
-            .hide_possible_values(true)
-            .action(ArgAction::Append)
+        let help = format!("{}: any of {} [default: all]", self.note, names.join(", "));
+        let parser = move |text: &str| {
+            let known = names.iter().any(|name| name == text);
+            if known { Ok(text.to_owned()) } else { Err(format!("expected any of {}", names.join(", "))) }
+        };
+        let arg = arg.help(help).value_name(self.value_name).value_delimiter(',');
+        arg.value_parser(parser).action(ArgAction::Append)
     }
 
     /// What the flag says as assignments, first what it implies; empty when it is not given.
