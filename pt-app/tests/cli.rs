@@ -8,8 +8,8 @@ use pt_app::cli::Cli;
 use pt_app::commands::bench::{BenchArgs, BenchCommand};
 use pt_app::commands::info::InfoArgs;
 use pt_app::commands::render::{AovSelection, RenderArgs};
-use pt_core::image_file::{ImageSize, OutputFormat};
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::{ImageSize, OutputFormat};
 
 #[derive(Debug, Parser)]
 struct Render {

@@ -7,9 +7,7 @@ use crate::oracle::interleave;
 use pt_core::channels::field_width;
 use pt_core::rng::random4;
 use pt_core::split::{split_size, split_to_flat};
-
-/// Checkerboard flags of a surface that was split between reflection and refraction.
-const SPLIT_FLAGS: f32 = 6.0;
+use pt_shaders::records::SPLIT_FLAGS;
 
 /// What a pixel traces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +113,7 @@ impl SplitSurface<'_> {
                     return [0.0; 4];
                 }
                 let [r, g, b] = self.path(i % width < half, 0.5, (y * self.size[0] + x) as usize);
-                [r, g, b, SPLIT_FLAGS]
+                [r, g, b, SPLIT_FLAGS as f32]
             })
             .collect();
         let motion = vec![[0.0; 4]; split.len()];

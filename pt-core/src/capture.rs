@@ -7,7 +7,7 @@
 //!
 //! | channel | components |
 //! |---|---|
-//! | `normal`, `geo_normal` | X, Y, Z, unpacked; 0 = no surface |
+//! | `normal`, `vertex_normal` | X, Y, Z, unpacked; 0 = no surface |
 //! | `view_direction` | X, Y, Z, unpacked; `flags` (uint) |
 //! | `shading_position` | X, Y, Z; `material` (uint) |
 //! | other integers | x, y (uint) |
@@ -21,7 +21,7 @@
 use crate::channels::ChannelImages;
 use crate::device::Device;
 use crate::error::Error;
-use crate::image_file::{Channel, Layer, LayeredImage, Samples};
+use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use crate::pack::{pack_unit_vector, unpack_unit_vector};
 use crate::split::{to_flat, to_split};
 use glam::Vec3;
@@ -29,7 +29,7 @@ use pt_shaders::channels::{self, ChannelId, ExtentClass};
 
 /// Metadata of a capture. In the file they are string attributes called `pt.KEY`.
 pub mod keys {
-    pub use crate::image_file::IMAGE_STATE_KEY as IMAGE_STATE;
+    pub use pt_image::image_file::IMAGE_STATE_KEY as IMAGE_STATE;
     /// Name of the scene.
     pub const SCENE: &str = "scene";
     /// The camera, for people to read.
@@ -117,7 +117,7 @@ const XYZ: [&str; 3] = ["X", "Y", "Z"];
 fn parts(id: ChannelId) -> Vec<Part> {
     let format = id.channel().format;
     let names: &[&'static str] = match id {
-        channels::NORMAL | channels::GEO_NORMAL => return vec![Part::Direction(0)],
+        channels::NORMAL | channels::VERTEX_NORMAL => return vec![Part::Direction(0)],
         channels::VIEW_DIRECTION => return vec![Part::Direction(0), Part::Uint("flags", 1)],
         channels::SHADING_POSITION => {
             let position = XYZ.into_iter().zip(0..).map(|(name, word)| Part::Float(name, word));

@@ -4,17 +4,14 @@
 #include "environment.glsl"
 #include "surface.glsl"
 
-const float SKY_DISTANCE = 1e4;
-const uint NO_CLUSTER = 0xffffu;
-
 struct SeenSurface {
     Hit hit;
     Surface geometry;
     vec3 position_prev; // of the same point of the object in the last frame
     MaterialSample material;
     bool front;       // seen from the front side
-    vec3 flat_normal; // all three normals are on the viewer's side
-    vec3 geo_normal;
+    vec3 face_normal; // all three normals are on the viewer's side
+    vec3 vertex_normal;
     vec3 normal;      // shading normal
     float inverse_depth_range; // 1 / m
     vec4 overlay;     // its part of channel transparent: emission (alpha 0), or an unlit material's colour (alpha 1)
@@ -30,9 +27,9 @@ SeenSurface seen_surface(Hit hit, vec3 direction, float radius, float lod_scale)
     s.inverse_depth_range = 1.0 / footprint.depth_range;
     s.material = load_material(s.geometry, footprint, lod_scale);
 
-    s.front = dot(s.geometry.flat_normal, direction) < 0.0;
-    s.flat_normal = s.front ? s.geometry.flat_normal : -s.geometry.flat_normal;
-    s.geo_normal = s.front ? s.geometry.geo_normal : -s.geometry.geo_normal;
+    s.front = dot(s.geometry.face_normal, direction) < 0.0;
+    s.face_normal = s.front ? s.geometry.face_normal : -s.geometry.face_normal;
+    s.vertex_normal = s.front ? s.geometry.vertex_normal : -s.geometry.vertex_normal;
     s.normal = s.front ? s.material.normal : -s.material.normal;
     // A normal map or a coarse mesh can turn the normal away from the viewer: tilt it back to grazing.
     float facing = -dot(s.normal, direction);
@@ -58,7 +55,7 @@ void store_surface(ivec2 p, SeenSurface s) {
     imageStore(ch_base_color, p, vec4(base, s.material.specular));
     imageStore(ch_metallic_roughness, p, vec4(s.material.metallic, s.material.roughness, 0.0, 0.0));
     imageStore(ch_normal, p, uvec4(pack_unit_vector(s.normal)));
-    imageStore(ch_geo_normal, p, uvec4(pack_unit_vector(s.geo_normal)));
+    imageStore(ch_vertex_normal, p, uvec4(pack_unit_vector(s.vertex_normal)));
     imageStore(ch_shading_position, p, vec4(s.geometry.position, uintBitsToFloat(s.geometry.material + 1u)));
 }
 
@@ -69,6 +66,6 @@ void store_no_surface(ivec2 p) {
     imageStore(ch_base_color, p, vec4(0.0));
     imageStore(ch_metallic_roughness, p, vec4(0.0));
     imageStore(ch_normal, p, uvec4(0));
-    imageStore(ch_geo_normal, p, uvec4(0));
+    imageStore(ch_vertex_normal, p, uvec4(0));
     imageStore(ch_shading_position, p, vec4(0.0));
 }

@@ -1,12 +1,12 @@
-// Ways on from a mirror or from glass: where each leads and how much light it carries.
+// The lobes of a mirror or of glass: where each one leads and how much light it carries.
 #include "brdf.glsl"
 #include "dielectric.glsl"
 #include "gbuffer_store.glsl"
 
-struct Ways {
+struct InterfaceLobes {
     vec3 reflected;    // unit directions
     vec3 transmitted;
-    vec3 reflection;   // what each way lets through
+    vec3 reflection;   // weight of each lobe
     vec3 transmission;
     vec3 diffuse;      // without the base colour
 };
@@ -22,14 +22,14 @@ float transmitted_masking(float alpha, vec3 l) { return l.z >= 0.0 ? 0.0 : ggx_g
 
 // `solid`: light is bent on its way through. A thin sheet stands for its two interfaces at once: straight through,
 // F + (1 - F) x base colour (KHR_materials_transmission). `rough`: draw a microfacet with xi instead of the smooth interface.
-Ways ways_on(SeenSurface s, MaterialRecord m, vec3 direction, bool solid, bool rough, vec2 xi) {
+InterfaceLobes interface_lobes(SeenSurface s, MaterialRecord m, vec3 direction, bool solid, bool rough, vec2 xi) {
     float alpha = square(s.material.roughness);
     mat3 world_from_local = basis_around(s.normal);
     vec3 v = -direction * world_from_local;
     vec3 facet = rough ? world_from_local * sample_ggx_vndf(v, alpha, xi) : s.normal;
     float eta = solid && !s.front ? 1.0 / m.ior : m.ior;
 
-    Ways w;
+    InterfaceLobes w;
     w.reflected = reflect(direction, facet);
     w.transmitted = solid ? refract(direction, facet, 1.0 / eta) : direction;
     bool internal = w.transmitted == vec3(0.0);
@@ -38,13 +38,13 @@ Ways ways_on(SeenSurface s, MaterialRecord m, vec3 direction, bool solid, bool r
         if (!solid) w.transmitted = reflect(w.reflected, s.normal);
         masking.x = reflected_masking(alpha, v, w.reflected * world_from_local);
         masking.y = transmitted_masking(alpha, w.transmitted * world_from_local);
-        if (dot(w.reflected, s.flat_normal) <= 0.0) masking.x = 0.0;
-        if (dot(w.transmitted, s.flat_normal) >= 0.0) masking.y = 0.0;
+        if (dot(w.reflected, s.face_normal) <= 0.0) masking.x = 0.0;
+        if (dot(w.transmitted, s.face_normal) >= 0.0) masking.y = 0.0;
     } else {
         // A bent normal can lead to the wrong side of the triangle: the triangle's own does not.
-        if (dot(w.reflected, s.flat_normal) <= 0.0) w.reflected = reflect(direction, s.flat_normal);
-        if (!internal && dot(w.transmitted, s.flat_normal) >= 0.0) {
-            w.transmitted = refract(direction, s.flat_normal, 1.0 / eta);
+        if (dot(w.reflected, s.face_normal) <= 0.0) w.reflected = reflect(direction, s.face_normal);
+        if (!internal && dot(w.transmitted, s.face_normal) >= 0.0) {
+            w.transmitted = refract(direction, s.face_normal, 1.0 / eta);
             internal = w.transmitted == vec3(0.0);
         }
     }

@@ -6,7 +6,7 @@ pub mod dielectric;
 use glam::{DMat4, DVec2, DVec3, Vec3};
 use pt_core::trace::NativeScene;
 use pt_scene::Scene;
-use pt_shaders::records::{CameraRecord, NONE, Ray};
+use pt_shaders::records::{CameraRecord, NONE, Ray, SKY_DISTANCE};
 
 /// What a pixel's ray finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct Surface {
     /// World space.
     pub position: DVec3,
     /// Interpolated vertex normal on the viewer's side, world space.
-    pub geo_normal: DVec3,
+    pub vertex_normal: DVec3,
     /// Distance from the camera.
     pub view_depth: f64,
     /// xy: previous minus current UV, z: previous minus current distance.
@@ -59,7 +59,8 @@ pub fn primary(
     uv: DVec2,
 ) -> Option<Surface> {
     let (origin, direction) = camera_ray(camera, uv);
-    let ray = Ray { origin: origin.as_vec3(), t_min: 0.0, direction: direction.as_vec3(), t_max: 1e4 };
+    let ray =
+        Ray { origin: origin.as_vec3(), t_min: 0.0, direction: direction.as_vec3(), t_max: SKY_DISTANCE };
     let hit = native.closest(&ray, u32::MAX, None);
     if hit.instance == NONE {
         return None;
@@ -84,7 +85,7 @@ pub fn primary(
         instance: hit.instance,
         triangle: hit.triangle,
         position,
-        geo_normal: if facing { normal } else { -normal },
+        vertex_normal: if facing { normal } else { -normal },
         view_depth: now.z,
         motion: then - now,
     })

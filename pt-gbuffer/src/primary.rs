@@ -22,7 +22,7 @@ impl PrimaryRays {
         channels::BASE_COLOR,
         channels::METALLIC_ROUGHNESS,
         channels::NORMAL,
-        channels::GEO_NORMAL,
+        channels::VERTEX_NORMAL,
         channels::VIEW_DEPTH,
         channels::MOTION,
         channels::SHADING_POSITION,

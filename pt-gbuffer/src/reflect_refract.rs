@@ -22,7 +22,7 @@ impl ReflectRefract {
     /// Channels that the stage only reads.
     pub const READS: &[ChannelId] = &[channels::RNG_SEED, channels::BOUNCE_THROUGHPUT];
     /// Channels that the stage only writes, at replaced surfaces.
-    pub const WRITES: &[ChannelId] = &[channels::CLUSTER, channels::NORMAL, channels::GEO_NORMAL];
+    pub const WRITES: &[ChannelId] = &[channels::CLUSTER, channels::NORMAL, channels::VERTEX_NORMAL];
     /// Channels that the stage reads and, at replaced surfaces, overwrites.
     pub const UPDATES: &[ChannelId] = &[
         channels::VISIBILITY,

@@ -12,7 +12,7 @@ use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{Camera, Clusters, Instance, Projection, Scene};
 use pt_shaders::channels;
-use pt_shaders::records::FrameRecord;
+use pt_shaders::records::{FrameRecord, NO_CLUSTER};
 
 const SIZE: [u32; 2] = [61, 34];
 
@@ -70,7 +70,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
 
     let visibility = images.current(channels::VISIBILITY).read_u32().unwrap();
     let positions = images.current(channels::SHADING_POSITION).read_f32().unwrap();
-    let normals = images.current(channels::GEO_NORMAL).read_u32().unwrap();
+    let normals = images.current(channels::VERTEX_NORMAL).read_u32().unwrap();
     let clusters = images.current(channels::CLUSTER).read_u32().unwrap();
     let division = Clusters::new(&scene, Clusters::DEFAULT);
     let depths = images.current(channels::VIEW_DEPTH).read_f32().unwrap();
@@ -88,7 +88,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
             let expected =
                 oracle::primary(&scene, &scene, &native, &frame_record.camera, &frame_record.camera_prev, uv);
             let at = Vec3::from_slice(&positions[4 * i..4 * i + 3]);
-            let cluster = if visibility[2 * i] == u32::MAX { 0xffff } else { division.find(at) };
+            let cluster = if visibility[2 * i] == u32::MAX { NO_CLUSTER } else { division.find(at) };
             assert_eq!(clusters[i], cluster, "({x},{y}) at {at}");
             let Some(e) = expected else {
                 elsewhere += u32::from(visibility[2 * i] != u32::MAX);
@@ -107,7 +107,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
             assert!(position.distance(e.position) < 2e-5, "({x},{y}): {position} for {}", e.position);
             assert!(f64::from(depths[i]) - e.view_depth < 2e-5);
             let normal = unpack_unit_vector(normals[i]).as_dvec3();
-            assert!(normal.distance(e.geo_normal) < 2e-4, "({x},{y}): {normal} for {}", e.geo_normal);
+            assert!(normal.distance(e.vertex_normal) < 2e-4, "({x},{y}): {normal} for {}", e.vertex_normal);
             let motion = vec(&motions, 4);
             assert!(motion.distance(e.motion) < 2e-5, "({x},{y}): motion {motion} for {}", e.motion);
             assert!(motions[4 * i + 3] > 0.0);

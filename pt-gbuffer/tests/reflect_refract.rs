@@ -13,12 +13,10 @@ use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_scene::{Camera, Environment, EnvironmentImage, Instance, Material, Mesh, Projection, Scene};
 use pt_shaders::channels::{self, ChannelId};
-use pt_shaders::records::{CameraRecord, FrameRecord};
+use pt_shaders::records::{CameraRecord, FLAG_REFLECTION, FrameRecord, SKY_DISTANCE, SPLIT_FLAGS};
 
 const SIZE: [u32; 2] = [32, 24];
 const IOR: f64 = 1.5;
-const REFLECTION: u32 = 2;
-const SPLIT: u32 = 6;
 
 /// A rectangle in the plane z = 0 that faces +Z.
 fn rectangle(scene: &mut Scene, half: Vec2, material: Material, place: Affine3A) {
@@ -216,11 +214,11 @@ fn mirror(backend: TraceBackend) {
             if inside.abs() < 5e-3 {
                 continue;
             }
-            assert_eq!(flags[i], REFLECTION);
+            assert_eq!(flags[i], FLAG_REFLECTION);
             if inside < 0.0 {
                 dark += 1;
                 near(frames.radiance[i], DVec3::ZERO, 0.0);
-                assert_eq!(depths[i], -1e4);
+                assert_eq!(depths[i], -SKY_DISTANCE);
                 continue;
             }
             lit += 1;
@@ -274,7 +272,7 @@ fn a_thin_sheet_reflects_in_one_field_and_lets_through_in_the_other() {
             reflectance + (1.0 - reflectance) * tint.as_dvec3(),
             if tint == Vec3::ONE { 1e-6 } else { 1e-3 },
         );
-        assert!(frames.flags().iter().all(|&f| f == SPLIT));
+        assert!(frames.flags().iter().all(|&f| f == SPLIT_FLAGS));
     }
 }
 
@@ -380,7 +378,7 @@ fn beyond_the_critical_angle_all_light_is_reflected() {
     scene.environment = Environment::constant(Vec3::ONE);
     let camera = parallel_rays(Vec3::Z * -6.0);
     let frames = rig.render(&scene, [&camera, &camera], &follow(1), 1);
-    assert!(frames.flags().iter().all(|&f| f == REFLECTION));
+    assert!(frames.flags().iter().all(|&f| f == FLAG_REFLECTION));
     for pixel in &frames.radiance {
         near(*pixel, DVec3::ONE, 1e-6);
     }

@@ -13,7 +13,7 @@ layout(push_constant, scalar) uniform Push { DirectPush push; };
 
 struct ShadingPoint {
     vec3 position;
-    vec3 geo_normal;
+    vec3 vertex_normal;
     vec3 view;          // towards the viewer, in the frame of the shading normal
     mat3 world_from_local;
     Brdf brdf;
@@ -22,7 +22,7 @@ struct ShadingPoint {
 ShadingPoint load_shading_point(ivec2 p, vec3 position) {
     ShadingPoint s;
     s.position = position;
-    s.geo_normal = unpack_unit_vector(imageLoad(ch_geo_normal, p).x);
+    s.vertex_normal = unpack_unit_vector(imageLoad(ch_vertex_normal, p).x);
     s.world_from_local = basis_around(unpack_unit_vector(imageLoad(ch_normal, p).x));
     s.view = -unpack_unit_vector(imageLoad(ch_view_direction, p).x) * s.world_from_local;
     // The normal is on the viewer's side; what its 16 bits round below the horizon is lifted to grazing.
@@ -34,10 +34,10 @@ ShadingPoint load_shading_point(ivec2 p, vec3 position) {
 
 // Adds a candidate's light. A direction counts when it is above the horizon of both normals.
 void add_light(ShadingPoint s, LightSample light, uint coverage_seed, inout BrdfValue sum) {
-    if (light.pdf <= 0.0 || dot(s.geo_normal, light.direction) <= 0.0) return;
+    if (light.pdf <= 0.0 || dot(s.vertex_normal, light.direction) <= 0.0) return;
     vec3 l = light.direction * s.world_from_local;
     if (l.z <= 0.0 || max_component(light.radiance) <= 0.0) return;
-    if (trace_occluded(shadow_ray(s.position, s.geo_normal, light), push.mask, coverage_seed)) return;
+    if (trace_occluded(shadow_ray(s.position, s.vertex_normal, light), push.mask, coverage_seed)) return;
     BrdfValue f = brdf_eval(s.brdf, s.view, l);
     vec3 weight = light.radiance * (l.z / light.pdf);
     sum.diffuse += f.diffuse * weight;

@@ -50,7 +50,7 @@ impl DirectLighting {
         channels::BASE_COLOR,
         channels::METALLIC_ROUGHNESS,
         channels::NORMAL,
-        channels::GEO_NORMAL,
+        channels::VERTEX_NORMAL,
         channels::SHADING_POSITION,
         channels::VIEW_DIRECTION,
     ];

@@ -7,7 +7,8 @@ use pt_core::rng::random4;
 use pt_core::{ChannelImages, Result};
 use pt_scene::Scene;
 use pt_shaders::channels::{
-    BASE_COLOR, ChannelId, GEO_NORMAL, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION, VIEW_DIRECTION,
+    BASE_COLOR, ChannelId, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL,
+    VIEW_DIRECTION,
 };
 
 /// Fills the channels that direct lighting reads, but for [`RNG_SEED`], with points spread over the scene's triangles,
@@ -43,7 +44,7 @@ pub fn fill_surfaces(images: &ChannelImages, scene: &Scene) -> Result<()> {
         points.iter().flat_map(|(p, _)| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), material]).collect(),
     )?;
     let pack = |n: Vec3| if n == Vec3::ZERO { 0 } else { pack_unit_vector(n) };
-    for id in [NORMAL, GEO_NORMAL] {
+    for id in [NORMAL, VERTEX_NORMAL] {
         write(id, points.iter().map(|(_, n)| pack(*n)).collect())?;
     }
     write(VIEW_DIRECTION, points.iter().flat_map(|(_, n)| [pack(-*n), 1]).collect())?;

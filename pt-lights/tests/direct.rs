@@ -16,7 +16,7 @@ use pt_lights::{DirectLighting, DirectParams};
 use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::{Environment, EnvironmentImage, Light, Material, Scene};
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR_HF, COLOR_SPEC, GEO_NORMAL, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION,
+    BASE_COLOR, COLOR_HF, COLOR_SPEC, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL,
     VIEW_DIRECTION,
 };
 use pt_shaders::records::FrameRecord;
@@ -98,7 +98,7 @@ fn render_after(
         &unorm16(&points.iter().flat_map(|p| [p.metallic, p.roughness]).collect::<Vec<_>>()),
     );
     write(NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
-    write(GEO_NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
+    write(VERTEX_NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
     write(VIEW_DIRECTION, &words(&|p| vec![pack_unit_vector(-p.view), 1]));
     let mut position =
         words(&|p| [p.position.x, p.position.y, p.position.z, f32::from_bits(1)].map(f32::to_bits).into());

@@ -7,6 +7,7 @@
 // History holds PQ codes of the radiance (16 bit unorm: steps of 0.1 % and less from 1e-3 cd/m2 up). Its a packs two bytes:
 // the weight of what it holds over the greatest there is, and the square root of the mean absolute deviation of the samples from it, in
 // codes: a line that is thinner than a pixel is missed by most frames, whose neighbourhoods would then clip it away. Pixels that are not finite count as missing: they reach neither neighbours nor history.
+#include "constants.glsl"
 #include "finite.glsl"
 #include "math.glsl"
 #include "post_records.glsl"
@@ -34,7 +35,6 @@ shared vec2 row_motion[2][TEXELS];
 
 // Least weight of a sample, so that pixels far from all samples get some light too.
 const float MIN_WEIGHT = 0.02;
-const float SPLIT_FLAGS = 6.0;
 
 vec3 encode(vec3 radiance) { return pq_encode(clamp(radiance * (push.pq_scale / 10000.0), 0.0, 1.0)); }
 
@@ -196,7 +196,7 @@ void resolve(ivec2 p, vec2 output_size, float near, Sums up, vec2 up_longest, Ro
     vec3 mean = (first + middle) / count;
     vec3 deviation = sqrt(max((second + middle * middle) / count - mean * mean, 0.0));
     float flags = max(here.middle.a, 0.0);
-    float sigma = push.sigma * (flags == SPLIT_FLAGS ? push.split_sigma : 1.0);
+    float sigma = push.sigma * (flags == float(SPLIT_FLAGS) ? push.split_sigma : 1.0);
 
     if (SPACE == SPACE_RGB) past = decode(past);
     vec3 extent = sigma * deviation;

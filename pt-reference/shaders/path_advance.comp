@@ -1,4 +1,4 @@
-// First kernel of a turn. When few paths go on (path_shadow.trace decides) it adds the samples that are complete to their pixels and begins
+// First kernel of an iteration. When few paths go on (path_shadow.trace decides) it adds the samples that are complete to their pixels and begins
 // the next ones there, all in one sweep: rays of one depth have most in common and are traced together. Extent: the tile's slots.
 #include "path_slots.glsl"
 #include "path_append.glsl"
@@ -35,14 +35,14 @@ void main() {
     if (slot == 0u) {
         uvec3 row = uvec3(tile_blocks().x, 1u, 1u);
         progress.tile.lists[list_read()].trace_groups.x = row.x;
-        // The last turn's shadow rays are done.
+        // The last iteration's shadow rays are done.
         progress.tile.lists[LIST_SHADOW] = SlotListRecord(0u, row, uvec3(1u));
     }
-    if (push.turn != 0u && progress.tile.sweep == 0u) return;
+    if (push.iteration != 0u && progress.tile.sweep == 0u) return;
     uvec2 pixel = slot_pixel(slot);
     bool begins = slot < slot_count() && in_tile(pixel);
     uint sample_index = push.first_sample;
-    if (begins && push.turn != 0u) {
+    if (begins && push.iteration != 0u) {
         begins = (load_progress(slot) & PATH_ENDED) != 0u;
         if (begins) {
             finish_sample(slot, pixel_index(pixel));

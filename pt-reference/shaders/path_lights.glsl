@@ -29,12 +29,12 @@ vec3 radiance_from_afar(PathState path) {
     vec3 sum = vec3(0.0);
     if (kind_on(KIND_ENVIRONMENT)) {
         float pdf = environment_pdf(path.direction) * kind_pmf();
-        sum += found_light_share(path, pdf) * environment_radiance(path.direction);
+        sum += bsdf_sample_weight(path, pdf) * environment_radiance(path.direction);
     }
     if (kind_on(KIND_SUN)) {
         for (uint i = 0u; i < scene.sun_count; i++) {
             SunDisc disc = sun_disc(i, path.direction);
-            if (disc.pdf > 0.0) sum += found_light_share(path, disc.pdf * kind_pmf()) * disc.radiance;
+            if (disc.pdf > 0.0) sum += bsdf_sample_weight(path, disc.pdf * kind_pmf()) * disc.radiance;
         }
     }
     return sum;

@@ -1,4 +1,4 @@
-// Third kernel of a turn, the path tracer proper: paths from the camera with next event estimation and multiple importance sampling
+// Third kernel of an iteration, the path tracer proper: paths from the camera with next event estimation and multiple importance sampling
 // at every vertex (Veach 1997, chapter 9; Kajiya 1986), and Russian roulette (Arvo and Kirk 1990). Extent: the tile's slots.
 #include "path_slots.glsl"
 #include "path_append.glsl"
@@ -22,9 +22,9 @@ void add_emission(inout PathState path, PathVertex v, Hit hit) {
     float light_pdf = 0.0;
     if (kind_on(KIND_EMISSIVE)) {
         uint index = emissive_index(hit.instance, hit.triangle);
-        light_pdf = kind_pmf() * emissive_pdf(index, v.twice_area, path.chord, dot(v.flat_normal, -path.direction));
+        light_pdf = kind_pmf() * emissive_pdf(index, v.twice_area, path.chord, dot(v.face_normal, -path.direction));
     }
-    path.radiance += path.throughput * v.sampled.emission * found_light_share(path, light_pdf);
+    path.radiance += path.throughput * v.sampled.emission * bsdf_sample_weight(path, light_pdf);
 }
 
 // One sample of one light, whose kind `xi` chooses, and its shadow ray; false: there is none.
@@ -32,10 +32,10 @@ bool next_event(inout PathState path, PathVertex v, float xi, uint slot) {
     LightSample light = sample_light(v.position, xi, random_light(path.random, path.vertex));
     if (light.pdf <= 0.0 || push.strategy == STRATEGY_BSDF && !light.delta) return false;
     BsdfValue bsdf = bsdf_evaluate(v.bsdf, light.direction);
-    float share = light.delta ? 1.0 : light_sample_share(light.pdf, bsdf.pdf);
-    vec3 radiance = bsdf.f_cos * light.radiance * (share / light.pdf);
+    float weight = light.delta ? 1.0 : light_sample_weight(light.pdf, bsdf.pdf);
+    vec3 radiance = bsdf.f_cos * light.radiance * (weight / light.pdf);
     if (max_component(radiance) <= 0.0) return false;
-    vec3 side = dot(v.flat_normal, light.direction) > 0.0 ? v.flat_normal : -v.flat_normal;
+    vec3 side = dot(v.face_normal, light.direction) > 0.0 ? v.face_normal : -v.face_normal;
     Ray ray = shadow_ray(v.position, side, light);
     path.shadow_rays++;
     vec3 transmittance = medium_transmittance(path.interior, light.finite ? ray.t_max : RAY_FAR);
@@ -54,10 +54,10 @@ bool scatter(inout PathState path, PathVertex v, float xi) {
     path.last_pdf = s.pdf;
     // A sample stands for a solid angle of 1 / pdf (Bekaert et al. 2003, "A Custom Designed Density Estimation Method for Light
     // Transport"); mirrors are taken for plane.
-    if ((s.flags & BSDF_DELTA) == 0u) path.cone.y = max(path.cone.y, inversesqrt(PI * s.pdf));
-    path.flags = (s.flags & BSDF_DELTA) != 0u ? path.flags | PATH_DELTA : 0u;
-    bool transmitted = (s.flags & BSDF_TRANSMISSION) != 0u;
-    path.origin = offset_point(v.position, transmitted ? -v.flat_normal : v.flat_normal);
+    if ((s.flags & SAMPLE_DELTA) == 0u) path.cone.y = max(path.cone.y, inversesqrt(PI * s.pdf));
+    path.flags = (s.flags & SAMPLE_DELTA) != 0u ? path.flags | PATH_DELTA : 0u;
+    bool transmitted = (s.flags & SAMPLE_TRANSMISSION) != 0u;
+    path.origin = offset_point(v.position, transmitted ? -v.face_normal : v.face_normal);
     if (transmitted) cross_interface(path, v);
     path.vertex++;
     if (path.vertex > push.roulette_start) {
@@ -91,7 +91,7 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     PathVertex v = load_vertex(path, hit);
     if (path.segment == 1u) add_first_hit(v, hit, slot);
     if (v.is_passed) {
-        path.origin = offset_point(v.position, -v.flat_normal);
+        path.origin = offset_point(v.position, -v.face_normal);
         cross_interface(path, v);
         return path.segment < MAX_SEGMENTS;
     }

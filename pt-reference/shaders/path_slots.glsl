@@ -1,4 +1,4 @@
-// Where paths wait between the kernels of a turn (advance, trace, shade, shadow): a slot for each pixel of the tile, which traces the
+// Where paths wait between the kernels of an iteration (advance, trace, shade, shadow): a slot for each pixel of the tile, which traces the
 // pixel's samples one after the other, and a list of the slots whose path goes on: Laine, Karras, Aila 2013, "Megakernels
 // Considered Harmful: Wavefront Path Tracing on GPUs". Slots stand in blocks of 8 x 4 pixels, so that neighbours in the list
 // are neighbours in the image.
@@ -19,7 +19,7 @@ const uint ADVANCE_GROUP = 64u;
 // Wide: NVIDIA's compiler then keeps to 128 registers, and twice as many threads hide the loads.
 const uint SHADE_GROUP = 512u;
 
-uint list_read() { return push.turn & 1u; }
+uint list_read() { return push.iteration & 1u; }
 uint list_written() { return list_read() ^ 1u; }
 
 const uint ROW_ORIGIN = 0u;     // w: index of the sample

@@ -1,5 +1,5 @@
-// The state that a path carries from vertex to vertex, and the weights by which light sampling and BSDF sampling share what
-// both of them find: Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.
+// The state that a path carries from vertex to vertex, and the weights of multiple importance sampling (light samples and BSDF
+// samples): Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.
 #include "frame.glsl"
 #include "interior.glsl"
 #include "reference_records.glsl"
@@ -45,21 +45,21 @@ const uint PATH_ENDED = 8u;
 // Rays that may pass through an interface without scattering (nested dielectrics, edges) before a path is given up.
 const uint MAX_SEGMENTS = 256u;
 
-// Share of the strategy with density `pdf` where the other one's is `other`.
-float mis_share(float pdf, float other) {
+// Weight of the strategy with density `pdf` where the other one's is `other`.
+float mis_weight(float pdf, float other) {
     float ratio = other / pdf;
     if (push.heuristic == HEURISTIC_POWER) ratio *= ratio;
     return 1.0 / (1.0 + ratio);
 }
 
-float light_sample_share(float light_pdf, float bsdf_pdf) {
+float light_sample_weight(float light_pdf, float bsdf_pdf) {
     if (push.strategy != STRATEGY_BOTH) return push.strategy == STRATEGY_LIGHTS ? 1.0 : 0.0;
-    return mis_share(light_pdf, bsdf_pdf);
+    return mis_weight(light_pdf, bsdf_pdf);
 }
 
-// Of light that the path's own ray found, for which light sampling has density `light_pdf` (0: it never finds it).
-float found_light_share(PathState path, float light_pdf) {
+// Of light that the path's own ray meets, for which light sampling has density `light_pdf` (0: it never samples it).
+float bsdf_sample_weight(PathState path, float light_pdf) {
     if ((path.flags & PATH_DELTA) != 0u || light_pdf <= 0.0) return 1.0;
     if (push.strategy != STRATEGY_BOTH) return push.strategy == STRATEGY_BSDF ? 1.0 : 0.0;
-    return mis_share(path.last_pdf, light_pdf);
+    return mis_weight(path.last_pdf, light_pdf);
 }

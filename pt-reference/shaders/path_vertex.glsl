@@ -3,7 +3,7 @@
 
 struct PathVertex {
     vec3 position;
-    vec3 flat_normal; // on the path's side
+    vec3 face_normal; // on the path's side
     float twice_area; // of the triangle, m^2
     bool front;       // met on the front side
     bool is_passed;   // a boundary inside of a stronger solid: not there for the path
@@ -28,8 +28,8 @@ PathVertex load_vertex(PathState path, Hit hit) {
     v.material = s.material;
     v.flags = MaterialTable(scene.materials).at[s.material].flags;
     v.position = s.position;
-    v.front = dot(s.flat_normal, path.direction) < 0.0;
-    v.flat_normal = v.front ? s.flat_normal : -s.flat_normal;
+    v.front = dot(s.face_normal, path.direction) < 0.0;
+    v.face_normal = v.front ? s.face_normal : -s.face_normal;
     v.twice_area = length(cross(s.e1, s.e2));
     Footprint footprint = NO_FOOTPRINT;
     if (ray_cones != 0u) footprint = cone_footprint(s, path.direction, path.cone.x);

@@ -54,7 +54,7 @@ impl Default for Quality {
 struct Surface {
     normals: [DVec3; 3],
     /// Of the front face.
-    flat_normal: DVec3,
+    face_normal: DVec3,
     /// Base colour of the material times vertex colours.
     albedo: [DVec3; 3],
     emission: DVec3,
@@ -110,14 +110,14 @@ impl<'a> DirectLight<'a> {
                     continue;
                 }
                 extent = corners.iter().fold(extent, |e, c| e.max(c.abs().max_element()));
-                let flat_normal = side * cross.normalize();
+                let face_normal = side * cross.normalize();
                 let base = material.base_color.truncate().as_dvec3();
                 let emission = material.emissive.as_dvec3();
                 triangles.push(Triangle::new(corners));
                 surfaces.push(Surface {
                     normals: indices
                         .map(|v| (normal_matrix * mesh.normals[v as usize].as_dvec3()).normalize()),
-                    flat_normal,
+                    face_normal,
                     albedo: indices.map(|v| base * mesh.colors[v as usize].truncate().as_dvec3()),
                     emission,
                     double_sided: material.double_sided,
@@ -125,7 +125,7 @@ impl<'a> DirectLight<'a> {
                 if material.is_emissive() {
                     emitters.push(Emitter {
                         corners,
-                        normal: flat_normal,
+                        normal: face_normal,
                         area: 0.5 * cross.length(),
                         radiance: emission,
                         double_sided: material.double_sided,
@@ -145,19 +145,19 @@ impl<'a> DirectLight<'a> {
         let surface = &self.surfaces[hit.triangle];
         let [b, c] = hit.weights;
         let mix = |of: [DVec3; 3]| of[0] * (1.0 - b - c) + of[1] * b + of[2] * c;
-        let front = surface.flat_normal.dot(direction) < 0.0;
+        let front = surface.face_normal.dot(direction) < 0.0;
         let facing = if front { 1.0 } else { -1.0 };
         let normal = facing * mix(surface.normals).normalize();
         let point = origin + hit.t * direction;
         let emission = if front || surface.double_sided { surface.emission } else { DVec3::ZERO };
         let albedo = mix(surface.albedo).clamp(DVec3::ZERO, DVec3::ONE);
-        emission + albedo / PI * self.irradiance(point, normal, facing * surface.flat_normal, shift)
+        emission + albedo / PI * self.irradiance(point, normal, facing * surface.face_normal, shift)
     }
 
-    /// Irradiance at a point, in radiance times steradians; `flat_normal` bounds what can be seen.
-    fn irradiance(&self, point: DVec3, normal: DVec3, flat_normal: DVec3, shift: DVec2) -> DVec3 {
+    /// Irradiance at a point, in radiance times steradians; `face_normal` bounds what can be seen.
+    fn irradiance(&self, point: DVec3, normal: DVec3, face_normal: DVec3, shift: DVec2) -> DVec3 {
         // Cosine at the surface, zero below either horizon.
-        let cosine = |l: DVec3| if flat_normal.dot(l) > 0.0 { normal.dot(l).max(0.0) } else { 0.0 };
+        let cosine = |l: DVec3| if face_normal.dot(l) > 0.0 { normal.dot(l).max(0.0) } else { 0.0 };
         let visible = |to: DVec3, t_max: f64| !self.bvh.occluded(point, to, self.near, t_max);
         let mut sum = DVec3::ZERO;
         for light in &self.scene.lights {

@@ -11,7 +11,7 @@ knobs! {
         /// Whether directional lights count.
         pub sun: bool = true => structural;
         /// Whether point and spot lights count.
-        pub punctual: bool = true => structural;
+        pub positional: bool = true => structural;
         /// Whether the emission of surfaces counts, unlit materials included.
         pub emissive: bool = true => structural;
         /// Whether the environment counts.

@@ -38,23 +38,23 @@ impl Tile {
     }
 }
 
-/// Turns of a tile's samples.
+/// Iterations of a tile's samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Turns {
+pub struct Iterations {
     /// Pixels that are worked on.
     pub tile: Tile,
     /// Their samples.
     pub samples: Range<u32>,
-    /// Numbers of the turns; turn 0 begins the first sample. See [`PathTracer::is_done`].
-    pub turns: Range<u32>,
+    /// Numbers of the iterations; iteration 0 begins the first sample. See [`PathTracer::is_done`].
+    pub iterations: Range<u32>,
 }
 
 /// The path tracer with the sums that it adds to: 48 bytes a pixel, and 40 for what camera rays see first; and 180 bytes for every
 /// pixel of a tile, whose paths advance side by side.
 ///
-/// Turns (`path_advance`, `path_trace`, `path_shade`, `path_shadow`) move all the tile's paths on by a ray and a shadow ray. A
+/// Iterations (`path_advance`, `path_trace`, `path_shade`, `path_shadow`) move all the tile's paths on by a ray and a shadow ray. A
 /// sample is a pure function of pixel, sample index and seed, and a pixel's samples are added in the order of their
-/// indices: however they are cut into passes, turns and tiles, the sums hold the same bits.
+/// indices: however they are cut into passes, iterations and tiles, the sums hold the same bits.
 pub struct PathTracer {
     advance: Kernel,
     trace: Kernel,
@@ -162,12 +162,12 @@ impl PathTracer {
         })
     }
 
-    /// Whether the turns that the device has finished have completed the samples of all pixels of the tile.
+    /// Whether the iterations that the device has finished have completed the samples of all pixels of the tile.
     pub fn is_done(&self) -> bool {
         self.progress_read.mapped::<ProgressRecord>().iter().all(|progress| progress.done != 0)
     }
 
-    /// Records the passes of some turns: four each.
+    /// Records the passes of some iterations: four each.
     ///
     /// # Errors
     /// When a pass does not fit into the frame.
@@ -177,20 +177,20 @@ impl PathTracer {
         scene: &GpuScene,
         lights: &LightTables,
         uniforms: &Uniforms<FrameRecord>,
-        Turns { tile, samples, turns }: Turns,
+        Iterations { tile, samples, iterations }: Iterations,
     ) -> Result<()> {
         let [across, down] = tile.blocks();
         let blocks = [across * BLOCK[0], down * BLOCK[1], 1];
         let slots = [blocks[0] * blocks[1], 1, 1];
-        for turn in turns {
-            let push = PathPush { turn, ..self.push(tile, &samples) };
-            let [read, shadow] = [turn & 1, records::LIST_SHADOW];
+        for iteration in iterations {
+            let push = PathPush { iteration, ..self.push(tile, &samples) };
+            let [read, shadow] = [iteration & 1, records::LIST_SHADOW];
 
             let pass = frame.pass("path advance", &self.advance).read("frame_uniforms", uniforms.buffer());
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.film).addresses_updated(&self.dropped).push(&push);
-            // The last turn of another tile said nothing about this one.
-            if turn == 0 {
+            // The last iteration of another tile said nothing about this one.
+            if iteration == 0 {
                 pass.dispatch(slots)?;
             } else {
                 let groups = offset_of!(ProgressRecord, advance_groups) as u64;
@@ -239,7 +239,7 @@ impl PathTracer {
             camera_solids: UVec4::from_array(self.camera_solids.map(|(word, _)| word)),
             camera_iors: Vec4::from_array(self.camera_solids.map(|(_, ior)| ior)),
             log2_spp: params.spp.max(1).next_power_of_two().trailing_zeros(),
-            turn: 0,
+            iteration: 0,
         }
     }
 }
@@ -274,7 +274,7 @@ fn kinds(params: &ReferenceParams, lights: &LightTables) -> u32 {
     let (lists, types) = (lights.lists(), params.light_types);
     let bit = |on: bool, kind: u32| if on { kind } else { 0 };
     bit(types.sun && lists.sun_count > 0, KIND_SUN)
-        | bit(types.punctual && lists.lights.len() > lists.sun_count as usize, KIND_POSITIONAL)
+        | bit(types.positional && lists.lights.len() > lists.sun_count as usize, KIND_POSITIONAL)
         | bit(types.emissive && !lists.emissives.is_empty(), KIND_EMISSIVE)
         | bit(types.environment && lists.environment_alias.is_some(), KIND_ENVIRONMENT)
 }

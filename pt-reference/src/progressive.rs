@@ -1,7 +1,7 @@
 use crate::camera_interior::interior_at;
 use crate::film::FilmState;
 use crate::params::ReferenceParams;
-use crate::path_tracer::{PathTracer, Tile, Turns};
+use crate::path_tracer::{Iterations, PathTracer, Tile};
 use pt_core::frame::{FrameTiming, Uniforms};
 use pt_core::{Device, Recorder, Result};
 use pt_lights::LightTables;
@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 /// How long a submission is to take: long enough to hide its cost, short enough to be interrupted.
 const SUBMISSION: Duration = Duration::from_millis(100);
-/// Most turns of a submission.
-const MAX_TURNS: u32 = 32;
+/// Most iterations of a submission.
+const MAX_ITERATIONS: u32 = 32;
 /// How long a step is to take: the last paths of a step leave a wide device idle.
 const STEP: Duration = Duration::from_millis(500);
 /// Most samples a pixel gets in one step.
@@ -30,9 +30,9 @@ pub struct Progressive {
     view: Option<FrameRecord>,
     tiles: Vec<Tile>,
     next_sample: u32,
-    /// Samples of the next step and turns of the next submission, adapted to the device's speed.
+    /// Samples of the next step and iterations of the next submission, adapted to the device's speed.
     batch: u32,
-    turns: u32,
+    iterations: u32,
 }
 
 impl Progressive {
@@ -62,7 +62,7 @@ impl Progressive {
             tiles: tiles(size, tile),
             next_sample: first_sample,
             batch: 1,
-            turns: 1,
+            iterations: 1,
         })
     }
 
@@ -98,10 +98,10 @@ impl Progressive {
         }
         let started = Instant::now();
         for &tile in &self.tiles {
-            let mut turn = 0;
+            let mut iteration = 0;
             loop {
-                let turns = turn..turn + self.turns;
-                turn = turns.end;
+                let iterations = iteration..iteration + self.iterations;
+                iteration = iterations.end;
                 let submitted = Instant::now();
                 let mut frame = self.recorder.begin()?;
                 gpu.update(&mut frame, scene)?;
@@ -110,11 +110,11 @@ impl Progressive {
                     let position = view.camera.world_from_view.w_axis.truncate();
                     self.tracer.set_camera_interior(&interior_at(scene, position));
                 }
-                let work = Turns { tile, samples: samples.clone(), turns };
+                let work = Iterations { tile, samples: samples.clone(), iterations };
                 self.tracer.record(&mut frame, gpu, lights, &self.uniforms, work)?;
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
-                self.turns = adapt(self.turns, MAX_TURNS, submitted.elapsed(), SUBMISSION);
+                self.iterations = adapt(self.iterations, MAX_ITERATIONS, submitted.elapsed(), SUBMISSION);
                 if self.tracer.is_done() {
                     break;
                 }

@@ -75,17 +75,17 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// How far the turns of a tile have come. Words that a kernel reads are written by others.
+    /// How far the iterations of a tile have come. Words that a kernel reads are written by others.
     pub struct ProgressRecord {
-        /// The live slots that are read and written in turns, and those with a shadow ray.
+        /// The live slots that are read and written alternately, and those with a shadow ray.
         pub lists: [SlotListRecord; 3],
         /// Workgroups of path_advance.comp: the whole tile's when it begins samples.
         pub advance_groups: UVec3,
-        /// 1: the next turn begins samples where the last ones are complete.
+        /// 1: the next iteration begins samples where the last ones are complete.
         pub sweep: u32,
-        /// 1: no path was left for the last turn.
+        /// 1: no path was left for the last iteration.
         pub done: u32,
-        /// Paths that leave threads of the device idle: while there are no more, every turn begins samples. Stays as it is.
+        /// Paths that leave threads of the device idle: while there are no more, every iteration begins samples. Stays as it is.
         pub few_paths: u32,
     }
 }
@@ -129,8 +129,8 @@ gpu_struct! {
         pub clamp: f32,
         /// Base-2 logarithm of the samples a pixel gets in all, rounded up.
         pub log2_spp: u32,
-        /// Number of the turn; 0 begins the tile's samples.
-        pub turn: u32,
+        /// Number of the iteration; 0 begins the tile's samples.
+        pub iteration: u32,
     }
 }
 

@@ -19,7 +19,7 @@ const INCIDENCES: [f32; 3] = [0.95, 0.5, 0.04];
 const TESTS: usize = 17 * INCIDENCES.len();
 
 fn bumped(c: BsdfCase) -> BsdfCase {
-    BsdfCase { geo_normal: Vec3::new(0.25, -0.15, 1.0).normalize(), ..c }
+    BsdfCase { face_normal: Vec3::new(0.25, -0.15, 1.0).normalize(), ..c }
 }
 
 /// Everything at once.
@@ -224,7 +224,7 @@ fn random_cases(count: u32) -> Vec<BsdfCase> {
                 sheen_color: if r[6][1] < 0.3 { color(7) } else { Vec3::ZERO },
                 sheen_alpha: pick(6, 2, &[0.01, 0.1, 1.0]),
                 flags: u32::from(solid) * SOLID + u32::from(r[6][3] < 0.5) * ENERGY_COMPENSATION,
-                geo_normal: direction(1.0 - 0.05 * r[7][3], TAU * r[8][0]),
+                face_normal: direction(1.0 - 0.05 * r[7][3], TAU * r[8][0]),
                 wo,
                 wi: if r[8][1] < 0.4 { wi * Vec3::new(1.0, 1.0, -1.0) } else { wi },
                 u: Vec4::from_array(r[9]),
@@ -261,7 +261,7 @@ fn kernels_equal_the_oracle() {
         let tolerance = 3e-4 + 4.0 * grazing * flat * (sharp(alpha) + sharp(case.coat_alpha.into()));
         let near = |a: f64, b: f64| (a - b).abs() <= tolerance * b.abs().max(1e-3);
         let near3 = |a: Vec3, b: DVec3| (0..3).all(|c| near(f64::from(a[c]), b[c]));
-        let bent = bend_normal(case.coat_normal.as_dvec3(), case.geo_normal.as_dvec3(), wo);
+        let bent = bend_normal(case.coat_normal.as_dvec3(), case.face_normal.as_dvec3(), wo);
         assert!((bent - r.bent.as_dvec3()).length() < 2e-4, "{bent} {r:?} {case:?}");
         if !near3(r.f_cos, value.f_cos) || !near(r.pdf.into(), value.pdf) {
             wrong.push(format!("value {value:?}\n  {r:?}\n  {case:?}"));
@@ -356,7 +356,7 @@ fn white_furnace() {
 fn reciprocity() {
     let (mut reflected, mut refracted) = (0, 0);
     for case in random_cases(20_000) {
-        let case = BsdfCase { coat: 0.0, geo_normal: Vec3::Z, ..case };
+        let case = BsdfCase { coat: 0.0, face_normal: Vec3::Z, ..case };
         let (v, l) = (case.wo.as_dvec3().normalize(), case.wi.as_dvec3().normalize());
         let surface = oracle(&case);
         let forth = surface.evaluate(v, l).f_cos / l.z.abs();

@@ -4,8 +4,8 @@ mod common;
 
 use common::renders::{Stage, glowing_sphere};
 use glam::{DVec3, Vec3};
-use pt_core::image_file::{ImageState, LinearImage};
-use pt_core::metrics::{Metric, Variances, compare_estimates};
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_image::metrics::{Metric, Variances, compare_estimates};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_reference::{
@@ -55,7 +55,7 @@ fn kinds_of_light_add_up() {
     scene.environment = pt_scene::default_sky();
     let camera = scene.default_camera();
     let mut stage = Stage::new(&device, scene);
-    let none = LightTypes { sun: false, punctual: false, emissive: false, environment: false };
+    let none = LightTypes { sun: false, positional: false, emissive: false, environment: false };
     let mut render = |light_types, seed| {
         let params = ReferenceParams { light_types, max_bounces: 3, ..Default::default() };
         stage.render(&camera, SIZE, &params, seed, 32)
@@ -63,7 +63,7 @@ fn kinds_of_light_add_up() {
     let whole = render(LightTypes::default(), 0);
     let parts = [
         render(LightTypes { sun: true, ..none }, 1),
-        render(LightTypes { punctual: true, ..none }, 2),
+        render(LightTypes { positional: true, ..none }, 2),
         render(LightTypes { emissive: true, ..none }, 3),
         render(LightTypes { environment: true, ..none }, 4),
     ];

@@ -51,7 +51,7 @@ impl Mesh {
     }
 
     /// Sorts triangles into opaque and masked ones, each in their former order, and sets `first_masked`.
-    pub(crate) fn sort_by_opacity(&mut self, materials: &[Material]) {
+    pub fn sort_by_opacity(&mut self, materials: &[Material]) {
         let masked = |t: usize| materials[self.triangle_materials[t] as usize].is_masked();
         if (0..self.indices.len()).all(|t| !masked(t)) {
             self.first_masked = self.indices.len();
@@ -65,7 +65,7 @@ impl Mesh {
     }
 
     /// Appends another mesh's vertices and triangles; both count as unsorted afterwards.
-    pub(crate) fn append(&mut self, other: &Mesh) {
+    pub fn append(&mut self, other: &Mesh) {
         let base = self.positions.len() as u32;
         self.influences.append(&other.influences, self.vertex_count(), other.vertex_count());
         self.morphs.append(&other.morphs, self.vertex_count(), other.vertex_count());
@@ -80,7 +80,7 @@ impl Mesh {
     }
 
     /// Replaces the vertices by those that `sources` names; what is not filled yet stays empty. Indices are left alone.
-    pub(crate) fn gather(&mut self, sources: &[u32]) {
+    pub fn gather(&mut self, sources: &[u32]) {
         fn pick<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
             if !values.is_empty() {
                 *values = sources.iter().map(|&v| values[v as usize]).collect();
@@ -101,12 +101,12 @@ impl Mesh {
     }
 
     /// Gives every triangle its own three vertices and the geometric normal, as glTF wants where normals are missing.
-    pub(crate) fn flat_shade(&mut self) {
+    pub fn flat_shade(&mut self) {
         let corners: Vec<u32> = self.indices.iter().flatten().copied().collect();
         self.gather(&corners);
         self.indices = (0..self.indices.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         self.normals =
-            self.positions.chunks_exact(3).flat_map(|p| [flat_normal(p[1] - p[0], p[2] - p[0]); 3]).collect();
+            self.positions.chunks_exact(3).flat_map(|p| [face_normal(p[1] - p[0], p[2] - p[0]); 3]).collect();
         if !self.morphs.is_empty() {
             self.flat_morphs();
         }
@@ -115,7 +115,7 @@ impl Mesh {
     /// Tangents from the derivatives of the first texture coordinates, for shapes made by code, whose vertices are split
     /// at seams already: per-triangle dP/du and dP/dv summed at the
     /// vertices, made orthogonal to the normal. Where the coordinates are degenerate, any tangent that is orthogonal.
-    pub(crate) fn compute_tangents(&mut self) {
+    pub fn compute_tangents(&mut self) {
         let uv = &self.uv0;
         let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); self.positions.len()];
         for corners in &self.indices {
@@ -186,7 +186,7 @@ impl Mesh {
 
 /// Unit normal of a triangle by two edges; +Y where it has no area. Squares of tiny and of huge numbers are avoided by powers of two,
 /// which change no bit otherwise.
-fn flat_normal(e1: Vec3, e2: Vec3) -> Vec3 {
+fn face_normal(e1: Vec3, e2: Vec3) -> Vec3 {
     let scaled = |v: Vec3| v / f32::from_bits(v.abs().max_element().to_bits() & 0x7f80_0000);
     scaled(scaled(e1).cross(scaled(e2))).normalize_or(Vec3::Y)
 }
@@ -205,16 +205,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn flat_normals_of_every_size() {
+    fn face_normals_of_every_size() {
         let (e1, e2) = (Vec3::new(0.3, 0.7, -0.2), Vec3::new(-0.5, 0.1, 0.9));
         let normal = e1.cross(e2).normalize();
         for size in [1e-30, 1e-15, 1.0, 1e6, 1e12] {
-            assert!(flat_normal(size * e1, size * e2).distance(normal) < 1e-6, "{size}");
+            assert!(face_normal(size * e1, size * e2).distance(normal) < 1e-6, "{size}");
         }
         // A sliver, and triangles without area.
-        assert!(flat_normal(Vec3::X, Vec3::new(1.0, 1e-25, 0.0)).abs_diff_eq(Vec3::Z, 1e-6));
+        assert!(face_normal(Vec3::X, Vec3::new(1.0, 1e-25, 0.0)).abs_diff_eq(Vec3::Z, 1e-6));
         for e2 in [Vec3::ZERO, e1, -2.0 * e1] {
-            assert_eq!(flat_normal(e1, e2), Vec3::Y);
+            assert_eq!(face_normal(e1, e2), Vec3::Y);
         }
     }
 }

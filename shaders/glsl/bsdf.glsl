@@ -8,8 +8,8 @@
 //     BsdfSample bsdf_sample(Bsdf b, vec4 u) direction, weight = f |cos| / pdf, pdf, flags
 //     bool bsdf_is_delta(Bsdf b)             whether all lobes are: no use in sampling lights
 //
-// A sample with pdf == 0 is no sample: the path ends. BSDF_DELTA: eval and pdf know nothing of the direction, pdf is the
-// probability of the lobe, other strategies never find it (their weight is 1). BSDF_TRANSMISSION: wi is on the other side.
+// A sample with pdf == 0 is no sample: the path ends. SAMPLE_DELTA: eval and pdf know nothing of the direction, pdf is the
+// probability of the lobe, other strategies never find it (their weight is 1). SAMPLE_TRANSMISSION: wi is on the other side.
 // How to get a Bsdf from a hit: bsdf_surface.glsl. A kernel that includes this has the buffer "bsdf_tables" bound (bsdf_layers.glsl). Host twin: pt_reference::oracle::bsdf.
 //
 // The model:
@@ -42,8 +42,8 @@
 const uint BSDF_SOLID = 1u;               // light is bent on its way through
 const uint BSDF_ENERGY_COMPENSATION = 2u;
 
-const uint BSDF_DELTA = 1u;
-const uint BSDF_TRANSMISSION = 2u;
+const uint SAMPLE_DELTA = 1u;
+const uint SAMPLE_TRANSMISSION = 2u;
 
 // Below it a lobe is a delta: half as wide as the sun at 0.05.
 const float MIRROR_ROUGHNESS = 0.02;
@@ -59,7 +59,7 @@ struct LobeWeights {
 
 struct Bsdf {
     mat3 frame;          // world from local: tangent, bitangent, shading normal on the side of wo
-    vec3 geo_normal;     // of the triangle, on the side of wo
+    vec3 face_normal;    // of the triangle, on the side of wo
     vec3 coat_normal;    // on the side of wo
     vec3 base_color;
     float metallic;
@@ -83,7 +83,7 @@ struct BsdfSample {
     vec3 direction;
     vec3 weight;
     float pdf;
-    uint flags; // BSDF_DELTA, BSDF_TRANSMISSION
+    uint flags; // SAMPLE_DELTA, SAMPLE_TRANSMISSION
 };
 
 const BsdfSample NO_BSDF_SAMPLE = BsdfSample(vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, 0u);
@@ -99,16 +99,16 @@ vec2 ggx_alpha(float roughness, float anisotropy) {
 
 // The shading normal `n`, bent as little as needed for wo to be reflected above the triangle: Keller et al. 2017, "The Iray Light
 // Transport Simulation and Rendering System", app. A.3.
-vec3 bend_normal(vec3 n, vec3 geo_normal, vec3 wo) {
+vec3 bend_normal(vec3 n, vec3 face_normal, vec3 wo) {
     const float ABOVE = 1e-3;
-    if (dot(n, geo_normal) <= 0.0) n = geo_normal;
+    if (dot(n, face_normal) <= 0.0) n = face_normal;
     vec3 mirrored = reflect(-wo, n);
-    float height = dot(mirrored, geo_normal);
+    float height = dot(mirrored, face_normal);
     if (height >= ABOVE && dot(n, wo) > 0.0) return n;
-    vec3 lifted = mirrored + geo_normal * (ABOVE - height);
+    vec3 lifted = mirrored + face_normal * (ABOVE - height);
     vec3 h = wo + normalize(lifted);
     // Both at the horizon and opposite: the triangle's own normal.
-    return dot(h, h) > 1e-6 && dot(h, wo) > 0.0 ? normalize(h) : geo_normal;
+    return dot(h, h) > 1e-6 && dot(h, wo) > 0.0 ? normalize(h) : face_normal;
 }
 
 // Fresnel term of the dielectric at a microfacet.
@@ -268,7 +268,7 @@ BsdfValue bsdf_evaluate(Bsdf b, vec3 wi) {
     if (b.local_wo.z <= 0.0) return r;
     vec3 l = wi * b.frame;
     LobeWeights w = b.lobes;
-    if (dot(b.geo_normal, wi) <= 0.0) {
+    if (dot(b.face_normal, wi) <= 0.0) {
         if (l.z < 0.0) r = bsdf_transmission(b, l);
         return r;
     }
@@ -328,7 +328,7 @@ BsdfSample bsdf_sample(Bsdf b, vec4 u) {
             pmf = w.p.interface_ * p;
             reflectance = base * share.reflected;
         } else {
-            s.flags = BSDF_TRANSMISSION;
+            s.flags = SAMPLE_TRANSMISSION;
             delta = bsdf_transmits_delta(b);
             if (bsdf_bends(b)) l = refract(-v, h, 1.0 / b.eta);
             else if (delta) l = -v;
@@ -339,14 +339,14 @@ BsdfSample bsdf_sample(Bsdf b, vec4 u) {
         }
         s.direction = b.frame * l;
         // On the side of the shading normal that the lobe belongs to.
-        if ((l.z < 0.0) != (s.flags == BSDF_TRANSMISSION)) return NO_BSDF_SAMPLE;
+        if ((l.z < 0.0) != (s.flags == SAMPLE_TRANSMISSION)) return NO_BSDF_SAMPLE;
     } else {
         s.direction = b.frame * sample_cosine_hemisphere(u.xy);
     }
     s.direction = normalize(s.direction);
-    if ((dot(b.geo_normal, s.direction) > 0.0) == ((s.flags & BSDF_TRANSMISSION) != 0u)) return NO_BSDF_SAMPLE;
+    if ((dot(b.face_normal, s.direction) > 0.0) == ((s.flags & SAMPLE_TRANSMISSION) != 0u)) return NO_BSDF_SAMPLE;
     if (delta) {
-        s.flags |= BSDF_DELTA;
+        s.flags |= SAMPLE_DELTA;
         s.pdf = pmf;
         s.weight = reflectance / pmf;
         return s;

@@ -6,7 +6,7 @@
 // `wo`: unit, away from the surface, to where the path comes from. `eta`: of media.glsl, as is what to do at false hits. `flags`:
 // BSDF_ENERGY_COMPENSATION or 0; BSDF_SOLID is set here. A surface has the same lobes on both sides, double-sided or not, but for coat
 // and sheen, which a solid has outside only; whether a single-sided one shows its back is the integrator's decision (glTF: culled).
-// Light starts beside the triangle: ray_offset.glsl with b.geo_normal, on the other side when the sample has BSDF_TRANSMISSION.
+// Light starts beside the triangle: ray_offset.glsl with b.face_normal, on the other side when the sample has SAMPLE_TRANSMISSION.
 // KHR_materials_iridescence and _dispersion are not there: materials that have them show without.
 #include "bsdf.glsl"
 #include "media.glsl"
@@ -14,9 +14,9 @@
 
 Bsdf surface_bsdf(Surface s, MaterialSample m, LobesSample lobes, vec3 wo, float eta, uint flags) {
     Bsdf b;
-    float side = dot(s.flat_normal, wo) >= 0.0 ? 1.0 : -1.0;
-    b.geo_normal = side * s.flat_normal;
-    vec3 normal = bend_normal(side * m.normal, b.geo_normal, wo);
+    float side = dot(s.face_normal, wo) >= 0.0 ? 1.0 : -1.0;
+    b.face_normal = side * s.face_normal;
+    vec3 normal = bend_normal(side * m.normal, b.face_normal, wo);
     // The tangent of the lobe, in the plane of the bent normal.
     mat3 tangent = tangent_frame(s);
     vec3 along = tangent[0] * lobes.anisotropy_direction.x + tangent[1] * lobes.anisotropy_direction.y;
@@ -37,7 +37,7 @@ Bsdf surface_bsdf(Surface s, MaterialSample m, LobesSample lobes, vec3 wo, float
     bool outside = side > 0.0 || !solid;
     b.coat = outside ? lobes.clearcoat : 0.0;
     b.coat_alpha = ggx_alpha(lobes.clearcoat_roughness);
-    b.coat_normal = b.coat > 0.0 ? bend_normal(side * lobes.clearcoat_normal, b.geo_normal, wo) : normal;
+    b.coat_normal = b.coat > 0.0 ? bend_normal(side * lobes.clearcoat_normal, b.face_normal, wo) : normal;
     b.sheen_color = outside ? lobes.sheen_color : vec3(0.0);
     b.sheen_alpha = max(lobes.sheen_roughness * lobes.sheen_roughness, MIN_SHEEN_ALPHA);
     b.flags = flags | (solid ? BSDF_SOLID : 0u);

@@ -1,10 +1,6 @@
 // Split frame <-> flat frame. The even field (flat x and y of equal parity) is the left half of a split image, the odd
 // field the right half; each is `field_width = ceil(W/2)` wide. The host twin is pt_core::split.
 
-const uint FLAG_PRIMARY = 1u;
-const uint FLAG_REFLECTION = 2u;
-const uint FLAG_REFRACTION = 4u;
-
 // For odd W the last column of one field has no flat pixel: x comes out as W there.
 ivec2 split_to_flat(ivec2 split, int field_width) {
     bool odd_field = split.x >= field_width;

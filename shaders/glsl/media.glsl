@@ -13,7 +13,7 @@
 //     if (is_solid(material)) {
 //         Crossing c = interior_crossing(interior, medium_boundary(material), entering);
 //         if (is_false_hit(c)) { interior = interior_cross(...); go on from the other side of the surface; }
-//         eta = medium_eta(c);                       and, if the sample has BSDF_TRANSMISSION, interior = interior_cross(...)
+//         eta = medium_eta(c);                       and, if the sample has SAMPLE_TRANSMISSION, interior = interior_cross(...)
 //     } else eta = surface_eta(interior, ior);
 #include "dielectric.glsl"
 #include "interior.glsl"

@@ -22,7 +22,7 @@ const uint DIM_SUN = 1u;
 const uint DIM_POSITIONAL = 2u;
 const uint DIM_EMISSIVE = 3u;
 const uint DIM_ENVIRONMENT = 4u;
-// Reflection or refraction number i draws from DIM_REFLECT_REFRACT + i; i < 10. x: which way; y, z: microfacet normal.
+// Reflection or refraction number i draws from DIM_REFLECT_REFRACT + i; i < 10. x: which lobe; y, z: microfacet normal.
 const uint DIM_REFLECT_REFRACT = 32u;
 
 // Four words of 32 random bits. `key`: x = flat pixel (x | y << 16), y = frame (channel rng_seed).

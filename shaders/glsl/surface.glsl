@@ -5,8 +5,8 @@
 struct Surface {
     uint material;
     vec3 position;
-    vec3 flat_normal;    // of the triangle, on the front side
-    vec3 geo_normal;     // interpolated, on the front side
+    vec3 face_normal;    // of the triangle, on the front side
+    vec3 vertex_normal;  // interpolated, on the front side
     vec4 tangent;        // w: sign of the bitangent
     vec2 uv[2];
     vec4 color;          // vertex colour
@@ -22,7 +22,7 @@ struct MaterialSample {
     float specular;       // KHR_materials_specular
     vec3 specular_color;
     float transmission;
-    vec3 normal;   // world space, normal map applied, on the side of geo_normal
+    vec3 normal;   // world space, normal map applied, on the side of vertex_normal
     vec3 emission; // radiance
 };
 
@@ -75,7 +75,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
     s.e1 = transform_vector(instance.world_from_object, p1 - p0);
     s.e2 = transform_vector(instance.world_from_object, p2 - p0);
     float side = instance.mirrored != 0u ? -1.0 : 1.0;
-    s.flat_normal = normalize(cross(s.e1, s.e2)) * side;
+    s.face_normal = normalize(cross(s.e1, s.e2)) * side;
 
     vec3 n = vec3(0.0), t = vec3(0.0);
     float bitangent_sign = 1.0;
@@ -92,7 +92,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
         uv[1][i] = vec2(v.uv1[0], v.uv1[1]);
     }
     // Normals go with the inverse transpose; object_from_world is the inverse, its transpose is applied.
-    s.geo_normal = normalize(transform_transposed(instance.object_from_world, n));
+    s.vertex_normal = normalize(transform_transposed(instance.object_from_world, n));
     s.tangent = vec4(transform_vector(instance.world_from_object, t), bitangent_sign * side);
     for (int k = 0; k < 2; k++) {
         s.uv[k] = w.x * uv[k][0] + w.y * uv[k][1] + w.z * uv[k][2];
@@ -105,7 +105,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
 // Ellipse that a ray cone of `radius` cuts out of the triangle's plane: Akenine-Moller et al. 2021, "Improved Shader and
 // Texture Level of Detail Using Ray Cones", JCGT 10(1), section 5.
 Footprint cone_footprint(Surface s, vec3 direction, float radius) {
-    vec3 n = s.flat_normal;
+    vec3 n = s.face_normal;
     vec3 a1 = direction - dot(n, direction) * n;
     if (dot(a1, a1) < 1e-8) a1 = basis_around(n)[0];
     vec3 a2 = cross(n, a1);
@@ -135,20 +135,20 @@ vec4 sample_texture(TextureSlot slot, Surface s, Footprint f, float lod_scale) {
     return textureGrad(textures[nonuniformEXT(slot.texture)], uv, dx, dy);
 }
 
-// World-space frame of normal maps and anisotropy: tangent, bitangent, geo_normal. A surface without usable tangent gets one.
+// World-space frame of normal maps and anisotropy: tangent, bitangent, vertex_normal. A surface without usable tangent gets one.
 mat3 tangent_frame(Surface s) {
-    vec3 tangent = s.tangent.xyz - dot(s.tangent.xyz, s.geo_normal) * s.geo_normal;
-    if (dot(tangent, tangent) <= 0.0) return basis_around(s.geo_normal);
+    vec3 tangent = s.tangent.xyz - dot(s.tangent.xyz, s.vertex_normal) * s.vertex_normal;
+    if (dot(tangent, tangent) <= 0.0) return basis_around(s.vertex_normal);
     tangent = normalize(tangent);
-    return mat3(tangent, cross(s.geo_normal, tangent) * s.tangent.w, s.geo_normal);
+    return mat3(tangent, cross(s.vertex_normal, tangent) * s.tangent.w, s.vertex_normal);
 }
 
 vec3 mapped_normal(TextureSlot slot, float scale, Surface s, Footprint f, float lod_scale) {
-    if (!scene_has(FEATURE_NORMAL_TEXTURE) || slot.texture == NONE) return s.geo_normal;
+    if (!scene_has(FEATURE_NORMAL_TEXTURE) || slot.texture == NONE) return s.vertex_normal;
     // Maps hold the x and y of unit vectors; two channels are all that some have.
     vec2 n = sample_texture(slot, s, f, lod_scale).xy * 2.0 - 1.0;
     vec3 mapped = tangent_frame(s) * vec3(n * scale, sqrt(max(1.0 - dot(n, n), 0.0)));
-    return dot(mapped, mapped) > 0.0 ? normalize(mapped) : s.geo_normal;
+    return dot(mapped, mapped) > 0.0 ? normalize(mapped) : s.vertex_normal;
 }
 
 // `lod_scale` = 2^bias on the texture gradients.
@@ -188,7 +188,7 @@ MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
 }
 
 LobesSample load_lobes(Surface s, Footprint f, float lod_scale) {
-    LobesSample r = LobesSample(0.0, 0.0, s.geo_normal, vec3(0.0), 0.0, 0.0, vec2(1.0, 0.0), 0.0, 1.3, 0.0, 0.0);
+    LobesSample r = LobesSample(0.0, 0.0, s.vertex_normal, vec3(0.0), 0.0, 0.0, vec2(1.0, 0.0), 0.0, 1.3, 0.0, 0.0);
     if (!scene_has(FEATURE_LOBES)) return r;
     uint index = MaterialTable(scene.materials).at[s.material].lobes;
     if (index == NONE) return r;

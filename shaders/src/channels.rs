@@ -175,7 +175,7 @@ channels! {
         "x = metalness, y = perceptual roughness (alpha = roughness^2).";
     NORMAL: "normal", R32Uint, Split, true, "world space, octahedral 2 x 16 bit",
         "Shading normal (normal map applied), on the viewer's side; 0 = no surface.";
-    GEO_NORMAL: "geo_normal", R32Uint, Split, true, "world space, octahedral 2 x 16 bit",
+    VERTEX_NORMAL: "vertex_normal", R32Uint, Split, true, "world space, octahedral 2 x 16 bit",
         "Interpolated vertex normal, flipped to the viewer's side; 0 = no surface.";
     VIEW_DEPTH: "view_depth", R32F, Split, true, "m",
         "Euclidean distance from the camera; negative for surfaces seen by reflection or refraction; 1e4 = sky.";

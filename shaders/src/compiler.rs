@@ -5,10 +5,10 @@
 //! trace backends), `.rchit`, `.rahit`, `.rmiss`.
 //!
 //! Sources carry neither `#version` nor `#extension` lines: [`PRELUDE`] is put in front of all of them. `#include "x"`
-//! looks beside the including file, then among generated headers (`records.glsl`, `channels.glsl`, and those added with
+//! looks beside the including file, then among generated headers (`records.glsl`, `constants.glsl`, `channels.glsl`, and those added with
 //! [`Kernels::header`]), then in the shared `glsl/` folder. A file is included once per kernel.
 
-use crate::{channels, records};
+use crate::{channels, constants, records};
 use glslang::{CompilerOptions, ShaderInput, ShaderSource, ShaderStage, SpirvVersion, Target, VulkanVersion};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -84,9 +84,12 @@ impl Default for Kernels {
 impl Kernels {
     /// With the generated headers that every crate has.
     pub fn new() -> Self {
-        let generated =
-            [("records.glsl".to_owned(), records::glsl()), ("channels.glsl".to_owned(), channels::glsl())];
-        Self { generated: generated.into() }
+        let generated = [
+            ("channels.glsl", channels::glsl()),
+            ("constants.glsl", constants::glsl()),
+            ("records.glsl", records::glsl()),
+        ];
+        Self { generated: generated.map(|(name, text)| (name.to_owned(), text)).into() }
     }
 
     /// Adds a generated header, such as the crate's own push constant records.

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use pt_scene::{AnimationChoice, LoadOptions};
+use pt_import::LoadOptions;
+use pt_scene::AnimationChoice;
 
 use super::values::{finite, finite_f64, not_negative, positive_f64};
 
@@ -44,10 +45,10 @@ pub struct LoadArgs {
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub baked: Option<PathBuf>,
     /// Most texels that all images of the scene may have together.
-    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
+    #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
     pub max_texture_pixels: u64,
     /// Most bytes of geometry that the scene may ask for: a small file can name the same data any number of times.
-    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_GEOMETRY_BYTES, help_heading = "Scene")]
+    #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_GEOMETRY_BYTES, help_heading = "Scene")]
     pub max_geometry_bytes: u64,
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]

@@ -4,7 +4,8 @@ use crate::args::values::named;
 use crate::progress::Progress;
 use anyhow::Result;
 use clap::Args;
-use pt_scene::bake::{BakedTexture, Outcome, Quality, bake};
+use pt_import::Quality;
+use pt_import::bake::{BakedTexture, Outcome, bake};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -22,7 +23,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "Q", value_parser = named::<Quality>(), default_value = Quality::Fast.name())]
     pub quality: Quality,
     /// Most texels that an image may have.
-    #[arg(long, value_name = "N", default_value_t = pt_scene::DEFAULT_MAX_TEXTURE_PIXELS)]
+    #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS)]
     pub max_texture_pixels: u64,
     /// Print JSON instead of a table.
     #[arg(long)]

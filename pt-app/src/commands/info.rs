@@ -34,7 +34,7 @@ pub fn run(args: &InfoArgs, out: &mut impl Write) -> Result<bool> {
         let chosen = Device::open(&DeviceOptions { device: Some(wanted.clone()), validation: false })?;
         devices.retain(|info| info.index == chosen.info().index);
     }
-    let scene = pt_scene::open(SCENE, &Default::default())?;
+    let scene = pt_import::open(SCENE, &Default::default())?;
     let mut described = Vec::new();
     for info in devices {
         let choice = match info.unusable {

@@ -8,8 +8,8 @@ use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
 use pt_core::Recorder;
-use pt_core::image_file::ImageSize;
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::ImageSize;
 use std::io::Write;
 
 /// `pt passes`
@@ -44,7 +44,7 @@ pub struct PassesArgs {
 /// Unknown keys, a device that can't do it.
 pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let params = params::resolve(None, &args.set)?;
-    let scene = pt_scene::open(&args.scene, &Default::default())?;
+    let scene = pt_import::open(&args.scene, &Default::default())?;
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
     let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
     let size = [args.size.width, args.size.height];

@@ -1,6 +1,6 @@
 //! What can be wrong with a setting.
 
-use crate::atomic_file::FileError;
+use pt_image::atomic_file::FileError;
 use std::path::PathBuf;
 
 /// A field outside its range.

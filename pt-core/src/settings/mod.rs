@@ -58,7 +58,7 @@ pub fn apply_toml<T: Knobs>(settings: &mut T, text: &str) -> Result<(), Settings
 /// # Errors
 /// [`SettingsError::Profile`] that names the file, or [`SettingsError::File`]; `settings` is unchanged then.
 pub fn apply_profile<T: Knobs>(settings: &mut T, path: &Path) -> Result<(), SettingsError> {
-    let bytes = crate::atomic_file::read(path)?;
+    let bytes = pt_image::atomic_file::read(path)?;
     String::from_utf8(bytes)
         .map_err(|_| SettingsError::Toml { line: 1, reason: "the file is not UTF-8 text".into() })
         .and_then(|text| apply_toml(settings, &text))

@@ -4,6 +4,7 @@ use super::tone_map::{pq_decode, pq_encode};
 use super::{Image, Rgb, add, is_finite, mix, scaled, zip};
 use crate::records::{ClipSpace, Rectify};
 use crate::taa::TaaParams;
+use pt_shaders::records::SPLIT_FLAGS;
 
 /// One frame's input.
 #[derive(Clone, Debug)]
@@ -101,7 +102,7 @@ impl TaaOracle {
                 add(&mut squares, 1.0 / n, c.map(|v| v * v));
             }
             let deviation = zip(squares, mean, |s, m| (s - m * m).max(0.0).sqrt());
-            let sigma = f64::from(params.sigma * if flags == 6 { params.split_sigma } else { 1.0 });
+            let sigma = f64::from(params.sigma * if flags == SPLIT_FLAGS { params.split_sigma } else { 1.0 });
 
             let moved = [0, 1].map(|i| longest[i] * f64::from(self.size[i]));
             let previous = [0, 1].map(|i| f64::from(at[i]) + 0.5 + moved[i]);

@@ -15,7 +15,7 @@ pub struct Bsdf {
     /// Tangent, bitangent, shading normal.
     pub frame: DMat3,
     /// Of the triangle, on the viewer's side.
-    pub geo_normal: DVec3,
+    pub face_normal: DVec3,
     /// On the viewer's side.
     pub coat_normal: DVec3,
     /// Linear.
@@ -80,16 +80,16 @@ pub fn ggx_alpha(roughness: f64, anisotropy: f64) -> DVec2 {
 }
 
 /// The shading normal, bent until `wo` is reflected above the triangle (Keller et al. 2017, app. A.3).
-pub fn bend_normal(n: DVec3, geo_normal: DVec3, wo: DVec3) -> DVec3 {
+pub fn bend_normal(n: DVec3, face_normal: DVec3, wo: DVec3) -> DVec3 {
     const ABOVE: f64 = 1e-3;
-    let n = if n.dot(geo_normal) <= 0.0 { geo_normal } else { n };
+    let n = if n.dot(face_normal) <= 0.0 { face_normal } else { n };
     let mirrored = mirror(wo, n);
-    let height = mirrored.dot(geo_normal);
+    let height = mirrored.dot(face_normal);
     if height >= ABOVE && n.dot(wo) > 0.0 {
         return n;
     }
-    let h = wo + (mirrored + geo_normal * (ABOVE - height)).normalize();
-    if h.length_squared() > 1e-6 && h.dot(wo) > 0.0 { h.normalize() } else { geo_normal }
+    let h = wo + (mirrored + face_normal * (ABOVE - height)).normalize();
+    if h.length_squared() > 1e-6 && h.dot(wo) > 0.0 { h.normalize() } else { face_normal }
 }
 
 /// Probabilities of the lobes, and what coat and sheen leave.
@@ -217,7 +217,7 @@ impl Bsdf {
             return BsdfValue::default();
         }
         let lobes = self.lobes(v, wo);
-        if self.geo_normal.dot(wi) <= 0.0 {
+        if self.face_normal.dot(wi) <= 0.0 {
             return if l.z < 0.0 { self.transmission(&lobes, v, l) } else { BsdfValue::default() };
         }
         let mut r = if l.z > 0.0 { self.reflection(&lobes, v, l) } else { BsdfValue::default() };
@@ -288,7 +288,7 @@ impl Bsdf {
         } else {
             self.frame * sample_cosine_hemisphere(xi)
         };
-        if (self.geo_normal.dot(direction) > 0.0) == transmission {
+        if (self.face_normal.dot(direction) > 0.0) == transmission {
             return None;
         }
         if delta {

@@ -36,7 +36,7 @@ pub fn metal(roughness: f32) -> BsdfCase {
         sheen_color: Vec3::ZERO,
         sheen_alpha: 0.1,
         flags: 0,
-        geo_normal: Vec3::Z,
+        face_normal: Vec3::Z,
         wo: Vec3::Z,
         wi: Vec3::Z,
         pad: 0,
@@ -69,7 +69,7 @@ pub fn direction(cos: f32, phi: f32) -> Vec3 {
 pub fn oracle(c: &BsdfCase) -> Bsdf {
     Bsdf {
         frame: DMat3::IDENTITY,
-        geo_normal: c.geo_normal.as_dvec3(),
+        face_normal: c.face_normal.as_dvec3(),
         coat_normal: c.coat_normal.as_dvec3(),
         base_color: c.base_color.as_dvec3(),
         metallic: c.metallic.into(),

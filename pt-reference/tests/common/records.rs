@@ -28,7 +28,7 @@ pt_shaders::gpu_struct! {
         /// `BSDF_SOLID` = 1, `BSDF_ENERGY_COMPENSATION` = 2.
         pub flags: u32,
         /// Normal of the triangle.
-        pub geo_normal: glam::Vec3,
+        pub face_normal: glam::Vec3,
         /// To the viewer.
         pub wo: glam::Vec3,
         /// To the light.
@@ -117,7 +117,7 @@ pt_shaders::gpu_struct! {
         pub sample_pdf: f32,
         /// f cos / pdf.
         pub weight: glam::Vec3,
-        /// BSDF_DELTA = 1, BSDF_TRANSMISSION = 2.
+        /// SAMPLE_DELTA = 1, SAMPLE_TRANSMISSION = 2.
         pub flags: u32,
         /// Value for the sample's direction.
         pub sample_f_cos: glam::Vec3,

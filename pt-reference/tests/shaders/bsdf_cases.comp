@@ -13,5 +13,5 @@ void main() {
     BsdfSample s = bsdf_sample(b, c.u);
     result_at[i] = BsdfResult(bsdf_eval(b, c.wi), bsdf_pdf(b, c.wi), s.direction, s.pdf, s.weight, s.flags,
                               bsdf_eval(b, s.direction), bsdf_pdf(b, s.direction),
-                              bend_normal(c.coat_normal, c.geo_normal, c.wo));
+                              bend_normal(c.coat_normal, c.face_normal, c.wo));
 }

@@ -18,14 +18,14 @@ void main() {
     for (uint k = 0u; k < push.per_thread; k++) {
         BsdfSample s = bsdf_sample(b, random4(uvec2(i, k), 0u, push.seed));
         uint bin = push.bins * push.bins;
-        if (s.pdf > 0.0 && (s.flags & BSDF_DELTA) == 0u) {
+        if (s.pdf > 0.0 && (s.flags & SAMPLE_DELTA) == 0u) {
             uvec2 cell = min(uvec2(chart(push.axis, push.width, s.direction) * float(push.bins)), uvec2(push.bins - 1u));
             bin = cell.y * push.bins + cell.x;
             vec3 f_cos = bsdf_eval(b, s.direction);
             vec3 again = f_cos / max(bsdf_pdf(b, s.direction), 1e-20);
             worst = max(worst, max_component(abs(again - s.weight)) / max(max_component(s.weight), 1e-3));
         } else if (s.pdf > 0.0) {
-            bin += (s.flags & BSDF_TRANSMISSION) != 0u ? 2u : 1u;
+            bin += (s.flags & SAMPLE_TRANSMISSION) != 0u ? 2u : 1u;
         }
         atomicAdd(count_at[bin], 1u);
         sum += s.weight;

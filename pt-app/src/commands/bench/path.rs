@@ -4,8 +4,8 @@ use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
-use pt_core::atomic_file::{check_writable, write_atomic};
-use pt_core::image_file::ImageSize;
+use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_image::image_file::ImageSize;
 use pt_core::trace::{NativeRays, RayKind};
 use pt_reference::{FilmState, Progressive, ReferenceParams};
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
@@ -74,7 +74,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
         check_writable(path)?;
     }
-    let scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
+    let scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
     let mut session = Session::open(&args.device, &args.camera, scene)?;
     let size = [args.size.width, args.size.height];
     let record = camera_record(&session.camera.at(args.scene.time), size);

@@ -3,9 +3,9 @@
 use anyhow::{Result, ensure};
 use clap::Args;
 use pt_checkerboard::{CheckerboardParams, Interleave};
-use pt_core::atomic_file::{check_writable, write_atomic};
+use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_core::harness::{PassRow, StageTimes, WARM_UP, copy_bandwidth, measure};
-use pt_core::image_file::ImageSize;
+use pt_image::image_file::ImageSize;
 use pt_core::{ChannelImages, Device, DeviceOptions};
 use pt_post::oracle::{self, TaaFrame, TaaOracle};
 use pt_post::{

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use clap::Args;
-use pt_core::atomic_file::{check_writable, write_atomic};
-use pt_core::image_file::ImageSize;
+use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_image::image_file::ImageSize;
 use pt_core::trace::RayKind;
 use pt_core::trace::bench::{BenchOptions, bench};
 use pt_core::{Device, DeviceOptions};
@@ -42,7 +42,7 @@ pub fn run(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
         check_writable(path)?;
     }
-    let scene = pt_scene::open(&args.scene, &Default::default())?;
+    let scene = pt_import::open(&args.scene, &Default::default())?;
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
     let size = [args.size.width, args.size.height];
     let options = BenchOptions { size, windows: args.windows, seed: args.seed };

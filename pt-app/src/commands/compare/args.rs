@@ -2,7 +2,7 @@
 
 use crate::args::values::numbers;
 use clap::Args;
-use pt_core::metrics::Metric;
+use pt_image::metrics::Metric;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -52,7 +52,7 @@ impl std::fmt::Display for MetricName {
 impl FromStr for MetricName {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
-        text.parse().map(Self).map_err(|error: pt_core::metrics::MetricError| error.to_string())
+        text.parse().map(Self).map_err(|error: pt_image::metrics::MetricError| error.to_string())
     }
 }
 

@@ -9,8 +9,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use pt_core::console::print_warning;
-use pt_core::image_file::{ImageState, LinearImage, OutputFormat, PixelLayout, check_output, write_png};
-use pt_core::metrics::{
+use pt_image::image_file::{ImageState, LinearImage, OutputFormat, PixelLayout, check_output, write_png};
+use pt_image::metrics::{
     DISPLAY_TRANSFORM, Measurement, Metric, VARIANCE_LAYER, Variances, compare_estimates, heatmap,
     read_variance,
 };

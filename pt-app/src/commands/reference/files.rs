@@ -1,7 +1,7 @@
 //! Files of estimates.
 
 use anyhow::{Result, ensure};
-use pt_core::image_file::{OutputFormat, check_output};
+use pt_image::image_file::{OutputFormat, check_output};
 use pt_reference::{EstimateFile, denoiser_inputs};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -9,10 +9,10 @@ pub use args::{ReferenceArgs, SampleRange};
 use crate::session::{Session, fold_seed};
 use anyhow::{Result, bail, ensure};
 use files::{check_exr, write};
-use pt_core::atomic_file::check_writable;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
-use pt_core::image_file::ImageSize;
+use pt_image::atomic_file::check_writable;
+use pt_image::image_file::ImageSize;
 use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive, ReferenceParams, SamplerKind};
 use pt_scene::gpu::camera_record;
 use pt_shaders::records::FrameRecord;
@@ -32,7 +32,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         check_writable(path)?;
     }
     let params = args.params()?;
-    let mut scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
+    let mut scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
     scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
     for notice in &scene.notices {
         print_warning(notice);

@@ -5,8 +5,8 @@ use super::post_args::PostArgs;
 use crate::args::values::assignment;
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use clap::Args;
-use pt_core::atomic_file::check_writable;
-use pt_core::image_file::{ImageSize, OutputFormat};
+use pt_image::atomic_file::check_writable;
+use pt_image::image_file::{ImageSize, OutputFormat};
 use std::path::PathBuf;
 use std::str::FromStr;
 

@@ -15,12 +15,12 @@ use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result, ensure};
 use output::Output;
 use pt_core::Recorder;
-use pt_core::atomic_file::write_atomic;
 use pt_core::capture::{keys, read_layer};
 use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
-use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
+use pt_image::atomic_file::write_atomic;
+use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_post::Upscale;
 use pt_shaders::channels::ChannelId;
 use serde_json::json;
@@ -46,7 +46,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
         args.aov.is_none() || params.post.render_scale == 1.0,
         "--aov: the channels have the size of the frame, not of the picture; render scale 1 is needed"
     );
-    let scene = pt_scene::open(&args.scene.file, &args.scene.load_options())?;
+    let scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
     }

@@ -1,6 +1,6 @@
 //! The images that `pt render` writes.
 
-use pt_core::image_file::{ImageFileError, OutputFormat, check_output};
+use pt_image::image_file::{ImageFileError, OutputFormat, check_output};
 use std::path::{Path, PathBuf};
 
 /// An image file: of the last frame, or of each when its name has a run of `#`, which stands for the frame's number

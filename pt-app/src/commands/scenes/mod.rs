@@ -63,7 +63,7 @@ fn list() -> Value {
 }
 
 fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
-    let scene = match pt_scene::open(name, &args.load.load_options()) {
+    let scene = match pt_import::open(name, &args.load.load_options()) {
         Ok(scene) => scene,
         Err(error) => {
             // Which extensions a refused file names is what its owner wants to know.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use pt_import::support;
 use pt_lights::{LightPower, light_powers};
-use pt_scene::{AlphaMode, Clusters, Material, Projection, Scene, Support, Texels, Texture, support};
+use pt_scene::{AlphaMode, Clusters, Material, Projection, Scene, Support, Texels, Texture};
 use serde::Serialize;
 
 /// Everything that `pt scenes --stats` says about a scene.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use pt_core::image_file::{
+use pt_image::image_file::{
     ImageSize, ImageState, LinearImage, OutputFormat, PixelLayout, check_output, check_size,
     srgb_encode_8bit, write_png,
 };

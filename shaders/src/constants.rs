@@ -1,0 +1,94 @@
+//! Constants that host and GPU both see (`constants.glsl`).
+
+use crate::gpu_constants;
+
+gpu_constants! {
+    /// "No index": an absent texture, a miss, an unlit cluster.
+    pub const NONE: u32 = u32::MAX;
+
+    /// `InstanceRecord::mask`: stops light.
+    pub const MASK_OPAQUE: u32 = 1;
+    /// `InstanceRecord::mask`: lets light through (KHR_materials_transmission); shadow rays pass it by.
+    pub const MASK_TRANSMISSIVE: u32 = 2;
+
+    /// `MaterialRecord::flags`: both sides are shaded and emit.
+    pub const MATERIAL_DOUBLE_SIDED: u32 = 1;
+    /// `MaterialRecord::flags`: coverage is 1 where alpha >= cutoff, else 0.
+    pub const MATERIAL_MASK: u32 = 2;
+    /// `MaterialRecord::flags`: coverage is alpha.
+    pub const MATERIAL_BLEND: u32 = 4;
+    /// `MaterialRecord::flags`: the camera sees the base colour as radiance.
+    pub const MATERIAL_UNLIT: u32 = 8;
+
+    /// `LightRecord::kind`: point light, intensity in candela.
+    pub const LIGHT_POINT: u32 = 0;
+    /// `LightRecord::kind`: spot light, intensity in candela.
+    pub const LIGHT_SPOT: u32 = 1;
+    /// `LightRecord::kind`: directional light, illuminance in lux.
+    pub const LIGHT_DIRECTIONAL: u32 = 2;
+
+    /// Bit of a set of kinds of light: directional lights.
+    pub const KIND_SUN: u32 = 1;
+    /// Bit of a set of kinds of light: point and spot lights.
+    pub const KIND_POSITIONAL: u32 = 2;
+    /// Bit of a set of kinds of light: emissive triangles.
+    pub const KIND_EMISSIVE: u32 = 4;
+    /// Bit of a set of kinds of light: the environment.
+    pub const KIND_ENVIRONMENT: u32 = 8;
+
+    /// Bit of `scene_features` (scene.glsl), the set of what the scene has: base colour textures.
+    pub const FEATURE_BASE_COLOR_TEXTURE: u32 = 1;
+    /// Roughness and metalness textures.
+    pub const FEATURE_METALLIC_ROUGHNESS_TEXTURE: u32 = 2;
+    /// Normal maps, of the coat too.
+    pub const FEATURE_NORMAL_TEXTURE: u32 = 4;
+    /// Emission textures.
+    pub const FEATURE_EMISSIVE_TEXTURE: u32 = 8;
+    /// Any texture of the base layer.
+    pub const FEATURES_TEXTURE: u32 = FEATURE_BASE_COLOR_TEXTURE
+        | FEATURE_METALLIC_ROUGHNESS_TEXTURE
+        | FEATURE_NORMAL_TEXTURE
+        | FEATURE_EMISSIVE_TEXTURE;
+    /// Materials with a `LobeRecord`.
+    pub const FEATURE_LOBES: u32 = 16;
+    /// Materials that transmit light.
+    pub const FEATURE_TRANSMISSION: u32 = 32;
+    /// MASK or BLEND materials.
+    pub const FEATURE_COVERAGE: u32 = 64;
+    /// Textures whose UV transform is not the identity.
+    pub const FEATURE_TEXTURE_TRANSFORM: u32 = 128;
+    /// Textures that are read at the second UV set.
+    pub const FEATURE_SECOND_UV: u32 = 256;
+    /// Vertices that are not white.
+    pub const FEATURE_VERTEX_COLOR: u32 = 512;
+    /// More than one instance.
+    pub const FEATURE_INSTANCES: u32 = 1024;
+    /// Checkerboard flag of a surface that the camera sees directly.
+    pub const FLAG_PRIMARY: u32 = 1;
+    /// Checkerboard flag of a surface that is seen by reflection.
+    pub const FLAG_REFLECTION: u32 = 2;
+    /// Checkerboard flag of a surface that is seen by refraction.
+    pub const FLAG_REFRACTION: u32 = 4;
+    /// Checkerboard flags of a surface behind one that is split: one field reflects, the other refracts.
+    pub const SPLIT_FLAGS: u32 = FLAG_REFLECTION | FLAG_REFRACTION;
+
+    /// Distance at which the environment stands in for a surface, metres: no ray of the real-time stages reaches farther.
+    pub const SKY_DISTANCE: f32 = 1e4;
+    /// Channel `cluster`: there is no surface.
+    pub const NO_CLUSTER: u32 = 0xffff;
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn values_and_types_reach_glsl() {
+        let text = super::glsl();
+        for line in [
+            "const uint NONE = 4294967295u;\n",
+            "const uint SPLIT_FLAGS = 6u;\n",
+            "const float SKY_DISTANCE = 10000.0;\n",
+        ] {
+            assert!(text.contains(line), "{line}in\n{text}");
+        }
+    }
+}
