@@ -9,8 +9,8 @@ use pt_app::commands::bench::{BenchArgs, BenchCommand};
 use pt_app::commands::info::InfoArgs;
 use pt_app::aov::AovSelection;
 use pt_app::commands::render::RenderArgs;
-use pt_image::image_file::{ImageSize, OutputFormat};
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::{ImageSize, OutputFormat};
 
 #[derive(Debug, Parser)]
 struct Render {
