@@ -56,7 +56,7 @@ impl Interleave {
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self { kernel: Kernel::compute::<InterleavePush>(device, &kernels::INTERLEAVE)? })
+        Ok(Self { kernel: Kernel::compute::<InterleavePush>(device, &kernels::INTERLEAVE, &[])? })
     }
 
     /// Adds its pass to the frame.

@@ -76,7 +76,7 @@ impl Composite {
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self { kernel: Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE)? })
+        Ok(Self { kernel: Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE, &[])? })
     }
 
     /// Adds its pass to the frame.

@@ -34,7 +34,7 @@ impl PrimaryRays {
 
     /// Compiles the kernel for a trace backend.
     pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
-        Ok(Self { kernel: Kernel::trace::<PrimaryPush>(device, &kernels::PRIMARY_RAYS, backend)? })
+        Ok(Self { kernel: Kernel::trace::<PrimaryPush>(device, &kernels::PRIMARY_RAYS, backend, &[])? })
     }
 
     /// Records the pass.

@@ -42,7 +42,9 @@ impl ReflectRefract {
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
-        Ok(Self { kernel: Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend)? })
+        Ok(Self {
+            kernel: Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend, &[])?,
+        })
     }
 
     /// Records pass `bounce_index` of the [`GbufferParams::reflect_refract`] passes that follow the primary rays.

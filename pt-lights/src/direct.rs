@@ -73,7 +73,7 @@ impl DirectLighting {
 
     /// Compiles the kernel for a trace backend.
     pub fn new(device: &Device, backend: TraceBackend) -> Result<Self> {
-        Ok(Self { kernel: Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, backend)? })
+        Ok(Self { kernel: Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, backend, &[])? })
     }
 
     /// Records the pass. `scene` is the scene that `lights` were listed from.

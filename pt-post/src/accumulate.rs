@@ -27,7 +27,7 @@ impl Accumulate {
     /// When the device refuses, or has not the memory (16 bytes a pixel).
     pub fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
         Ok(Self {
-            kernel: Kernel::compute::<AccumulatePush>(device, &kernels::ACCUMULATE)?,
+            kernel: Kernel::compute::<AccumulatePush>(device, &kernels::ACCUMULATE, &[])?,
             residual: Image::new(device, "accumulate residual", Format::Rgba32F, size)?,
         })
     }

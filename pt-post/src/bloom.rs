@@ -119,10 +119,10 @@ impl Bloom {
             .map(|(level, size)| image(&format!("bloom_{level}"), size))
             .collect();
         Ok(Self {
-            quarter_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_QUARTER)?,
-            blur_kernel: Kernel::compute::<BlurPush>(device, &kernels::BLOOM_BLUR)?,
-            down_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_DOWN)?,
-            up_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_UP)?,
+            quarter_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_QUARTER, &[])?,
+            blur_kernel: Kernel::compute::<BlurPush>(device, &kernels::BLOOM_BLUR, &[])?,
+            down_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_DOWN, &[])?,
+            up_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_UP, &[])?,
             quarter: [image("bloom_quarter", quarter)?, image("bloom_blur", quarter)?],
             chain: chain?,
             height: size[1],
@@ -205,7 +205,7 @@ impl BloomMix {
     /// When the device refuses.
     pub fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
         Ok(Self {
-            kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX)?,
+            kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX, &[])?,
             bloomed: Image::new(device, "bloomed", Format::Rgba16F, size)?,
         })
     }

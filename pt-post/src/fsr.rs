@@ -57,9 +57,9 @@ impl Fsr {
     pub fn new(device: &Device, size: [u32; 2], output_size: [u32; 2]) -> Result<Self> {
         let image = |name, size| Image::new(device, name, Format::Rgba16F, size);
         Ok(Self {
-            easu_kernel: Kernel::compute::<EasuPush>(device, &kernels::EASU)?,
-            rcas_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS)?,
-            rcas_codes_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS_CODES)?,
+            easu_kernel: Kernel::compute::<EasuPush>(device, &kernels::EASU, &[])?,
+            rcas_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS, &[])?,
+            rcas_codes_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS_CODES, &[])?,
             blue_noise: noise_buffer(device)?,
             codes: image("display_codes", size)?,
             upscaled: if size == output_size { None } else { Some(image("upscaled_codes", output_size)?) },

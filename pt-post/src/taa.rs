@@ -143,8 +143,8 @@ impl Taa {
     pub fn new(device: &Device, output_size: [u32; 2]) -> Result<Self> {
         let image = |name, format| Image::new(device, name, format, output_size);
         Ok(Self {
-            kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA)?,
-            pq_kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ)?,
+            kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA, &[])?,
+            pq_kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ, &[])?,
             history: History::new(
                 image("taa_history", Format::Rgba16Unorm)?,
                 image("taa_history_prev", Format::Rgba16Unorm)?,

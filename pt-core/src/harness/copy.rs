@@ -13,7 +13,7 @@ use pt_shaders::channels::Format;
 /// # Errors
 /// When the device fails.
 pub fn copy_bandwidth(device: &Device, size: [u32; 2], frames: u32) -> Result<f64> {
-    let kernel = Kernel::compute::<()>(device, &crate::kernels::COPY)?;
+    let kernel = Kernel::compute::<()>(device, &crate::kernels::COPY, &[])?;
     let image = |name| Image::new(device, name, Format::Rgba16F, size);
     let (source, target) = (image("copy_source")?, image("copy_target")?);
     let times = measure(device, size, WARM_UP, frames, |frame| {
