@@ -6,6 +6,7 @@ use pt_shaders::GpuStruct;
 mod records;
 
 fn main() {
+    pt_test_data::declare();
     let header = [records::PrimaryPush::glsl(), records::ReflectRefractPush::glsl()].concat();
     pt_shaders::compiler::Kernels::new().header("gbuffer_records.glsl", header).compile("shaders");
 }

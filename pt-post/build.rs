@@ -11,6 +11,7 @@ macro_rules! glsl_constants {
 }
 
 fn main() {
+    pt_test_data::declare();
     let mut header = glsl_constants![
         HISTOGRAM_BINS,
         BIN_BITS,

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use pt_scene::DdsTexture;
+use pt_import::DdsTexture;
 
 fuzz_target!(|bytes: &[u8]| {
     match DdsTexture::from_bytes(bytes) {

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::{Corpus, fuzz_target};
-use pt_scene::{LoadOptions, load_bytes};
+use pt_import::{LoadOptions, load_bytes};
 
 fuzz_target!(|bytes: &[u8]| -> Corpus {
     let options = LoadOptions {

@@ -5,7 +5,7 @@ use libfuzzer_sys::fuzz_target;
 use pt_scene::{Texture, TextureUsage};
 
 fuzz_target!(|bytes: &[u8]| {
-    match Texture::from_bytes("fuzz", bytes, TextureUsage::Normal, 1 << 16) {
+    match pt_import::decode_texture("fuzz", bytes, TextureUsage::Normal, 1 << 16) {
         Ok(texture) => {
             texture.texel(texture.width - 1, texture.height - 1);
             if texture.width * texture.height <= 1 << 12 {

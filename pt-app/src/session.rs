@@ -1,9 +1,8 @@
 //! What the commands that run the frame have in common: device, scene, camera.
 
-use crate::cli::{BackendChoice, CameraArgs, CameraChoice, DeviceArgs, LookAt};
+use crate::args::{BackendChoice, CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
 use pt_core::phases::Phases;
-use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
@@ -96,17 +95,6 @@ impl Session {
                 bail!("the validation layers said {} times, first: {}", messages.len(), messages[0])
             }
             _ => Ok(()),
-        }
-    }
-}
-
-impl From<BackendChoice> for TraceBackend {
-    fn from(choice: BackendChoice) -> Self {
-        match choice {
-            BackendChoice::Auto => Self::Auto,
-            BackendChoice::Compute => Self::Compute,
-            BackendChoice::RayQuery => Self::RayQuery,
-            BackendChoice::RtPipeline => Self::RtPipeline,
         }
     }
 }

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{CommandFactory, Parser};
-use pt_app::cli::{
-    AovSelection, BackendChoice, BenchArgs, BenchCommand, CameraChoice, Cli, InfoArgs, LookAt, RenderArgs,
-};
-use pt_core::image_file::{ImageSize, OutputFormat};
+use pt_app::args::{BackendChoice, CameraChoice, LookAt};
+use pt_app::cli::Cli;
+use pt_app::commands::bench::{BenchArgs, BenchCommand};
+use pt_app::commands::info::InfoArgs;
+use pt_app::commands::render::{AovSelection, RenderArgs};
+use pt_image::image_file::{ImageSize, OutputFormat};
 
 #[derive(Debug, Parser)]
 struct Render {

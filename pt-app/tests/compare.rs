@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use pt_core::image_file::{Layer, LayeredImage, LinearImage, PixelLayout, write_png};
-use pt_core::metrics::Metric;
+use pt_image::image_file::{Layer, LayeredImage, LinearImage, PixelLayout, write_png};
+use pt_image::metrics::Metric;
 use serde_json::Value;
 
 fn pt(folder: &Path, line: &str) -> Output {

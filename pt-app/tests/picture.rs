@@ -1,6 +1,6 @@
 //! `pt render` with the options of the picture, from the command line to the file.
 
-use pt_core::image_file::{LayeredImage, LinearImage};
+use pt_image::image_file::{LayeredImage, LinearImage};
 use std::process::Command;
 
 /// Upscaling, bloom and HDR output from the command line.
@@ -35,5 +35,28 @@ fn pictures_are_upscaled_and_encoded() {
     assert_eq!((exr.width, exr.height), (48, 32));
     for key in ["ev100", "exposure", "jitter"] {
         assert!(exr.metadata.contains_key(key), "{key}");
+    }
+}
+
+/// The very program that users run: the layer is switched on from outside and prints what it finds.
+#[test]
+fn a_frame_is_silent_under_the_validation_layer() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = Command::new(env!("CARGO_BIN_EXE_pt"))
+        .current_dir(&folder)
+        .args("render cornell --size 160x90 --frames 2 -o frame.png -o frame.exr".split(' '))
+        .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")
+        // Synchronization validation; older layers read the second name.
+        .env("VK_KHRONOS_VALIDATION_VALIDATE_SYNC", "true")
+        .env("VK_LAYER_ENABLES", "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&[done.stdout, done.stderr].concat()).into_owned();
+    assert!(done.status.success(), "{said}");
+    for complaint in ["VUID-", "SYNC-HAZARD", "Validation Error", "Validation Warning"] {
+        assert!(!said.contains(complaint), "{said}");
+    }
+    for image in ["frame.png", "frame.exr"] {
+        assert!(folder.path().join(image).metadata().unwrap().len() > 0, "{image} is empty");
     }
 }

@@ -1,6 +1,6 @@
 //! The contract of the `pt` program: what it writes, that it repeats itself bit by bit, and how it refuses.
 
-use pt_core::image_file::{LayeredImage, LinearImage, Samples};
+use pt_image::image_file::{LayeredImage, LinearImage, Samples};
 use pt_core::trace::CLEARLY_FASTER;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -51,15 +51,6 @@ fn refused(folder: &Path, line: &str, parts: &[&str]) {
 
 fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
-}
-
-/// Test data beside the workspace, not part of it.
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
-    if !path.exists() {
-        println!("skipped: {} is missing", path.display());
-    }
-    path.exists().then_some(path)
 }
 
 #[test]
@@ -150,8 +141,9 @@ fn files_that_are_no_scenes_are_refused() {
 
 /// Broken files of others: each is refused, or rendered when only a stricter reader would mind. None may crash.
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn broken_files_are_refused_or_rendered() {
-    let Some(broken) = shared("scenes_invalid") else { return };
+    let broken = pt_test_data::shared("scenes_invalid");
     let mut scenes = Vec::new();
     let mut folders = vec![broken];
     while let Some(folder) = folders.pop() {

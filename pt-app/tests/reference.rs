@@ -1,6 +1,6 @@
 //! The contract of `pt reference` and `pt merge`.
 
-use pt_core::image_file::{LayeredImage, LinearImage};
+use pt_image::image_file::{LayeredImage, LinearImage};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use pt_core::image_file::{LinearImage, PixelLayout, write_png};
+use pt_image::image_file::{LinearImage, PixelLayout, write_png};
 use serde_json::Value;
 
 fn pt(folder: &Path, args: &[&str]) -> Output {

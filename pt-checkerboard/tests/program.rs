@@ -1,6 +1,6 @@
 //! The stage program on a file.
 
-use pt_core::image_file::{Layer, LayeredImage};
+use pt_image::image_file::{Layer, LayeredImage};
 use std::process::Command;
 
 #[test]

@@ -21,7 +21,7 @@
 use crate::channels::ChannelImages;
 use crate::device::Device;
 use crate::error::Error;
-use crate::image_file::{Channel, Layer, LayeredImage, Samples};
+use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use crate::pack::{pack_unit_vector, unpack_unit_vector};
 use crate::split::{to_flat, to_split};
 use glam::Vec3;
@@ -29,7 +29,7 @@ use pt_shaders::channels::{self, ChannelId, ExtentClass};
 
 /// Metadata of a capture. In the file they are string attributes called `pt.KEY`.
 pub mod keys {
-    pub use crate::image_file::IMAGE_STATE_KEY as IMAGE_STATE;
+    pub use pt_image::image_file::IMAGE_STATE_KEY as IMAGE_STATE;
     /// Name of the scene.
     pub const SCENE: &str = "scene";
     /// The camera, for people to read.

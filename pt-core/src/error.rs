@@ -75,7 +75,7 @@ pub enum Error {
     Timeout(u64),
     /// An acceleration structure can't be built.
     #[error(transparent)]
-    Trace(#[from] crate::trace::TraceError),
+    Trace(#[from] TraceError),
     /// A feature that this device lacks was asked for.
     #[error("{0}")]
     Unsupported(String),
@@ -93,4 +93,50 @@ impl<T> VkContext<T> for std::result::Result<T, vk::Result> {
     fn context(self, call: &'static str) -> Result<T> {
         self.map_err(|result| Error::Vulkan { call, result })
     }
+}
+
+/// Why an acceleration structure could not be built.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    /// An index points past the vertices.
+    #[error("triangle {triangle}: vertex {vertex} does not exist, the mesh has {vertices}")]
+    VertexIndex {
+        /// Triangle of the mesh.
+        triangle: usize,
+        /// Its vertex index.
+        vertex: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// A tree is deeper than the traversal's stack.
+    #[error(
+        "a BVH has {depth} levels, the traversal takes {limit}: far too many triangles or instances coincide"
+    )]
+    BvhDepth {
+        /// Levels of the tree.
+        depth: u32,
+        /// Levels that the stack allows.
+        limit: u32,
+    },
+    /// An instance names a mesh that is not there.
+    #[error("instance {instance}: mesh {mesh} does not exist, there are {meshes}")]
+    UnknownMesh {
+        /// Instance index.
+        instance: usize,
+        /// Mesh index.
+        mesh: u32,
+        /// Number of meshes.
+        meshes: usize,
+    },
+    /// More instances than the 24 bits of an instance index can name.
+    #[error("{0} instances: at most 16777215 can be traced")]
+    TooManyInstances(usize),
+    /// More instances than memory was taken for.
+    #[error("{instances} instances: the acceleration structure was made for {capacity}")]
+    Capacity {
+        /// Instances given.
+        instances: usize,
+        /// Instances announced.
+        capacity: usize,
+    },
 }

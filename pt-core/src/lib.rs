@@ -1,6 +1,6 @@
-//! Device, memory, kernels, the frame recorder, trace backends, capture files and metrics: what every stage stands on.
+//! Device, memory, kernels, the frame recorder, trace backends and captures: what every stage stands on.
 
-pub mod atomic_file;
+mod backend;
 pub mod buffer;
 pub mod capture;
 pub mod channels;
@@ -10,12 +10,11 @@ pub mod error;
 pub mod frame;
 pub mod harness;
 pub mod image;
-pub mod image_file;
 pub mod kernel;
-pub mod metrics;
 pub mod pack;
 pub mod phases;
 pub mod rng;
+pub mod sampler;
 pub mod settings;
 pub mod split;
 pub mod test_support;

@@ -4,7 +4,7 @@
 //! `field_width = ceil(W/2)` wide. For odd W the last column of one field, which alternates from row to row, has no flat
 //! pixel.
 
-use crate::channels::field_width;
+use pt_shaders::records::field_width;
 
 /// Flat pixel of a split pixel. For odd W, x comes out as W where there is no flat pixel.
 pub const fn split_to_flat(split: [u32; 2], field_width: u32) -> [u32; 2] {

@@ -8,12 +8,10 @@ use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use crate::image::{copy_region, create_raw, transition};
+use crate::sampler::{SamplerDesc, TEXTURE_SET, create_sampler};
 use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 use std::sync::Arc;
-
-/// Descriptor set of the bindless table, declared in scene.glsl.
-pub const TEXTURE_SET: u32 = 3;
 
 /// Texel format of a sampled texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,57 +57,6 @@ impl TextureFormat {
     }
 }
 
-/// Behaviour outside [0, 1].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Wrap {
-    /// Tile.
-    #[default]
-    Repeat,
-    /// Tile mirrored.
-    MirroredRepeat,
-    /// Stretch the border.
-    ClampToEdge,
-}
-
-/// Which mip levels are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum MipMode {
-    /// The first only.
-    Off,
-    /// The nearest.
-    Nearest,
-    /// Two, blended.
-    #[default]
-    Linear,
-}
-
-/// How a texture is looked up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SamplerDesc {
-    /// Horizontal and vertical wrapping.
-    pub wrap: [Wrap; 2],
-    /// Bilinear rather than nearest when magnified.
-    pub mag_linear: bool,
-    /// Bilinear rather than nearest when minified.
-    pub min_linear: bool,
-    /// Between mip levels.
-    pub mip: MipMode,
-    /// Largest anisotropy, 1 to 16.
-    pub max_anisotropy: f32,
-}
-
-impl Default for SamplerDesc {
-    fn default() -> Self {
-        Self {
-            wrap: [Wrap::Repeat; 2],
-            mag_linear: true,
-            min_linear: true,
-            mip: MipMode::Linear,
-            max_anisotropy: 8.0,
-        }
-    }
-}
-
 /// Content of a texture: mip levels from fine to coarse, each tightly packed.
 #[derive(Clone, Copy)]
 pub struct TextureDesc<'a> {
@@ -142,19 +89,6 @@ struct Inner {
     set: vk::DescriptorSet,
     textures: Vec<Texture>,
     bytes: u64,
-}
-
-pub(crate) fn table_layout(raw: &ash::Device, count: u32) -> Result<vk::DescriptorSetLayout> {
-    let bindings = [vk::DescriptorSetLayoutBinding::default()
-        .binding(0)
-        .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
-        .descriptor_count(count)
-        .stage_flags(vk::ShaderStageFlags::ALL)];
-    let flags = [vk::DescriptorBindingFlags::PARTIALLY_BOUND];
-    let mut flags = vk::DescriptorSetLayoutBindingFlagsCreateInfo::default().binding_flags(&flags);
-    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings).push_next(&mut flags);
-    // SAFETY: valid device and create info.
-    unsafe { raw.create_descriptor_set_layout(&info, None) }.context("vkCreateDescriptorSetLayout")
 }
 
 impl TextureTable {
@@ -325,32 +259,6 @@ fn fill(
         let (from, to) = (vk::ImageLayout::TRANSFER_DST_OPTIMAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
         transition(device, cmd, image, from, to);
     })
-}
-
-pub(crate) fn create_sampler(raw: &ash::Device, desc: &SamplerDesc) -> Result<vk::Sampler> {
-    let filter = |linear| if linear { vk::Filter::LINEAR } else { vk::Filter::NEAREST };
-    let wrap = |wrap| match wrap {
-        Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
-        Wrap::MirroredRepeat => vk::SamplerAddressMode::MIRRORED_REPEAT,
-        Wrap::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
-    };
-    let anisotropic =
-        desc.mip != MipMode::Off && desc.max_anisotropy > 1.0 && desc.min_linear && desc.mag_linear;
-    let info = vk::SamplerCreateInfo::default()
-        .mag_filter(filter(desc.mag_linear))
-        .min_filter(filter(desc.min_linear))
-        .mipmap_mode(match desc.mip {
-            MipMode::Linear => vk::SamplerMipmapMode::LINEAR,
-            MipMode::Off | MipMode::Nearest => vk::SamplerMipmapMode::NEAREST,
-        })
-        .address_mode_u(wrap(desc.wrap[0]))
-        .address_mode_v(wrap(desc.wrap[1]))
-        .anisotropy_enable(anisotropic)
-        .max_anisotropy(if anisotropic { desc.max_anisotropy.min(16.0) } else { 1.0 })
-        // Up to 0.25 the first level is the nearest, and the filter can still tell magnification from minification.
-        .max_lod(if desc.mip == MipMode::Off { 0.25 } else { vk::LOD_CLAMP_NONE });
-    // SAFETY: valid device and create info.
-    unsafe { raw.create_sampler(&info, None) }.context("vkCreateSampler")
 }
 
 fn destroy(device: &Device, texture: &mut Texture) {

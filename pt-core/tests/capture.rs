@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use pt_core::capture::{CaptureError, load, read_layer, write_layer};
-use pt_core::image_file::{Channel, LayeredImage, Samples};
+use pt_image::image_file::{Channel, LayeredImage, Samples};
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
 use pt_core::split::{split_to_flat, to_split};
 use pt_core::test_support::TestDevice;

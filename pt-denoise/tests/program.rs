@@ -2,7 +2,7 @@
 
 use pt_core::capture::read_layer;
 use pt_core::harness::save;
-use pt_core::image_file::{Channel, Layer, LayeredImage, Samples};
+use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_denoise::{Composite, DenoiseParams};

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     bench([1280, 720], |device, size| {
-        let scene = pt_scene::open("gallery", &Default::default())?;
+        let scene = pt_import::open("gallery", &Default::default())?;
         let camera = camera_record(&scene.default_camera(), size);
         let mut gpu = GpuScene::new(device, &scene, TraceBackend::Auto)?;
         let stage = PrimaryRays::new(device, gpu.backend())?;

@@ -11,10 +11,11 @@ use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
-use pt_scene::{AnimationChoice, Camera, LoadOptions, Scene};
+use pt_import::LoadOptions;
+use pt_scene::{AnimationChoice, Camera, Scene};
 use pt_shaders::channels;
 use pt_shaders::records::FrameRecord;
-use std::path::Path;
+use pt_test_data::shared;
 
 const SIZE: [u32; 2] = [81, 60];
 const TIMES: [f64; 3] = [0.0, 0.35, 0.39];
@@ -27,14 +28,11 @@ fn view(scene: &Scene, time: f64) -> Camera {
 }
 
 fn check(file: &str, animation: AnimationChoice) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes").join(file);
-    if !path.exists() {
-        return println!("skipped: {} is not there", path.display());
-    }
+    let path = shared("scenes").join(file);
     let device = TestDevice::open();
     let load = |time| {
         let options = LoadOptions { animation: animation.clone(), time, ..LoadOptions::default() };
-        pt_scene::load(&path, &options).unwrap()
+        pt_import::load(&path, &options).unwrap()
     };
     let start = load(TIMES[0]);
     for backend in TraceBackend::available(&device) {
@@ -109,16 +107,19 @@ fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, imag
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_skinned_fox() {
     check("Fox/Fox.glb", AnimationChoice::Name("Run".into()));
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_skinned_man() {
     check("CesiumMan/CesiumMan.gltf", AnimationChoice::Compatible);
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_morphing_cube() {
     check("AnimatedMorphCube/AnimatedMorphCube.gltf", AnimationChoice::Compatible);
 }

@@ -1,6 +1,6 @@
 //! The stage program from a scene to a capture.
 
-use pt_core::image_file::{LayeredImage, Samples};
+use pt_image::image_file::{LayeredImage, Samples};
 use pt_gbuffer::PrimaryRays;
 use std::process::Command;
 

@@ -1,6 +1,6 @@
 //! The harness on files.
 
-use pt_core::image_file::{Layer, LayeredImage};
+use pt_image::image_file::{Layer, LayeredImage};
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -5,7 +5,7 @@
 //! `pt bench post` gives the same passes in one table, beside the copy bandwidth.
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use pt_core::image_file::ImageSize;
+use pt_image::image_file::ImageSize;
 use pt_core::{ChannelImages, Device, DeviceOptions, Frame, Recorder};
 use pt_post::{
     Accumulate, Bloom, BloomMix, BloomMode, BloomParams, Encoding, Exposure, Fsr, PostParams, Taa, ToneMap,

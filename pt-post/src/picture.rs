@@ -2,7 +2,7 @@
 
 use crate::params::Encoding;
 use pt_core::ChannelImages;
-use pt_core::image_file::{
+use pt_image::image_file::{
     ImageFileError, Layer, LayeredImage, OutputFormat, PixelLayout, srgb_decode, write_png, write_png_pq,
 };
 use pt_shaders::channels::{ChannelId, DISPLAY, DISPLAY_HDR};
@@ -80,6 +80,6 @@ pub fn picture_layers(images: &ChannelImages, encoding: Encoding) -> Result<Laye
     }
     let mut file = LayeredImage::new(width, height)?;
     file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &values));
-    file.metadata.insert(pt_core::image_file::IMAGE_STATE_KEY.into(), "display".into());
+    file.metadata.insert(pt_image::image_file::IMAGE_STATE_KEY.into(), "display".into());
     Ok(file)
 }

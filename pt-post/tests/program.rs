@@ -1,6 +1,6 @@
 //! The stage program from file to file.
 
-use pt_core::image_file::{Layer, LayeredImage, LinearImage};
+use pt_image::image_file::{Layer, LayeredImage, LinearImage};
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -4,7 +4,7 @@ use crate::film::{Estimate, EstimatePixel, FilmState};
 use crate::identity::Identity;
 use crate::records::{FilmPixel, FirstHitPixel};
 use glam::{Vec2, Vec3};
-use pt_core::image_file::{Channel, ImageFileError, Layer, LayeredImage, Samples};
+use pt_image::image_file::{Channel, ImageFileError, Layer, LayeredImage, Samples};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 

@@ -115,11 +115,11 @@ pub enum MergeError {
 
 impl Estimate {
     /// Root of the expected relative squared error, sqrt(mean(variance / (mean^2 + epsilon))) over pixels and channels, with
-    /// the epsilon of relMSE ([`pt_core::metrics::RELMSE_EPSILON`]); 0 after a single sample.
+    /// the epsilon of relMSE ([`pt_image::metrics::RELMSE_EPSILON`]); 0 after a single sample.
     pub fn relative_error(&self) -> f64 {
         let terms = self.pixels.iter().map(|p| {
             let (mean, variance) = (p.mean.as_dvec3(), p.variance.as_dvec3());
-            (variance / (mean * mean + pt_core::metrics::RELMSE_EPSILON)).element_sum() / 3.0
+            (variance / (mean * mean + pt_image::metrics::RELMSE_EPSILON)).element_sum() / 3.0
         });
         (terms.sum::<f64>() / self.pixels.len() as f64).sqrt()
     }

@@ -10,7 +10,8 @@ use pt_core::{Device, DeviceOptions};
 use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::glam::{Affine3A, Quat, Vec2, Vec3, Vec4};
 use pt_scene::gpu::GpuScene;
-use pt_scene::{Instance, LoadOptions, Material, Mesh, Scene, load};
+use pt_import::{LoadOptions, load};
+use pt_scene::{Instance, Material, Mesh, Scene};
 
 const FRAMES: u32 = 16;
 /// Quads along a side of the sheet.

@@ -82,7 +82,7 @@ impl Camera {
 }
 
 /// The position and the direction of view of a camera, however its node is scaled; +Y is kept as far up as it was.
-pub(crate) fn without_scale(world: &Affine3A) -> Affine3A {
+pub fn without_scale(world: &Affine3A) -> Affine3A {
     let m = world.matrix3;
     let back = m.z_axis.normalize_or(Vec3A::Z);
     let side = m.y_axis.cross(back).try_normalize();

@@ -41,13 +41,14 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    pub(crate) fn file(file: &Path, what: impl ToString) -> Self {
+    /// An error about a whole file or folder.
+    pub fn file(file: &Path, what: impl ToString) -> Self {
         Self::File { file: file.to_owned(), what: one_line(&what.to_string()) }
     }
 }
 
 /// Reads a whole file; a folder, a missing file and an empty file each get their own words.
-pub(crate) fn read_file(file: &Path) -> Result<Vec<u8>, SceneError> {
+pub fn read_file(file: &Path) -> Result<Vec<u8>, SceneError> {
     use std::io::ErrorKind::{IsADirectory, NotFound};
     if file.is_dir() {
         return Err(SceneError::file(file, "is a folder, not a file"));
@@ -61,6 +62,6 @@ pub(crate) fn read_file(file: &Path) -> Result<Vec<u8>, SceneError> {
 }
 
 /// Messages of other libraries may span lines; ours never do.
-pub(crate) fn one_line(text: &str) -> String {
+pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -135,3 +135,10 @@ fn sphere_directions(n: usize) -> impl Iterator<Item = Vec3> {
         Vec3::new(r * cos, y, r * sin)
     })
 }
+
+impl Scene {
+    /// The first camera of the scene, or one that frames it by the rule of [`crate::automatic_camera`].
+    pub fn default_camera(&self) -> Camera {
+        self.cameras.first().cloned().unwrap_or_else(|| automatic_camera(self))
+    }
+}

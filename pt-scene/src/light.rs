@@ -43,7 +43,7 @@ pub struct Light {
 }
 
 /// Direction in which a light shines that a node carries (KHR_lights_punctual).
-pub(crate) fn shines(world_from_node: &Affine3A) -> Vec3 {
+pub fn shines(world_from_node: &Affine3A) -> Vec3 {
     world_from_node.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z)
 }
 

@@ -51,7 +51,7 @@ impl Mesh {
     }
 
     /// Sorts triangles into opaque and masked ones, each in their former order, and sets `first_masked`.
-    pub(crate) fn sort_by_opacity(&mut self, materials: &[Material]) {
+    pub fn sort_by_opacity(&mut self, materials: &[Material]) {
         let masked = |t: usize| materials[self.triangle_materials[t] as usize].is_masked();
         if (0..self.indices.len()).all(|t| !masked(t)) {
             self.first_masked = self.indices.len();
@@ -65,7 +65,7 @@ impl Mesh {
     }
 
     /// Appends another mesh's vertices and triangles; both count as unsorted afterwards.
-    pub(crate) fn append(&mut self, other: &Mesh) {
+    pub fn append(&mut self, other: &Mesh) {
         let base = self.positions.len() as u32;
         self.influences.append(&other.influences, self.vertex_count(), other.vertex_count());
         self.morphs.append(&other.morphs, self.vertex_count(), other.vertex_count());
@@ -80,7 +80,7 @@ impl Mesh {
     }
 
     /// Replaces the vertices by those that `sources` names; what is not filled yet stays empty. Indices are left alone.
-    pub(crate) fn gather(&mut self, sources: &[u32]) {
+    pub fn gather(&mut self, sources: &[u32]) {
         fn pick<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
             if !values.is_empty() {
                 *values = sources.iter().map(|&v| values[v as usize]).collect();
@@ -101,7 +101,7 @@ impl Mesh {
     }
 
     /// Gives every triangle its own three vertices and the geometric normal, as glTF wants where normals are missing.
-    pub(crate) fn flat_shade(&mut self) {
+    pub fn flat_shade(&mut self) {
         let corners: Vec<u32> = self.indices.iter().flatten().copied().collect();
         self.gather(&corners);
         self.indices = (0..self.indices.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
@@ -115,7 +115,7 @@ impl Mesh {
     /// Tangents from the derivatives of the first texture coordinates, for shapes made by code, whose vertices are split
     /// at seams already: per-triangle dP/du and dP/dv summed at the
     /// vertices, made orthogonal to the normal. Where the coordinates are degenerate, any tangent that is orthogonal.
-    pub(crate) fn compute_tangents(&mut self) {
+    pub fn compute_tangents(&mut self) {
         let uv = &self.uv0;
         let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); self.positions.len()];
         for corners in &self.indices {

@@ -72,12 +72,12 @@ fn byte(x: f32) -> u8 {
 }
 
 /// Linear RGBA of four bytes.
-pub(crate) fn decode_texel(usage: TextureUsage, texel: [u8; 4]) -> [f32; 4] {
+pub fn decode_texel(usage: TextureUsage, texel: [u8; 4]) -> [f32; 4] {
     if usage.is_srgb() { SRGB.linear(texel) } else { texel.map(unorm) }
 }
 
 /// The bytes of a normal map's texel that points along `n`; what has no direction points straight up.
-pub(crate) fn encode_normal(n: [f32; 3]) -> [u8; 4] {
+pub fn encode_normal(n: [f32; 3]) -> [u8; 4] {
     let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
     let n = if length > 1e-6 { n.map(|x| x / length) } else { [0.0, 0.0, 1.0] };
     [byte(0.5 * n[0] + 0.5), byte(0.5 * n[1] + 0.5), byte(0.5 * n[2] + 0.5), 255]

@@ -121,7 +121,7 @@ impl Blink {
             Self::Flame { rate_hz, low, seed } => {
                 let x = (t * rate_hz).rem_euclid(4096.0);
                 let (cell, f) = (x.floor() as i32, x.fract() as f32);
-                let value = |i: i32| crate::builtin::hash(i & 4095, 0, seed);
+                let value = |i: i32| crate::hash::hash(i & 4095, 0, seed);
                 let s = f * f * (3.0 - 2.0 * f);
                 low + (1.0 - low) * (value(cell) + s * (value(cell + 1) - value(cell)))
             }

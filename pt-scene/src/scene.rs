@@ -3,10 +3,10 @@ use pt_core::phases::Phase;
 
 use std::sync::Arc;
 
-use crate::animation::{Pose, Rig, visible};
+use crate::animation::{Pose, Rig};
 use crate::light::shines;
-use crate::validate::MAX_COORDINATE;
-use crate::{AnimationInfo, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Texture};
+use crate::transform::visible;
+use crate::{AnimationInfo, Bounds, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Texture};
 
 /// Everything that is to be rendered.
 #[derive(Clone, Debug, Default)]
@@ -114,27 +114,6 @@ impl Instance {
     }
 }
 
-/// An axis-aligned box, world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Smallest corner.
-    pub min: Vec3,
-    /// Largest corner.
-    pub max: Vec3,
-}
-
-impl Bounds {
-    /// The middle.
-    pub fn center(&self) -> Vec3 {
-        0.5 * (self.min + self.max)
-    }
-
-    /// Edge lengths.
-    pub fn size(&self) -> Vec3 {
-        self.max - self.min
-    }
-}
-
 /// Counts of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
@@ -210,11 +189,6 @@ impl Scene {
         self.meshes.iter_mut().for_each(Mesh::pose);
     }
 
-    /// The first camera of the scene, or one that frames it by the rule of [`crate::automatic_camera`].
-    pub fn default_camera(&self) -> Camera {
-        self.cameras.first().cloned().unwrap_or_else(|| crate::automatic_camera(self))
-    }
-
     /// Whether nothing lights the scene: no punctual light, no emissive triangle, a black environment.
     pub fn is_unlit(&self) -> bool {
         self.lights.is_empty() && self.environment.is_black() && self.statistics().emissive_triangles == 0
@@ -236,12 +210,4 @@ impl Scene {
         }
         s
     }
-}
-
-/// Finite, with an inverse in single precision that takes all of the world, MAX_COORDINATE to each side, to finite points.
-pub(crate) fn is_invertible(transform: &Affine3A) -> bool {
-    let determinant = transform.matrix3.determinant();
-    let inverse = transform.inverse();
-    let [x, y, z] = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(|axis| axis.abs() * MAX_COORDINATE);
-    transform.is_finite() && determinant.is_normal() && (x + y + z + inverse.translation.abs()).is_finite()
 }

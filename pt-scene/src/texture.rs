@@ -1,7 +1,11 @@
 use std::borrow::Cow;
 
+use crate::usage::TextureUsage;
 use crate::mips::{MipLevel, decode_texel, mips};
 pub use pt_core::texture::BlockFormat;
+
+/// Longest side of a texture that is accepted, texels.
+pub const MAX_TEXTURE_SIDE: u32 = 16384;
 
 /// What happens to texture coordinates outside 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,26 +54,6 @@ pub struct Sampler {
     pub min: Filter,
     /// Between mip levels.
     pub mip: MipFilter,
-}
-
-/// What a texture holds: decides how texels are decoded, how mips are made and how they are compressed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum TextureUsage {
-    /// RGB is sRGB-encoded colour, alpha linear data of its own (or unused).
-    Color,
-    /// RGB is sRGB-encoded colour, alpha its linear coverage: mips weight colour by alpha.
-    Cutout,
-    /// Four linear values.
-    Data,
-    /// Tangent-space normal map: unit vectors, x and y as 2 t - 1 in R and G; z follows from them.
-    Normal,
-}
-
-impl TextureUsage {
-    /// Whether RGB is sRGB-encoded.
-    pub fn is_srgb(self) -> bool {
-        matches!(self, Self::Color | Self::Cutout)
-    }
 }
 
 /// The content of a texture.

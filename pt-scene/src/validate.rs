@@ -2,18 +2,15 @@
 
 use std::ops::RangeInclusive;
 
-use crate::scene::is_invertible;
+use crate::transform::is_invertible;
 use crate::{
     AlphaMode, Camera, Instance, Light, LightKind, Lobes, MAX_PRIORITY, Material, Projection, Scene,
     SceneError,
 };
 
-/// Farthest that anything may be from the origin, metres: the areas that trees are built by stay far from overflow.
-pub(crate) const MAX_COORDINATE: f32 = 1e12;
-
 /// An element of one of a scene's lists, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub enum Part {
     Mesh(usize),
     Instance(usize),
     Material(usize),
@@ -25,14 +22,14 @@ pub(crate) enum Part {
 
 /// What breaks an invariant, and how.
 #[derive(Debug)]
-pub(crate) struct Flaw {
+pub struct Flaw {
     pub part: Part,
     pub what: String,
 }
 
 impl Scene {
     /// Checks every invariant that consumers rely on: indices in range, arrays of equal length, finite and physical
-    /// values, masked triangles sorted to the end. Run by [`crate::load`].
+    /// values, masked triangles sorted to the end. Run by importers.
     ///
     /// # Errors
     /// [`SceneError::Inconsistent`] for the first part that breaks one.
@@ -40,7 +37,7 @@ impl Scene {
         self.check().map_err(|flaw| self.inconsistent(&flaw))
     }
 
-    pub(crate) fn inconsistent(&self, Flaw { part, what }: &Flaw) -> SceneError {
+    pub fn inconsistent(&self, Flaw { part, what }: &Flaw) -> SceneError {
         let part = match *part {
             Part::Mesh(i) => format!("mesh {}", self.meshes[i].name),
             Part::Instance(i) => format!("instance {}", self.instances[i].name),
@@ -53,7 +50,7 @@ impl Scene {
         SceneError::Inconsistent { scene: self.name.clone(), what: format!("{part}: {what}") }
     }
 
-    pub(crate) fn check(&self) -> Result<(), Flaw> {
+    pub fn check(&self) -> Result<(), Flaw> {
         fn each<T>(
             list: &[T],
             part: fn(usize) -> Part,

@@ -12,7 +12,8 @@ use pt_core::trace::TraceBackend;
 use pt_scene::animation::{Deformation, Influence, MorphDelta, Skin};
 use pt_scene::glam::{Affine3A, Quat, Vec3, Vec4};
 use pt_scene::gpu::GpuScene;
-use pt_scene::{AnimationChoice, Instance, LoadOptions, Material, Mesh, Scene, load};
+use pt_import::{LoadOptions, load};
+use pt_scene::{AnimationChoice, Instance, Material, Mesh, Scene};
 
 /// A strip along +Y of 2 x 64 vertices with two joints, one at each end, and a morph target that bulges it.
 fn strip() -> Scene {

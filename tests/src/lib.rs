@@ -1,31 +1,22 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::cli::{BackendChoice, CameraArgs, DeviceArgs};
+use pt_app::args::{BackendChoice, CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
-use pt_core::image_file::{ImageState, LinearImage};
+use pt_image::image_file::{ImageState, LinearImage};
 use pt_core::trace::TraceBackend;
-use pt_scene::{Camera, LoadOptions, Scene};
+use pt_import::LoadOptions;
+use pt_scene::{Camera, Scene};
 use pt_shaders::channels::ChannelId;
-use std::path::{Path, PathBuf};
-
-/// Test data beside the workspace, not part of it; says so when it is missing.
-pub fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name);
-    if !path.exists() {
-        println!("skipped: {} is missing", path.display());
-    }
-    path.exists().then_some(path)
-}
 
 /// A built-in scene as `pt render` sees it.
 ///
 /// # Panics
 /// When there is none of this name.
 pub fn builtin(name: &str) -> Scene {
-    pt_scene::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+    pt_import::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A scene that is rendered frame by frame. Its methods panic where a test has to fail.

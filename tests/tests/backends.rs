@@ -1,12 +1,14 @@
 //! The three ways to trace rays see one scene: at the same seed they give the same frames.
 
-use pt_app::cli::BackendChoice;
-use pt_core::image_file::LinearImage;
-use pt_core::metrics::{Metric, compare};
+use pt_app::args::BackendChoice;
+use pt_image::image_file::LinearImage;
+use pt_image::metrics::{Metric, compare};
 use pt_core::trace::TraceBackend;
-use pt_scene::{LoadOptions, Scene, open};
+use pt_import::{LoadOptions, open};
+use pt_scene::Scene;
 use pt_shaders::channels::{FLAT_COLOR, VISIBILITY};
-use pt_tests::{Frames, builtin, shared};
+use pt_test_data::shared;
+use pt_tests::{Frames, builtin};
 
 /// Share of pixels that must see the same triangle of the same instance; rounding decides the rest at edges.
 const SAME_HITS: f64 = 0.999;
@@ -69,9 +71,10 @@ fn gallery() {
 
 /// Textures, masked leaves and an environment.
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn sponza() {
-    let Some(file) = shared("scenes/Sponza/Sponza.gltf") else { return };
-    let Some(environment) = shared("environments/royal_esplanade_1k.hdr") else { return };
+    let file = shared("scenes/Sponza/Sponza.gltf");
+    let environment = shared("environments/royal_esplanade_1k.hdr");
     let options = LoadOptions { environment: Some(environment), ..LoadOptions::default() };
     agree("Sponza", &open(file.to_str().unwrap(), &options).unwrap(), [64, 36]);
 }

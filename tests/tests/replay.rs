@@ -4,7 +4,7 @@ use clap::Parser;
 use pt_app::cli::{Cli, Command};
 use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::{ReplayArgs, replay};
-use pt_core::image_file::LayeredImage;
+use pt_image::image_file::LayeredImage;
 use pt_core::settings::Validate;
 use pt_core::{ChannelImages, Device, Frame, Result};
 use pt_denoise::{Composite, DenoiseParams};

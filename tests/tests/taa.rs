@@ -1,14 +1,16 @@
 //! Temporal anti-aliasing on the built-in scenes, with shading that has no noise: what is left is aliasing and history.
 
-use pt_app::cli::BackendChoice;
+use pt_app::args::BackendChoice;
 use pt_app::params::resolve;
-use pt_core::image_file::{ImageState, LinearImage};
-use pt_core::metrics::{Metric, compare};
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_image::metrics::{Metric, compare};
 use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;
-use pt_post::oracle::{Image, TaaFrame, TaaOracle};
-use pt_post::{ClipSpace, Rectify, TaaParams};
-use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, NORMAL, VISIBILITY};
+use pt_core::test_support::TestDevice;
+use pt_core::{Device, Recorder};
+use pt_post::oracle::Image;
+use pt_post::{ClipSpace, Rectify, Taa, TaaParams};
+use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, Format, NORMAL, VISIBILITY};
 use pt_tests::{Frames, builtin};
 
 const SIZE: [u32; 2] = [160, 90];
@@ -19,8 +21,8 @@ const LIMIT: f64 = 0.02;
 /// One frame as temporal anti-aliasing gets it.
 struct Shot {
     color: Image,
-    motion: Vec<[f64; 2]>,
-    jitter: [f64; 2],
+    motion: Vec<[f32; 2]>,
+    jitter: [f32; 2],
     /// Which instance each pixel shows.
     instance: Vec<u32>,
 }
@@ -32,7 +34,7 @@ fn shoot(scene: &str, count: u32, seconds_per_frame: f64) -> Vec<Shot> {
     let camera = scene.default_camera();
     let mut frames = Frames::with_params(scene, &camera, BackendChoice::Compute, SIZE, 0, false, params);
     let light = glam::Vec3::new(0.4, 0.8, 0.45).normalize();
-    (0..count)
+    let shots = (0..count)
         .map(|index| {
             frames.render(f64::from(index) * seconds_per_frame);
             let base = to_flat(frames.floats(BASE_COLOR).as_chunks::<4>().0, SIZE);
@@ -49,20 +51,35 @@ fn shoot(scene: &str, count: u32, seconds_per_frame: f64) -> Vec<Shot> {
             let motion = frames.floats(FLAT_MOTION);
             Shot {
                 color: Image { size: SIZE, pixels },
-                motion: motion.as_chunks::<2>().0.iter().map(|m| m.map(f64::from)).collect(),
-                jitter: pt_gbuffer::halton(index).map(f64::from),
+                motion: motion.as_chunks::<2>().0.to_vec(),
+                jitter: pt_gbuffer::halton(index),
                 instance: instance.iter().map(|v| v[0]).collect(),
             }
         })
-        .collect()
+        .collect();
+    frames.finish();
+    shots
 }
 
-fn resolve_all(shots: &[Shot], params: &TaaParams) -> Vec<Image> {
-    let mut taa = TaaOracle::new(SIZE);
-    let flags = vec![1; (SIZE[0] * SIZE[1]) as usize];
+/// What the stage makes of the frames, one after the other.
+fn resolve_all(device: &Device, shots: &[Shot], params: &TaaParams) -> Vec<Image> {
+    let mut taa = Taa::new(device, SIZE).unwrap();
+    let color = pt_core::Image::new(device, "color", Format::Rgba32F, SIZE).unwrap();
+    let motion = pt_core::Image::new(device, "motion", Format::Rg32F, SIZE).unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     let next = |shot: &Shot| {
-        let Shot { color, motion, jitter, .. } = shot;
-        taa.next(&TaaFrame { color, flags: &flags, motion, jitter: *jitter }, params)
+        // Alpha holds the pixel's flags: a surface that neither reflects nor refracts.
+        let texels: Vec<f32> =
+            shot.color.pixels.iter().flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 1.0]).collect();
+        color.write_f32(&texels).unwrap();
+        motion.write_f32(shot.motion.as_flattened()).unwrap();
+        let mut frame = recorder.begin().unwrap();
+        taa.record(&mut frame, &color, &motion, shot.jitter, params).unwrap();
+        frame.submit().unwrap();
+        recorder.finish().unwrap();
+        let texels = taa.resolved().read_f32().unwrap();
+        let pixels = texels.chunks_exact(4).map(|c| [c[0], c[1], c[2]].map(f64::from)).collect();
+        Image { size: SIZE, pixels }
     };
     shots.iter().map(next).collect()
 }
@@ -86,10 +103,11 @@ fn gallery_converges_to_the_reference() {
             sum.iter_mut().zip(c).for_each(|(s, v)| *s += v / shots.len() as f64);
         }
     }
+    let device = TestDevice::open();
     println!("one sample: FLIP {:.4}", flip(&shots[0].color, &reference));
     for space in [ClipSpace::Pq, ClipSpace::Ycocg, ClipSpace::Rgb] {
         let params = TaaParams { space, ..TaaParams::default() };
-        let error = flip(resolve_all(&shots[..64], &params).last().unwrap(), &reference);
+        let error = flip(resolve_all(&device, &shots[..64], &params).last().unwrap(), &reference);
         println!("{space:?}: FLIP {error:.4}");
         // Linear RGB has no box over time: it loses the thinnest lines.
         assert!(error < LIMIT || space == ClipSpace::Rgb, "{space:?}: {error}");
@@ -106,6 +124,7 @@ fn trails_behind_moving_edges_are_short() {
     let mut seen = std::collections::BTreeMap::new();
     shots.iter().flat_map(|shot| &shot.instance).for_each(|i| *seen.entry(*i).or_insert(0) += 1);
     let ground = *seen.iter().max_by_key(|(_, count)| **count).unwrap().0;
+    let device = TestDevice::open();
     let mut trails = Vec::new();
     let mut at_once = None;
     for (name, space, rectify, temporal) in [
@@ -119,7 +138,7 @@ fn trails_behind_moving_edges_are_short() {
         ("RGB clip", ClipSpace::Rgb, Rectify::Clip, 0.0),
     ] {
         let params = TaaParams { space, rectify, temporal, ..TaaParams::default() };
-        let resolved = resolve_all(&shots, &params);
+        let resolved = resolve_all(&device, &shots, &params);
         let mut age = vec![99usize; pixels];
         let mut errors = vec![(0.0, 0u32); 100];
         for (frame, pair) in shots.windows(2).enumerate() {

@@ -7,7 +7,7 @@ pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
 use crate::error::{Error, Result, VkContext};
-use crate::texture::{SamplerDesc, Wrap};
+use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
@@ -23,7 +23,7 @@ pub struct DeviceOptions {
     pub validation: bool,
 }
 
-/// Counts of what is expensive to create; a frame in its stride creates none of it.
+/// Counts of what is expensive to create; a steady-state frame creates none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counters {
     /// Pipelines created so far.
@@ -146,8 +146,8 @@ impl Device {
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY: valid device and create info.
         let one_off = unsafe { raw.create_command_pool(&pool_info, None) }.context("vkCreateCommandPool")?;
-        let texture_layout = crate::texture::table_layout(&raw, capabilities.max_textures)?;
-        let linear_sampler = crate::texture::create_sampler(
+        let texture_layout = table_layout(&raw, capabilities.max_textures)?;
+        let linear_sampler = create_sampler(
             &raw,
             &SamplerDesc { wrap: [Wrap::ClampToEdge; 2], max_anisotropy: 1.0, ..SamplerDesc::default() },
         )?;
@@ -193,7 +193,7 @@ impl Device {
         self.0.instance.validation.as_ref().map(|messenger| messenger.log())
     }
 
-    /// Layout of the bindless texture set ([`crate::texture::TEXTURE_SET`]), the same for every kernel.
+    /// Layout of the bindless texture set ([`crate::sampler::TEXTURE_SET`]), the same for every kernel.
     pub(crate) fn texture_layout(&self) -> vk::DescriptorSetLayout {
         self.0.texture_layout
     }

@@ -4,9 +4,11 @@
 mod hazards;
 mod pass;
 mod recorder;
+mod resource;
 mod uniforms;
 
 pub(crate) use hazards::Touch;
-pub use pass::{Pass, PassInfo};
+pub use pass::Pass;
 pub use recorder::{Frame, FrameTiming, PassTiming, Recorder};
+pub use resource::{PassInfo, Resource};
 pub use uniforms::Uniforms;

@@ -2,6 +2,7 @@
 
 use super::hazards::Touch;
 use super::recorder::Frame;
+use super::resource::{Keep, PassInfo, Resource};
 use crate::buffer::Buffer;
 use crate::channels::ChannelImages;
 use crate::error::{Error, Result};
@@ -12,82 +13,6 @@ use ash::vk;
 use pt_shaders::GpuStruct;
 use pt_shaders::channels::ChannelId;
 use std::collections::BTreeMap;
-
-/// A row of the pass table.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct PassInfo {
-    /// Pass name.
-    pub name: String,
-    /// Kernel that it runs; in parentheses what the driver does instead, such as `(copy)`.
-    pub kernel: String,
-    /// Threads.
-    pub extent: [u32; 3],
-    /// Names of the resources that it reads.
-    pub reads: Vec<String>,
-    /// Names of the resources that it writes.
-    pub writes: Vec<String>,
-    /// Bytes that it moves when it touches every texel of its images and every byte of its buffers once.
-    pub bytes: u64,
-}
-
-impl PassInfo {
-    /// Whether it runs a kernel, so that `extent` counts threads.
-    pub fn runs_kernel(&self) -> bool {
-        !self.kernel.starts_with('(')
-    }
-}
-
-/// What a frame in flight keeps alive.
-pub(crate) enum Keep {
-    Buffer(#[expect(dead_code, reason = "held, not used")] Buffer),
-    Image(#[expect(dead_code, reason = "held, not used")] Image),
-    Kernel(#[expect(dead_code, reason = "held, not used")] Kernel),
-    Textures(#[expect(dead_code, reason = "held, not used")] TextureTable),
-}
-
-/// A resource that can be bound by name.
-#[derive(Clone)]
-pub enum Resource {
-    /// A storage image.
-    Image(Image),
-    /// A uniform or storage buffer.
-    Buffer(Buffer),
-}
-
-impl From<&Image> for Resource {
-    fn from(image: &Image) -> Self {
-        Self::Image(image.clone())
-    }
-}
-
-impl From<&Buffer> for Resource {
-    fn from(buffer: &Buffer) -> Self {
-        Self::Buffer(buffer.clone())
-    }
-}
-
-impl Resource {
-    fn id(&self) -> u64 {
-        match self {
-            Self::Image(image) => image.id(),
-            Self::Buffer(buffer) => buffer.id(),
-        }
-    }
-
-    fn bytes(&self) -> u64 {
-        match self {
-            Self::Image(image) => image.bytes(),
-            Self::Buffer(buffer) => buffer.size(),
-        }
-    }
-
-    fn keep(&self) -> Keep {
-        match self {
-            Self::Image(image) => Keep::Image(image.clone()),
-            Self::Buffer(buffer) => Keep::Buffer(buffer.clone()),
-        }
-    }
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Use {
@@ -109,6 +34,13 @@ pub struct Pass<'f, 'r> {
     textures: Option<TextureTable>,
     push: Vec<u8>,
     problem: Option<String>,
+}
+
+impl<'r> Frame<'r> {
+    /// Declares a pass that runs `kernel`; `dispatch` ends the declaration.
+    pub fn pass<'f>(&'f mut self, name: &str, kernel: &'f Kernel) -> Pass<'f, 'r> {
+        Pass::new(self, name, kernel)
+    }
 }
 
 impl<'f, 'r> Pass<'f, 'r> {
@@ -349,7 +281,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             }
         }
         if reflection.textures {
-            sets.extend(self.textures.as_ref().map(|table| (crate::texture::TEXTURE_SET, table.set())));
+            sets.extend(self.textures.as_ref().map(|table| (crate::sampler::TEXTURE_SET, table.set())));
         }
         Ok(sets)
     }

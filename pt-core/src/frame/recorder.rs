@@ -1,11 +1,10 @@
 //! Frames in flight, their command buffers, timestamps and counters.
 
 use super::hazards::{Barrier, Hazards, Touch};
-use super::pass::{Keep, Pass, PassInfo};
+use super::resource::{Keep, PassInfo};
 use crate::buffer::{Buffer, Location};
 use crate::device::{Counters, Device};
 use crate::error::{Error, Result, VkContext};
-use crate::kernel::Kernel;
 use ash::vk;
 use std::ffi::CString;
 use std::time::Instant;
@@ -249,11 +248,6 @@ impl<'r> Frame<'r> {
     /// Frames since the recorder was made.
     pub fn index(&self) -> u32 {
         self.recorder.frame
-    }
-
-    /// Declares a pass that runs `kernel`; `dispatch` ends the declaration.
-    pub fn pass<'f>(&'f mut self, name: &str, kernel: &'f Kernel) -> Pass<'f, 'r> {
-        Pass::new(self, name, kernel)
     }
 
     /// Fills the start of a device-local buffer from the host, in frame order.

@@ -4,7 +4,7 @@ use super::{WARM_UP, measure};
 use crate::console::program;
 use crate::device::{Device, DeviceOptions};
 use crate::frame::Frame;
-use crate::image_file::ImageSize;
+use pt_image::image_file::ImageSize;
 use clap::Parser;
 use std::error::Error;
 use std::io::Write;

@@ -11,13 +11,13 @@ pub use bench::bench;
 pub use copy::copy_bandwidth;
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
-use crate::atomic_file::check_writable;
+use pt_image::atomic_file::check_writable;
 use crate::capture::{self, CaptureError, keys};
 use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
 use crate::error::Error;
 use crate::frame::Frame;
-use crate::image_file::{ImageFileError, Layer, LayeredImage, OutputFormat};
+use pt_image::image_file::{ImageFileError, Layer, LayeredImage, OutputFormat};
 use crate::settings::{SettingsError, Validate, apply_sets};
 use pt_shaders::channels::ChannelId;
 use serde::Serialize;

@@ -60,7 +60,7 @@ impl Layout {
             stages,
         };
         for (set, slot) in (0u32..).zip(&mut layout.sets) {
-            if set == crate::texture::TEXTURE_SET {
+            if set == crate::sampler::TEXTURE_SET {
                 *slot = device.texture_layout();
                 continue;
             }
@@ -99,7 +99,7 @@ impl Drop for Layout {
         unsafe {
             self.device.raw().destroy_pipeline_layout(self.handle, None);
             for (set, handle) in (0u32..).zip(self.sets) {
-                if set != crate::texture::TEXTURE_SET {
+                if set != crate::sampler::TEXTURE_SET {
                     self.device.raw().destroy_descriptor_set_layout(handle, None);
                 }
             }

@@ -6,7 +6,7 @@ use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use crate::kernels;
-use crate::trace::TraceBackend;
+use crate::backend::TraceBackend;
 use ash::vk;
 use pt_shaders::{GpuStruct, TraceCode};
 

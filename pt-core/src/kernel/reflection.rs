@@ -88,7 +88,7 @@ pub(crate) fn reflect<P: GpuStruct>(kernel: &str, stage: Stage, spirv: &[u8]) ->
         match variable {
             Variable::Descriptor { name, desc_bind, desc_ty, ty, .. } => {
                 let (set, binding) = desc_bind.into_inner();
-                if set == crate::texture::TEXTURE_SET {
+                if set == crate::sampler::TEXTURE_SET {
                     out.textures = true;
                     continue;
                 }

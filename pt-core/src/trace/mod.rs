@@ -7,7 +7,6 @@
 //! All of them name the same hit: instance, triangle of its mesh, and barycentrics and t computed by one GLSL function.
 
 mod accel;
-mod backend;
 pub mod bench;
 mod bench_rays;
 pub mod bvh;
@@ -18,59 +17,14 @@ mod refit;
 mod vulkan_as;
 
 pub use accel::AccelStructure;
-pub use backend::{TraceBackend, UnknownBackend};
+pub use crate::backend::{TraceBackend, UnknownBackend};
 pub use bench::{CLEARLY_FASTER, Choice, choose};
 pub use bench_rays::{NativeRays, RayKind};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};
 pub use native::NativeScene;
 
+pub use crate::error::TraceError;
 use glam::{Affine3A, UVec3, Vec3};
-
-/// Why an acceleration structure could not be built.
-#[derive(Debug, thiserror::Error)]
-pub enum TraceError {
-    /// An index points past the vertices.
-    #[error("triangle {triangle}: vertex {vertex} does not exist, the mesh has {vertices}")]
-    VertexIndex {
-        /// Triangle of the mesh.
-        triangle: usize,
-        /// Its vertex index.
-        vertex: u32,
-        /// Number of vertices.
-        vertices: usize,
-    },
-    /// A tree is deeper than the traversal's stack.
-    #[error(
-        "a BVH has {depth} levels, the traversal takes {limit}: far too many triangles or instances coincide"
-    )]
-    BvhDepth {
-        /// Levels of the tree.
-        depth: u32,
-        /// Levels that the stack allows.
-        limit: u32,
-    },
-    /// An instance names a mesh that is not there.
-    #[error("instance {instance}: mesh {mesh} does not exist, there are {meshes}")]
-    UnknownMesh {
-        /// Instance index.
-        instance: usize,
-        /// Mesh index.
-        mesh: u32,
-        /// Number of meshes.
-        meshes: usize,
-    },
-    /// More instances than the 24 bits of an instance index can name.
-    #[error("{0} instances: at most 16777215 can be traced")]
-    TooManyInstances(usize),
-    /// More instances than memory was taken for.
-    #[error("{instances} instances: the acceleration structure was made for {capacity}")]
-    Capacity {
-        /// Instances given.
-        instances: usize,
-        /// Instances announced.
-        capacity: usize,
-    },
-}
 
 /// Triangles of one mesh, object space, metres.
 #[derive(Clone, Copy, Debug)]

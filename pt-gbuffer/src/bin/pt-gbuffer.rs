@@ -7,11 +7,11 @@ use clap::Parser;
 use pt_core::capture::keys;
 use pt_core::frame::Uniforms;
 use pt_core::harness::{StageArgs, check_output, save};
-use pt_core::image_file::ImageSize;
+use pt_image::image_file::ImageSize;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
-use pt_scene::LoadOptions;
+use pt_import::LoadOptions;
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
 use std::io::Write;
@@ -53,7 +53,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         check_output(path)?;
     }
     let options = LoadOptions { environment: args.env.clone(), ..LoadOptions::default() };
-    let scene = pt_scene::open(&args.scene, &options)?;
+    let scene = pt_import::open(&args.scene, &options)?;
     for notice in &scene.notices {
         console::print_warning(notice);
     }

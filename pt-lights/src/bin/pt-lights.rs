@@ -11,7 +11,8 @@ use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Recorder, console};
 use pt_lights::{DirectLighting, DirectParams, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
-use pt_scene::{Environment, LoadOptions, Scene};
+use pt_import::LoadOptions;
+use pt_scene::{Environment, Scene};
 use pt_shaders::channels::COLOR_HF;
 use pt_shaders::records::FrameRecord;
 use std::io::Write;
@@ -50,7 +51,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
-    let mut scene = pt_scene::open(&args.scene, &LoadOptions::default())?;
+    let mut scene = pt_import::open(&args.scene, &LoadOptions::default())?;
     if let Some(path) = &args.env {
         scene.environment = Environment::load(path)?;
     }

@@ -1,8 +1,7 @@
 //! Test pictures in linear display light, 0 to 1.
 
-use pt_core::image_file::LinearImage;
+use pt_image::image_file::LinearImage;
 use pt_post::oracle::{Image, srgb_encode};
-use std::path::Path;
 
 /// sRGB codes of linear values.
 pub fn to_codes(image: &Image) -> Image {
@@ -60,17 +59,12 @@ pub fn text(size: [u32; 2]) -> Image {
     })
 }
 
-/// A crop of a photographed environment, exposed and compressed by Reinhard's curve; none without the shared data.
-pub fn natural() -> Option<(&'static str, Image)> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/environments/royal_esplanade_1k.hdr");
-    if !path.exists() {
-        println!("skipped: {} is missing", path.display());
-        return None;
-    }
-    let photo = LinearImage::read(&path).unwrap();
-    let image = Image::from_fn([256, 160], |x, y| {
+/// A crop of a photographed environment, exposed and compressed by Reinhard's curve.
+pub fn natural() -> Image {
+    let photo =
+        LinearImage::read(&pt_test_data::shared("environments/royal_esplanade_1k.hdr")).unwrap();
+    Image::from_fn([256, 160], |x, y| {
         let c = photo.pixels[((y + 180) * photo.width + x + 300) as usize];
         c.map(|v| f64::from(v) * 0.8 / (1.0 + f64::from(v) * 0.8))
-    });
-    Some(("natural", image))
+    })
 }

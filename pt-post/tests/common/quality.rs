@@ -1,7 +1,7 @@
 //! How close a picture is to another, both as sRGB codes from 0 to 1.
 
-use pt_core::image_file::{ImageState, LinearImage, srgb_decode};
-use pt_core::metrics::{Metric, compare};
+use pt_image::image_file::{ImageState, LinearImage, srgb_decode};
+use pt_image::metrics::{Metric, compare};
 use pt_post::oracle::Image;
 use std::fmt;
 

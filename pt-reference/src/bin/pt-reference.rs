@@ -5,9 +5,10 @@
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use pt_core::console;
-use pt_core::image_file::{Layer, LayeredImage, OutputFormat, check_output, check_size};
+use pt_image::image_file::{Layer, LayeredImage, OutputFormat, check_output, check_size};
 use pt_reference::direct::{DirectLight, Quality};
-use pt_scene::{Environment, LoadOptions};
+use pt_import::LoadOptions;
+use pt_scene::Environment;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,7 +54,7 @@ fn main() -> ExitCode {
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let format = check_output(&args.output)?;
     ensure!(format == OutputFormat::Exr, "{}: the output is linear radiance, an .exr", args.output.display());
-    let mut scene = pt_scene::open(&args.scene, &LoadOptions::default())?;
+    let mut scene = pt_import::open(&args.scene, &LoadOptions::default())?;
     if let Some(path) = &args.env {
         scene.environment = Environment::load(path)?;
     }

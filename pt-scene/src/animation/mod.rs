@@ -7,14 +7,13 @@ mod deform;
 mod sampler;
 
 pub use deform::{Deformation, DeformedVertices, Influence, MorphDelta, Skin, VertexLists};
-pub(crate) use sampler::unit;
-pub use sampler::{Interpolation, Sampler};
+pub use sampler::{Interpolation, Sampler, unit};
 
 use glam::{Affine3A, Quat, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::scene::is_invertible;
+use crate::transform::is_invertible;
 
 /// Which of a file's animations play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -254,16 +253,6 @@ fn parents_first(nodes: &[RigNode]) -> Result<Vec<u32>, usize> {
         Some(lost) => Err(lost),
         None => Ok(order),
     }
-}
-
-/// The nearest transform that can be inverted: what is scaled to nothing keeps a millionth of its size.
-pub(crate) fn visible(transform: Affine3A) -> Affine3A {
-    if is_invertible(&transform) {
-        return transform;
-    }
-    let translation = Vec3::from(transform.translation);
-    let translation = if translation.is_finite() { translation } else { Vec3::ZERO };
-    Affine3A::from_scale_rotation_translation(Vec3::splat(1e-6), Quat::IDENTITY, translation)
 }
 
 /// Follows a node of a rig.

@@ -147,7 +147,7 @@ fn slerp(a: Quat, b: Quat, s: f32) -> Quat {
     (a * wa + b * wb).normalize().as_quat()
 }
 
-pub(crate) fn unit(q: Quat) -> Quat {
+pub fn unit(q: Quat) -> Quat {
     if q.length_squared() > 0.0 && q.is_finite() { q.normalize() } else { Quat::IDENTITY }
 }
 

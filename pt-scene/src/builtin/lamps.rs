@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::noise::hash;
+use crate::hash::hash;
 use super::shapes::{Arch, Shape};
 use super::{add_material, place};
 use crate::{Camera, CameraKey, CameraPath, Material, Scene};

@@ -15,7 +15,6 @@ mod solids;
 mod textures;
 mod veach;
 
-pub(crate) use noise::hash;
 
 use crate::{Material, Mesh, Scene};
 

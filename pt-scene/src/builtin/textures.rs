@@ -5,9 +5,10 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::noise::{fbm, hash, picture};
+use super::noise::{fbm, picture};
 use super::shapes::Shape;
 use super::{add_material, place};
+use crate::hash::hash;
 use crate::{AlphaMode, Camera, Environment, Light, Material, Scene, Texture, TextureRef};
 
 /// Sides of the signs with zone plates and print, metres: each half the one before.

@@ -2,9 +2,8 @@
 
 use crate::{Environment, Filter, MipFilter, Sampler, Scene, Texels, Texture, TextureUsage, Wrap};
 use pt_core::Device;
-use pt_core::texture::{
-    self, MipMode, SamplerDesc, TextureDesc, TextureFormat, TextureTable, TextureTableBuilder,
-};
+use pt_core::sampler::{self, MipMode, SamplerDesc};
+use pt_core::texture::{TextureDesc, TextureFormat, TextureTable, TextureTableBuilder};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::mpsc::{self, Receiver};
@@ -17,9 +16,9 @@ const BATCHES_AHEAD: usize = 8;
 
 fn sampler(s: Sampler) -> SamplerDesc {
     let wrap = |w| match w {
-        Wrap::Repeat => texture::Wrap::Repeat,
-        Wrap::MirroredRepeat => texture::Wrap::MirroredRepeat,
-        Wrap::ClampToEdge => texture::Wrap::ClampToEdge,
+        Wrap::Repeat => sampler::Wrap::Repeat,
+        Wrap::MirroredRepeat => sampler::Wrap::MirroredRepeat,
+        Wrap::ClampToEdge => sampler::Wrap::ClampToEdge,
     };
     let linear = |f| f == Filter::Linear;
     SamplerDesc {
@@ -127,7 +126,7 @@ fn add_environment(builder: &mut TextureTableBuilder, environment: &Environment)
         extent: [image.width, image.height],
         format: TextureFormat::Rgba32F,
         sampler: SamplerDesc {
-            wrap: [texture::Wrap::Repeat, texture::Wrap::ClampToEdge],
+            wrap: [sampler::Wrap::Repeat, sampler::Wrap::ClampToEdge],
             mip: MipMode::Off,
             max_anisotropy: 1.0,
             ..SamplerDesc::default()

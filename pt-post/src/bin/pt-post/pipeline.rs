@@ -4,7 +4,7 @@ use crate::Input;
 use crate::chain::Chain;
 use anyhow::Result;
 use pt_core::capture::keys;
-use pt_core::image_file::{Layer, LayeredImage, OutputFormat};
+use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_core::{ChannelImages, Device, Frame, Image, Recorder};
 use pt_post::{
     Accumulate, Bloom, BloomMix, Exposure, Fsr, PostParams, Taa, ToneMap, picture_layers, radiance,

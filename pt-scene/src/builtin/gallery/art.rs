@@ -4,7 +4,8 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
-use super::super::noise::{fbm, hash, normal_map, picture, roughness_map};
+use super::super::noise::{fbm, normal_map, picture, roughness_map};
+use crate::hash::hash;
 use crate::{Sampler, Texture, Wrap};
 
 const SIZE: u32 = 512;

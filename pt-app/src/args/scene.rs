@@ -1,0 +1,84 @@
+//! Command-line arguments that say which scene is read, and how.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use pt_import::LoadOptions;
+use pt_scene::AnimationChoice;
+
+use super::values::{finite, finite_f64, not_negative, positive_f64};
+
+/// The scene with its environment and its time.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// glTF or GLB file, or the name of a built-in scene.
+    #[arg(value_name = "SCENE")]
+    pub file: String,
+    /// How it is read.
+    #[command(flatten)]
+    pub load: LoadArgs,
+    /// Time of the first frame in the scene's animation, seconds.
+    #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = finite_f64, allow_negative_numbers = true, help_heading = "Scene")]
+    pub time: f64,
+    /// Frames per second of scene time between successive frames.
+    #[arg(long, value_name = "F", default_value_t = 60.0, value_parser = positive_f64, allow_negative_numbers = true, help_heading = "Scene")]
+    pub fps: f64,
+}
+
+impl SceneArgs {
+    /// What the loader needs to know.
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions { time: self.time, ..self.load.load_options() }
+    }
+}
+
+/// What is taken from a scene's file, and what is added.
+#[derive(Clone, Debug, Args)]
+pub struct LoadArgs {
+    /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub gltf_scene: Option<String>,
+    /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
+    #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
+    pub variant: Option<String>,
+    /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
+    #[arg(long, value_name = "DIR", help_heading = "Scene")]
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together.
+    #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
+    pub max_texture_pixels: u64,
+    /// Most bytes of geometry that the scene may ask for: a small file can name the same data any number of times.
+    #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_GEOMETRY_BYTES, help_heading = "Scene")]
+    pub max_geometry_bytes: u64,
+    /// Environment: a lat-long .hdr or .exr image.
+    #[arg(long, value_name = "F", help_heading = "Scene")]
+    pub env: Option<PathBuf>,
+    /// Turns the environment about +Y, in degrees, counter-clockwise seen from above: 90 moves what was at +X to -Z.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true, help_heading = "Scene")]
+    pub env_rotation: f32,
+    /// Factor on the radiance of the environment, 0 or more.
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = not_negative, allow_negative_numbers = true, help_heading = "Scene")]
+    pub env_intensity: f32,
+    /// Animation of a glTF file that plays: a name, an index from 0, all, or none. Animations start again when they are over [default: the
+    /// first, with every other one that moves nothing that is moved already]
+    #[arg(long, value_name = "NAME|INDEX|all|none", help_heading = "Scene")]
+    pub animation: Option<AnimationChoice>,
+}
+
+impl LoadArgs {
+    /// What the loader needs to know, for the scene as it is at time 0.
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            environment: self.env.clone(),
+            environment_rotation: self.env_rotation.to_radians(),
+            environment_intensity: self.env_intensity,
+            scene: self.gltf_scene.clone(),
+            variant: self.variant.clone(),
+            baked: self.baked.clone(),
+            max_texture_pixels: self.max_texture_pixels,
+            max_geometry_bytes: self.max_geometry_bytes,
+            animation: self.animation.clone().unwrap_or_default(),
+            ..LoadOptions::default()
+        }
+    }
+}

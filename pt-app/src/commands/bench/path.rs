@@ -1,0 +1,195 @@
+//! `pt bench path`: the whole path loop of the reference path tracer, and the CPU's traversal of as many rays.
+
+use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
+use crate::session::Session;
+use anyhow::Result;
+use clap::Args;
+use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_image::image_file::ImageSize;
+use pt_core::trace::{NativeRays, RayKind};
+use pt_reference::{FilmState, Progressive, ReferenceParams};
+use pt_scene::gpu::{camera_record, mesh_geometry, placements};
+use pt_shaders::records::FrameRecord;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// `pt bench path`
+#[derive(Clone, Debug, Args)]
+pub struct BenchPathArgs {
+    /// What is rendered.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The view.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Also write the result to this JSON file.
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+    /// Image size.
+    #[arg(long, value_name = "WxH", default_value = "320x180")]
+    pub size: ImageSize,
+    /// Samples of each pixel in a timed window.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: u32,
+    /// Scattering events after the first hit, at most.
+    #[arg(long, value_name = "B", default_value_t = 8)]
+    pub max_bounces: u32,
+    /// Timed windows; the median counts.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub windows: u32,
+    /// Where it runs.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+/// Most rays of a kind that the CPU traces in a window, where a GPU has traced many more.
+const MOST_NATIVE_RAYS: f64 = 2e6;
+
+/// What a number of samples took, and the CPU's traversal after it.
+struct Window {
+    seconds: f64,
+    pass_ms: BTreeMap<String, f64>,
+    /// Nearest hits, shadow rays.
+    rays: [f64; 2],
+    /// Of the CPU, for each of [`RayKind::ALL`].
+    native_mrays_per_s: [f64; 4],
+    /// Seconds that the CPU takes for as many rays.
+    native_seconds: f64,
+}
+
+impl Window {
+    fn ratio(&self) -> f64 {
+        self.native_seconds / self.seconds
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown scene or device, a file that can't be written.
+pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
+    if let Some(path) = &args.json {
+        check_writable(path)?;
+    }
+    let scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
+    let mut session = Session::open(&args.device, &args.camera, scene)?;
+    let size = [args.size.width, args.size.height];
+    let record = camera_record(&session.camera.at(args.scene.time), size);
+    let native =
+        NativeRays::new(&mesh_geometry(&session.scene), &placements(&session.scene), &record, size, 0)?;
+    let triangles = session.scene.statistics().instanced_triangles;
+
+    let frame = FrameRecord::new(record, record, size, 0, 0);
+    let params = ReferenceParams { max_bounces: args.max_bounces, ..ReferenceParams::default() };
+    let mut render =
+        Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, None, 0)?;
+    // Sums, seconds and milliseconds of the passes; reading the sums takes time of its own.
+    let mut advance = |end: u32| -> Result<(FilmState, f64, BTreeMap<String, f64>)> {
+        let mut passes = BTreeMap::new();
+        let started = Instant::now();
+        while render.next_sample() < end {
+            let timings = render.step(&session.scene, &mut session.gpu, &session.lights, end)?;
+            for pass in timings.into_iter().flat_map(|frame| frame.passes) {
+                *passes.entry(pass.pass).or_default() += pass.ms;
+            }
+        }
+        let seconds = started.elapsed().as_secs_f64();
+        Ok((render.state()?, seconds, passes))
+    };
+    // Compiles the kernels, and finds out how many samples fit into a step.
+    let (mut before, ..) = advance(args.spp)?;
+    let paths = f64::from(size[0]) * f64::from(size[1]) * f64::from(args.spp);
+    let mut windows = Vec::new();
+    for window in 1..=args.windows {
+        let (after, seconds, pass_ms) = advance(args.spp * (window + 1))?;
+        let rays = [0, 1].map(|kind| (after.rays()[kind] - before.rays()[kind]) as f64);
+        before = after;
+        // In turns with the device, so that both meet the same machine.
+        let counts = native_rays(paths, rays);
+        let native_mrays_per_s = [0, 1, 2, 3]
+            .map(|i| native.mrays_per_s(RayKind::ALL[i], counts[i].ceil().min(MOST_NATIVE_RAYS) as usize));
+        let native_seconds = counts
+            .iter()
+            .zip(native_mrays_per_s)
+            .filter(|(n, _)| **n > 0.0)
+            .map(|(n, rate)| n / rate)
+            .sum::<f64>()
+            * 1e-6;
+        windows.push(Window { seconds, pass_ms, rays, native_mrays_per_s, native_seconds });
+    }
+    session.check_validation()?;
+
+    let mut ratios: Vec<_> = windows.iter().map(Window::ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    let ratio = ratios[ratios.len() / 2];
+    windows.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let window = &windows[windows.len() / 2];
+    let [nearest, shadow] = window.rays;
+    let mrays = (nearest + shadow) * 1e-6;
+    let native = window.native_mrays_per_s;
+    writeln!(
+        out,
+        "{}: {triangles} triangles, {}x{}, {} samples a pixel, {} bounces, {}, {}",
+        session.scene.name,
+        size[0],
+        size[1],
+        args.spp,
+        args.max_bounces,
+        session.device_line(),
+        session.gpu.backend()
+    )?;
+    writeln!(out, "{:>12.2} Mpaths/s (median of {} windows)", paths / window.seconds * 1e-6, windows.len())?;
+    writeln!(
+        out,
+        "{:>12.2} Mrays/s ({:.2} nearest and {:.2} shadow rays a path)",
+        mrays / window.seconds,
+        nearest / paths,
+        shadow / paths
+    )?;
+    writeln!(
+        out,
+        "{:>12.2} Mrays/s native traversal of as many rays (primary {:.2}, bounce {:.2}, shadow {:.2}, from bounces {:.2})",
+        mrays / window.native_seconds,
+        native[0],
+        native[1],
+        native[2],
+        native[3]
+    )?;
+    writeln!(out, "{ratio:>12.2} x native (median; {:.2} to {:.2})", ratios[0], ratios[ratios.len() - 1])?;
+    for (pass, ms) in &window.pass_ms {
+        writeln!(out, "{ms:>12.2} ms {pass}")?;
+    }
+    writeln!(out, "{:>12.2} ms in all, by the wall clock", window.seconds * 1e3)?;
+    if let Some(path) = &args.json {
+        let document = json!({
+            "scene": session.scene.name,
+            "triangles": triangles,
+            "size": size,
+            "samples": args.spp,
+            "max_bounces": args.max_bounces,
+            "device": session.device.info().name,
+            "driver": session.device.info().driver_line(),
+            "backend": session.gpu.backend().to_string(),
+            "seconds": window.seconds,
+            "pass_ms": window.pass_ms,
+            "mpaths_per_s": paths / window.seconds * 1e-6,
+            "mrays_per_s": mrays / window.seconds,
+            "nearest_rays": nearest as u64,
+            "shadow_rays": shadow as u64,
+            "native_mrays_per_s": mrays / window.native_seconds,
+            "ratio_to_native": ratio,
+            "ratios_to_native": ratios,
+        });
+        write_atomic(path, serde_json::to_string_pretty(&document)?.as_bytes())?;
+    }
+    Ok(true)
+}
+
+/// Rays of each kind of [`RayKind::ALL`]: those of paths are bounce rays but for the first, and so are the shadow rays, in the same proportion.
+fn native_rays(paths: f64, [nearest, shadow]: [f64; 2]) -> [f64; 4] {
+    let first = (paths / nearest).min(1.0);
+    [first * nearest, (1.0 - first) * nearest, first * shadow, (1.0 - first) * shadow]
+}

@@ -1,0 +1,237 @@
+//! `pt bench post`: every pass from the interleave to the picture, alone on a synthetic frame.
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use pt_checkerboard::{CheckerboardParams, Interleave};
+use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_core::harness::{PassRow, StageTimes, WARM_UP, copy_bandwidth, measure};
+use pt_image::image_file::ImageSize;
+use pt_core::{ChannelImages, Device, DeviceOptions};
+use pt_post::oracle::{self, TaaFrame, TaaOracle};
+use pt_post::{
+    Bloom, BloomMode, BloomParams, Encoding, Exposure, Fsr, PostParams, Taa, ToneMap, Tonemap, Upscale,
+};
+use pt_shaders::channels::{DISPLAY, FLAT_COLOR, FLAT_MOTION};
+use serde_json::json;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// `pt bench post`
+#[derive(Clone, Debug, Args)]
+pub struct BenchPostArgs {
+    /// Also write the rows to this JSON file.
+    #[arg(long, value_name = "F")]
+    pub json: Option<PathBuf>,
+    /// Size of the picture.
+    #[arg(long, value_name = "WxH", default_value = "3840x2160")]
+    pub size: ImageSize,
+    /// Frames whose time counts.
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: u32,
+    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+}
+
+/// Size at which results are checked against the oracles before anything is timed.
+const CHECK_SIZE: [u32; 2] = [96, 54];
+
+/// A frame and what happens to it.
+struct Chain {
+    name: &'static str,
+    /// Side of the picture over side of the frame.
+    factor: f32,
+    params: PostParams,
+}
+
+fn chains() -> [Chain; 3] {
+    let bloom = BloomParams { mode: BloomMode::Gaussian, ..BloomParams::default() };
+    let params = PostParams { bloom, ..PostParams::default() };
+    let upscaled =
+        |upscale, factor: f32| PostParams { upscale, render_scale: 1.0 / factor, ..params.clone() };
+    let mut native = params.clone();
+    (native.taa.enabled, native.fsr.sharpen) = (true, true);
+    let mut fsr = upscaled(Upscale::Fsr1, 1.5);
+    (fsr.taa.enabled, fsr.tonemap) = (true, Tonemap::NoiseAware);
+    [
+        Chain { name: "native: TAA, bloom, ACES, RCAS", factor: 1.0, params: native },
+        Chain { name: "FSR 1 x1.5: TAA, bloom, noise-aware, EASU, RCAS", factor: 1.5, params: fsr },
+        Chain { name: "TAAU x2: bloom, ACES", factor: 2.0, params: upscaled(Upscale::Taau, 2.0) },
+    ]
+}
+
+/// The stages of a chain on images of their own.
+struct Stages {
+    images: ChannelImages,
+    interleave: Interleave,
+    taa: Taa,
+    bloom: Bloom,
+    exposure: Exposure,
+    tone_map: ToneMap,
+    fsr: Option<Fsr>,
+    params: PostParams,
+}
+
+impl Stages {
+    fn new(device: &Device, output_size: [u32; 2], chain: &Chain) -> Result<Self> {
+        let params = chain.params.clone();
+        let size = params.render_size(output_size);
+        let resolved = if params.upscale == Upscale::Taau { output_size } else { size };
+        let channels = [Interleave::READS, Interleave::WRITES, &[DISPLAY]].concat();
+        let images = ChannelImages::with_output(device, size, output_size, channels)?;
+        // Luminance over six orders of magnitude, neighbours apart: the histogram's atomics are spread as in a noisy frame.
+        let split = images.current(Interleave::READS[0]);
+        let [width, height] = split.extent();
+        let texels: Vec<[f32; 4]> = (0..width as usize * height as usize)
+            .map(|i| [10f32.powf(((i * 7919) % 6007) as f32 / 1000.0 - 3.0), 0.5, 0.25, 1.0])
+            .collect();
+        split.write_f32(texels.as_flattened())?;
+        Ok(Self {
+            images,
+            interleave: Interleave::new(device)?,
+            taa: Taa::new(device, resolved)?,
+            bloom: Bloom::new(device, resolved)?,
+            exposure: Exposure::new(device)?,
+            tone_map: ToneMap::new(device, params.tonemap, Encoding::Srgb)?,
+            fsr: params.uses_fsr().then(|| Fsr::new(device, resolved, output_size)).transpose()?,
+            params,
+        })
+    }
+
+    fn measure(&mut self, device: &Device, warm_up: u32, frames: u32) -> Result<StageTimes> {
+        let Self { images, interleave, taa, bloom, exposure, tone_map, fsr, params } = self;
+        let jitter = [0.125, -0.25];
+        Ok(measure(device, images.size(), warm_up, frames, |frame| {
+            interleave.record(frame, images, &CheckerboardParams::default())?;
+            let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
+            taa.record(frame, color, motion, jitter, &params.taa)?;
+            let bloomed = bloom.record(frame, taa.resolved(), &params.bloom)?;
+            exposure.record(frame, taa.resolved(), Some(1.0 / 60.0), params)?;
+            let picture = images.current(DISPLAY);
+            match fsr {
+                None => tone_map.record(frame, bloomed, exposure, picture, params),
+                Some(fsr) => {
+                    tone_map.record(frame, bloomed, exposure, fsr.codes(), params)?;
+                    fsr.record(frame, picture, params)
+                }
+            }
+        })?)
+    }
+
+    /// Largest difference of the picture from the oracles' one, in codes of 0 to 255, after one frame.
+    fn check(&mut self, device: &Device) -> Result<f64> {
+        // One frame: history, adaptation and curve are then those of the frame itself.
+        self.params.dither = false;
+        self.measure(device, 0, 1)?;
+        let rgb = |values: Vec<f32>| -> Vec<[f64; 3]> {
+            values.chunks_exact(4).map(|c| [c[0], c[1], c[2]].map(f64::from)).collect()
+        };
+        let flat = self.images.current(FLAT_COLOR);
+        let color = oracle::Image { size: flat.extent(), pixels: rgb(flat.read_f32()?) };
+        let pixels = color.pixels.len();
+        let resolved = TaaOracle::new(self.taa.resolved().extent()).next(
+            &TaaFrame {
+                color: &color,
+                flags: &vec![1; pixels],
+                motion: &vec![[0.0; 2]; pixels],
+                jitter: [0.125, -0.25],
+            },
+            &self.params.taa,
+        );
+        let bloomed = oracle::bloom(&resolved, &self.params.bloom);
+        let exposed = oracle::Exposed {
+            scale: self.exposure.read()?.scale.into(),
+            shift: 0.0,
+            curve: self.exposure.read_curve()?.into_iter().map(f64::from).collect(),
+        };
+        let code = |c: &[f64; 3]| oracle::codes(c.map(|v| v as f32), &exposed, Encoding::Srgb, &self.params);
+        let codes = oracle::Image { size: bloomed.size, pixels: bloomed.pixels.iter().map(code).collect() };
+        let sharpened = match &self.fsr {
+            None => codes,
+            Some(fsr) => {
+                let strength = (-f64::from(self.params.fsr.sharpness)).exp2();
+                match fsr.upscaled() {
+                    Some(upscaled) => oracle::rcas(&oracle::easu(&codes, upscaled.extent()), strength, false),
+                    None => oracle::rcas(&codes, strength, false),
+                }
+            }
+        };
+        let shown = self.images.current(DISPLAY).read_f32()?;
+        let pairs = rgb(shown).into_iter().flatten().zip(sharpened.pixels.into_iter().flatten());
+        Ok(pairs.map(|(a, b)| 255.0 * (a - b).abs()).fold(0.0, f64::max))
+    }
+}
+
+/// Most that a picture may differ from the oracles', codes: half a code of rounding, and what half floats between the passes
+/// make of random neighbours after sharpening.
+const CHECK_LIMIT: f64 = 2.5;
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown device, a result that is not the oracles', a file that can't be written.
+pub fn run(args: &BenchPostArgs, out: &mut impl Write) -> Result<bool> {
+    args.json.as_deref().map_or(Ok(()), check_writable)?;
+    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
+    let size: [u32; 2] = args.size.into();
+    let copy = copy_bandwidth(&device, size, args.frames)?;
+    writeln!(out, "{}, {}", device.info().name, device.info().driver_line())?;
+    writeln!(
+        out,
+        "picture {}x{}, {} frames after {WARM_UP} to warm up; copying half floats: {copy:.1} GB/s",
+        size[0], size[1], args.frames
+    )?;
+    let mut documents = Vec::new();
+    for chain in chains() {
+        let difference = Stages::new(&device, CHECK_SIZE, &chain)?.check(&device)?;
+        ensure!(
+            difference <= CHECK_LIMIT,
+            "{}: the picture differs from the oracles' by {difference:.2} codes",
+            chain.name
+        );
+        let mut stages = Stages::new(&device, size, &chain)?;
+        let times = stages.measure(&device, WARM_UP, args.frames)?;
+        let frame_size = stages.images.size();
+        writeln!(
+            out,
+            "\n{} (frame {}x{}); checked at {}x{}: {difference:.2} codes from the oracles",
+            chain.name, frame_size[0], frame_size[1], CHECK_SIZE[0], CHECK_SIZE[1]
+        )?;
+        writeln!(
+            out,
+            "{:<14}  {:>10}  {:>10}  {:>10}  {:>8}  {:>7}",
+            "pass", "median ms", "p95 ms", "MiB", "GB/s", "of copy"
+        )?;
+        let share = |row: &PassRow| row.gb_per_s().map(|rate| rate / copy);
+        for row in &times.passes {
+            writeln!(
+                out,
+                "{:<14}  {:>10.4}  {:>10.4}  {:>10.2}  {:>8}  {:>7}",
+                row.pass,
+                row.time.median_ms,
+                row.time.p95_ms,
+                row.bytes as f64 / f64::from(1 << 20),
+                row.gb_per_s().map_or("-".into(), |rate| format!("{rate:.1}")),
+                share(row).map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)),
+            )?;
+        }
+        writeln!(out, "{:<14}  {:>10.4}  {:>10.4}", "all", times.frame.median_ms, times.frame.p95_ms)?;
+        let rows: Vec<_> = times
+            .passes
+            .iter()
+            .map(|row| json!({ "pass": row, "gb_per_s": row.gb_per_s(), "share_of_copy": share(row) }))
+            .collect();
+        documents.push(json!({
+            "chain": chain.name, "factor": chain.factor, "frame_size": frame_size,
+            "largest_difference_codes": difference, "frame": times.frame, "passes": rows,
+        }));
+    }
+    if let Some(path) = &args.json {
+        let document = json!({
+            "device": device.info().name, "driver": device.info().driver_line(), "size": size,
+            "frames": args.frames, "copy_gb_per_s": copy, "chains": documents,
+        });
+        write_atomic(path, serde_json::to_string_pretty(&document)?.as_bytes())?;
+    }
+    Ok(true)
+}

@@ -1,0 +1,12 @@
+//! The commands, each with its arguments.
+
+pub mod bake;
+pub mod bench;
+pub mod compare;
+pub mod info;
+pub mod merge;
+pub mod passes;
+pub mod reference;
+pub mod render;
+pub mod scenes;
+pub mod sheet;

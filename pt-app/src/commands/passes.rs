@@ -1,0 +1,79 @@
+//! `pt passes`: the frame as a table.
+
+use crate::args::values::assignment;
+use crate::args::{BackendChoice, CameraArgs, DeviceArgs};
+use crate::frame::FullFrame;
+use crate::params;
+use crate::session::Session;
+use anyhow::Result;
+use clap::Args;
+use pt_core::Recorder;
+use pt_image::image_file::ImageSize;
+use std::io::Write;
+
+/// `pt passes`
+#[derive(Clone, Debug, Args)]
+pub struct PassesArgs {
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+    /// Image size that extents and bytes are given for.
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: ImageSize,
+    /// glTF or GLB file, or the name of a built-in scene: animated ones have passes of their own.
+    #[arg(long, value_name = "S", default_value = "cornell")]
+    pub scene: String,
+    /// With the pass that averages frames.
+    #[arg(long)]
+    pub accumulate: bool,
+    /// Set one parameter; may be repeated.
+    #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
+    pub set: Vec<String>,
+    /// How rays are traced.
+    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Compute)]
+    pub backend: BackendChoice,
+    /// Vulkan device, by index or part of its name.
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+}
+
+/// Runs the command: records two frames of the scene, the second a sixtieth of a second later, and prints what was declared.
+///
+/// # Errors
+/// Unknown keys, a device that can't do it.
+pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
+    let params = params::resolve(None, &args.set)?;
+    let scene = pt_import::open(&args.scene, &Default::default())?;
+    let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
+    let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
+    let size = [args.size.width, args.size.height];
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
+    let mut recorder = Recorder::new(&session.device)?;
+    // The second frame has no set-up uploads.
+    for time in [0.0, 1.0 / 60.0] {
+        let mut frame = recorder.begin()?;
+        session.update(&mut frame, time, 0.0)?;
+        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), 0, &params)?;
+        frame.submit()?;
+    }
+    recorder.finish()?;
+
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(recorder.pass_table())?)?;
+        return Ok(true);
+    }
+    for (number, pass) in (1..).zip(recorder.pass_table()) {
+        let [x, y, z] = pass.extent;
+        let mebibytes = pass.bytes as f64 / f64::from(1 << 20);
+        writeln!(
+            out,
+            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {mebibytes:.1} MiB",
+            pass.name, pass.kernel
+        )?;
+        if !pass.reads.is_empty() {
+            writeln!(out, "     reads   {}", pass.reads.join(" "))?;
+        }
+        writeln!(out, "     writes  {}", pass.writes.join(" "))?;
+    }
+    Ok(true)
+}

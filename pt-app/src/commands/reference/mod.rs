@@ -1,0 +1,175 @@
+//! `pt reference`: ground truth, in one go or in slices.
+
+mod args;
+pub mod files;
+mod report;
+
+pub use args::{ReferenceArgs, SampleRange};
+
+use crate::session::{Session, fold_seed};
+use anyhow::{Result, bail, ensure};
+use args::SamplerName;
+use files::{check_exr, write};
+use pt_image::atomic_file::check_writable;
+use pt_core::capture::keys;
+use pt_core::console::print_warning;
+use pt_image::image_file::ImageSize;
+use pt_core::settings::Validate;
+use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive};
+use pt_scene::gpu::camera_record;
+use pt_shaders::records::FrameRecord;
+use std::collections::BTreeMap;
+use report::Report;
+use std::io::Write;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown names, files that can't be read or written, a checkpoint of another render, a device that can't do it.
+pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
+    check_exr(&args.output)?;
+    if let Some(path) = &args.checkpoint {
+        check_writable(path)?;
+    }
+    ensure!(
+        args.sampler != SamplerName::BlueNoise || args.spp_range.is_none() || args.spp.is_some(),
+        "--sampler blue-noise with --spp-range needs --spp, the samples of the whole render"
+    );
+    let mut scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
+    scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
+    for notice in &scene.notices {
+        print_warning(notice);
+    }
+    let params = args.params();
+    params.validate()?;
+    let samples = args.samples();
+    let size = [args.size.width, args.size.height];
+    let mut session = Session::open(&args.device, &args.camera, scene)?;
+    let identity = Identity::default()
+        .with("version", env!("CARGO_PKG_VERSION"))
+        .with("scene", session.scene.fingerprint())
+        .with("camera", format!("{:?}", session.camera))
+        .with("time", args.scene.time)
+        .with("size", format!("{}x{}", size[0], size[1]))
+        .with("seed", args.seed)
+        .with("params", serde_json::to_string(&params)?);
+    let record = |time: f64| camera_record(&session.camera.at(time), size);
+    let frame = FrameRecord::new(
+        record(args.scene.time),
+        record(args.scene.time - 1.0 / args.scene.fps),
+        size,
+        0,
+        fold_seed(args.seed),
+    );
+    let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
+    let mut render =
+        Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, tile, samples.start)?;
+    let resumed = resume(args, &mut render, &identity, &samples)?;
+
+    let started = Instant::now();
+    let (state, done) = advance(args, &mut render, &mut session, &identity, &samples)?;
+    let seconds = started.elapsed().as_secs_f64();
+    session.check_validation()?;
+
+    let estimate = state.estimate(done.end - done.start);
+    let metadata = BTreeMap::from([
+        (keys::SCENE.to_owned(), session.scene.name.clone()),
+        (keys::DEVICE.to_owned(), session.device.info().name.clone()),
+        (keys::DRIVER.to_owned(), session.device.info().driver_line()),
+        (keys::VERSION.to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+    ]);
+    if estimate.dropped > 0 {
+        print_warning(&format!("{} non-finite samples dropped", estimate.dropped));
+    }
+    if args.clamp.is_some() {
+        print_warning("--clamp: samples were cut off, the image is biased");
+    }
+    let [rays, shadow_rays] = state.rays();
+    let (paths, rays) =
+        (estimate.pixels.len() as f64 * f64::from(done.end - resumed), (rays + shadow_rays) as f64);
+    let share = f64::from(done.end - resumed) / f64::from(done.end - done.start).max(1.0);
+    let file = EstimateFile { estimate, ranges: vec![done], identity };
+    write(&args.output, &file, metadata, args.no_aov)?;
+    writeln!(
+        out,
+        "{}: {}x{}, {} samples a pixel, relative error {:.4}, {} non-finite samples dropped, {seconds:.1} s, {:.2} Mpaths/s, {:.2} Mrays/s, {}, {}",
+        args.output.display(),
+        size[0],
+        size[1],
+        file.estimate.samples,
+        file.estimate.relative_error(),
+        file.estimate.dropped,
+        paths / seconds * 1e-6,
+        rays * share / seconds * 1e-6,
+        session.device_line(),
+        session.gpu.backend(),
+    )?;
+    Ok(true)
+}
+
+/// Loads the checkpoint if there is one to go on from; returns the index of the first sample that is still to be traced.
+fn resume(
+    args: &ReferenceArgs,
+    render: &mut Progressive,
+    identity: &Identity,
+    samples: &Range<u32>,
+) -> Result<u32> {
+    let Some(path) = args.checkpoint.as_deref().filter(|path| args.resume && path.exists()) else {
+        return Ok(samples.start);
+    };
+    let checkpoint = Checkpoint::read(path)?;
+    if let Some(difference) = checkpoint.identity.difference(identity) {
+        bail!("{}: is the checkpoint of another render: {difference}", path.display());
+    }
+    let there = &checkpoint.samples;
+    ensure!(
+        there.start == samples.start && there.end <= samples.end,
+        "{}: has the samples {}..{}, which are not the beginning of {}..{}",
+        path.display(),
+        there.start,
+        there.end,
+        samples.start,
+        samples.end
+    );
+    render.resume(&checkpoint.state, there.end)?;
+    Ok(there.end)
+}
+
+/// Renders until the samples or the time are used up; the sums and the samples in them.
+fn advance(
+    args: &ReferenceArgs,
+    render: &mut Progressive,
+    session: &mut Session,
+    identity: &Identity,
+    samples: &Range<u32>,
+) -> Result<(pt_reference::FilmState, Range<u32>)> {
+    let started = Instant::now();
+    let limit = args.time_limit.map(Duration::from_secs_f64);
+    let interval = Duration::try_from_secs_f64(args.checkpoint_interval).unwrap_or(Duration::ZERO);
+    let mut progress = Report::new(samples, render.next_sample());
+    let mut saved = Instant::now();
+    while render.next_sample() < samples.end && limit.is_none_or(|limit| started.elapsed() < limit) {
+        render.step(&session.scene, &mut session.gpu, &session.lights, samples.end)?;
+        let save = args.checkpoint.is_some() && saved.elapsed() >= interval;
+        if save || progress.is_due() {
+            let state = render.state()?;
+            let done = samples.start..render.next_sample();
+            progress.show(done.end, state.estimate(done.end - done.start).relative_error());
+            if let Some(path) = args.checkpoint.as_deref().filter(|_| save) {
+                Checkpoint { state, samples: done, identity: identity.clone() }.write(path)?;
+                saved = Instant::now();
+            }
+        }
+    }
+    progress.finish();
+    let (state, done) = (render.state()?, samples.start..render.next_sample());
+    ensure!(!done.is_empty(), "no sample was done within the time limit");
+    if let Some(path) = &args.checkpoint {
+        let checkpoint = Checkpoint { state, samples: done.clone(), identity: identity.clone() };
+        checkpoint.write(path)?;
+        return Ok((checkpoint.state, done));
+    }
+    Ok((state, done))
+}

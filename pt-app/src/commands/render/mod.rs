@@ -1,0 +1,260 @@
+//! `pt render`: frames of a scene, the last one, each, or their mean written to files.
+
+mod aov;
+mod args;
+mod output;
+mod post_args;
+
+pub use args::{AovSelection, RenderArgs};
+pub use post_args::PostArgs;
+
+use crate::frame::FullFrame;
+use crate::params::{self, FrameParams};
+use crate::progress::Progress;
+use crate::session::{Session, fold_seed};
+use anyhow::{Context, Result, ensure};
+use output::Output;
+use pt_core::Recorder;
+use pt_image::atomic_file::write_atomic;
+use pt_core::capture::{keys, read_layer};
+use pt_core::console::print_warning;
+use pt_core::frame::FrameTiming;
+use pt_core::harness::Spread;
+use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
+use pt_core::trace::TraceBackend;
+use pt_post::Upscale;
+use pt_shaders::channels::ChannelId;
+use serde_json::json;
+use std::io::Write;
+use std::path::Path;
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown names, files that can't be read or written, a device that can't do it.
+pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
+    let outputs = args.check_outputs()?;
+    let params = params::resolve(args.profile.as_deref(), &[args.post.sets(), args.set.clone()].concat())?;
+    let encoding = params.post.encoding;
+    for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
+        encoding.check_file(path)?;
+    }
+    ensure!(
+        !(args.accumulate && params.post.upscale == Upscale::Taau),
+        "--accumulate averages frames of the picture's own size; upscale is taau, choose none or fsr1"
+    );
+    ensure!(
+        args.aov.is_none() || params.post.render_scale == 1.0,
+        "--aov: the channels have the size of the frame, not of the picture; render scale 1 is needed"
+    );
+    let scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
+    for notice in &scene.notices {
+        print_warning(notice);
+    }
+    let mut session = Session::open(&args.device, &args.camera, scene)?;
+    let size = [args.size.width, args.size.height];
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
+    if !args.accumulate {
+        full.set_time_step((1.0 / args.scene.fps) as f32);
+    }
+    session.load.mark("kernels and images");
+    let aovs = aov::select(args.aov.as_ref(), full.images())?;
+
+    let images = Images { outputs, args, params: &params, aovs };
+    let timings = render(&images, &mut session, &mut full)?;
+    session.check_validation()?;
+    images.write(args.frames - 1, &session, &full)?;
+    if let Some(path) = &args.timings {
+        write_timings(path, &timings, args, &session)?;
+        writeln!(out, "{}", load_line(&session))?;
+    }
+    summary(&timings, &session, size, full.images().size(), out)
+}
+
+/// All frames; those before the last are written where they were asked for.
+fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> Result<Vec<FrameTiming>> {
+    let Images { args, params, .. } = images;
+    let seed = fold_seed(args.seed);
+    let mut recorder = Recorder::new(&session.device)?;
+    let mut progress = Progress::new(args.frames);
+    let mut previous = args.scene.time;
+    for index in 0..args.frames {
+        // A mean of frames shows one instant; without it time goes on.
+        let time = if args.accumulate {
+            args.scene.time
+        } else {
+            args.scene.time + f64::from(index) / args.scene.fps
+        };
+        let mut frame = recorder.begin()?;
+        session.update(&mut frame, time, previous)?;
+        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), seed, params)?;
+        frame.submit()?;
+        if index == 0 && args.timings.is_some() {
+            session.device.wait_idle()?;
+            session.load.mark("first frame");
+        }
+        if index + 1 < args.frames {
+            images.write(index, session, full)?;
+        }
+        previous = time;
+        progress.step();
+    }
+    let timings = recorder.finish()?;
+    progress.finish();
+    Ok(timings)
+}
+
+/// Whether a file is for the eye: a PNG always, an EXR when that is asked for.
+fn holds_picture(path: &Path, params: &FrameParams) -> bool {
+    params.post.output == pt_post::Output::Display
+        || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
+}
+
+/// What is written of the frames.
+struct Images<'a> {
+    outputs: Vec<Output>,
+    args: &'a RenderArgs,
+    params: &'a FrameParams,
+    aovs: Vec<ChannelId>,
+}
+
+impl Images<'_> {
+    /// Writes the files of frame `index`, which is the one that was rendered last; waits for it if there are any.
+    fn write(&self, index: u32, session: &Session, full: &FullFrame) -> Result<()> {
+        for output in &self.outputs {
+            let Some(path) = output.of_frame(index, self.args.frames - 1) else { continue };
+            match output.format() {
+                OutputFormat::Png => {
+                    pt_post::write_picture(&path, full.images(), self.params.post.encoding)?;
+                }
+                OutputFormat::Exr => self.exr(index, session, full)?.write_exr(&path)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn exr(&self, index: u32, session: &Session, full: &FullFrame) -> Result<LayeredImage> {
+        let Self { args, params, aovs, .. } = self;
+        let mut file = if params.post.output == pt_post::Output::Display {
+            pt_post::picture_layers(full.images(), params.post.encoding)?
+        } else {
+            let [width, height] = full.radiance().extent();
+            let mut file = LayeredImage::new(width, height)?;
+            file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
+            file
+        };
+        for &id in aovs {
+            file.layers.push(read_layer(full.images(), id)?);
+        }
+        let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
+        put(keys::SCENE, session.scene.name.clone());
+        put(keys::CAMERA, format!("{:?}", session.camera));
+        put(keys::TIME, args.scene.time.to_string());
+        put(keys::FRAMES, (index + 1).to_string());
+        put(keys::ACCUMULATE, args.accumulate.to_string());
+        put(keys::SEED, args.seed.to_string());
+        put(keys::PARAMS, serde_json::to_string(params)?);
+        let exposure = full.exposure()?;
+        put(keys::EV100, exposure.ev100.to_string());
+        put(keys::EXPOSURE, exposure.scale.to_string());
+        let [x, y] = full.jitter();
+        put(keys::JITTER, format!("{x},{y}"));
+        put(keys::DEVICE, session.device.info().name.clone());
+        put(keys::DRIVER, session.device.info().driver_line());
+        // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
+        put(keys::BACKEND, TraceBackend::from(args.device.backend).to_string());
+        put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
+        Ok(file)
+    }
+}
+
+/// Frames whose times count: the first two compile kernels and fill caches.
+fn warm(timings: &[FrameTiming]) -> &[FrameTiming] {
+    if timings.len() > 2 { &timings[2..] } else { timings }
+}
+
+fn write_timings(path: &Path, timings: &[FrameTiming], args: &RenderArgs, session: &Session) -> Result<()> {
+    let counted = warm(timings);
+    let passes: Vec<_> = counted.first().map_or(Vec::new(), |frame| {
+        (0..frame.passes.len())
+            .map(|i| {
+                let name = &frame.passes[i].pass;
+                let times: Vec<_> = counted
+                    .iter()
+                    .filter_map(|f| f.passes.get(i).filter(|p| p.pass == *name).map(|p| p.ms))
+                    .collect();
+                let Spread { median_ms, p95_ms } = Spread::of(times);
+                json!({ "pass": name, "median_ms": median_ms, "p95_ms": p95_ms })
+            })
+            .collect()
+    });
+    let frame = Spread::of(counted.iter().map(|f| f.gpu_ms).collect());
+    let info = session.device.info();
+    let document = json!({
+        "scene": session.scene.name,
+        "size": [args.size.width, args.size.height],
+        "device": info.name,
+        "driver": info.driver_line(),
+        "backend": session.gpu.backend().to_string(),
+        "load": {
+            "phases": session.load.list(),
+            "total_ms": session.load.total_ms(),
+            "texture_bytes": session.gpu.texture_bytes(),
+            "texture_bytes_uncompressed": session.uncompressed_texture_bytes(),
+            "peak_memory_bytes": peak_memory(),
+        },
+        "warm_up_frames": timings.len() - counted.len(),
+        "frame": frame,
+        "passes": passes,
+        "frames": timings,
+    });
+    let text = serde_json::to_string_pretty(&document)?;
+    write_atomic(path, text.as_bytes()).with_context(|| "cannot write the timings".to_owned())
+}
+
+/// Where the time before the first picture went.
+fn load_line(session: &Session) -> String {
+    let load = &session.load;
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let phases: Vec<_> = load.list().iter().map(|p| format!("{} {:.0} ms", p.name, p.ms)).collect();
+    let peak = peak_memory().map_or(String::new(), |bytes| format!("; peak memory {:.0} MiB", mib(bytes)));
+    format!(
+        "loaded in {:.2} s: {}; textures {:.1} MiB ({:.1} MiB without compression){peak}",
+        load.total_ms() * 1e-3,
+        phases.join(", "),
+        mib(session.gpu.texture_bytes()),
+        mib(session.uncompressed_texture_bytes()),
+    )
+}
+
+/// The most memory that this process has held, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? << 10)
+}
+
+fn summary(
+    timings: &[FrameTiming],
+    session: &Session,
+    size: [u32; 2],
+    frame_size: [u32; 2],
+    out: &mut impl Write,
+) -> Result<bool> {
+    let counted = warm(timings);
+    let frame_ms = Spread::of(counted.iter().map(|f| f.gpu_ms).collect()).median_ms;
+    let primary =
+        counted.iter().flat_map(|f| &f.passes).filter(|p| p.pass == "primary rays").map(|p| p.ms).collect();
+    let rays = f64::from(2 * pt_core::channels::field_width(frame_size[0])) * f64::from(frame_size[1]);
+    let mrays = rays / Spread::of(primary).median_ms.max(1e-9) * 1e-3;
+    writeln!(
+        out,
+        "{}x{}, {} frames: {frame_ms:.3} ms/frame, {mrays:.1} Mrays/s (primary), {}, {}",
+        size[0],
+        size[1],
+        timings.len(),
+        session.device_line(),
+        session.gpu.backend(),
+    )?;
+    Ok(true)
+}

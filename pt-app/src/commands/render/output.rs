@@ -1,0 +1,55 @@
+//! The images that `pt render` writes.
+
+use pt_image::image_file::{ImageFileError, OutputFormat, check_output};
+use std::path::{Path, PathBuf};
+
+/// An image file: of the last frame, or of each when its name has a run of `#`, which stands for the frame's number
+/// from 0, with zeros in front.
+pub struct Output {
+    path: PathBuf,
+    format: OutputFormat,
+}
+
+impl Output {
+    /// Checks that it will be possible to write it.
+    ///
+    /// # Errors
+    /// An unknown extension, a folder that is missing or not writable, a directory.
+    pub fn new(path: &Path) -> Result<Self, ImageFileError> {
+        let format = check_output(&numbered(path, 0).unwrap_or_else(|| path.into()))?;
+        Ok(Self { path: path.into(), format })
+    }
+
+    /// PNG or EXR.
+    pub fn format(&self) -> OutputFormat {
+        self.format
+    }
+
+    /// The file of frame `index`; `None` when that is not the `last` one, and only that is written.
+    pub fn of_frame(&self, index: u32, last: u32) -> Option<PathBuf> {
+        numbered(&self.path, index).or_else(|| (index == last).then(|| self.path.clone()))
+    }
+}
+
+/// `None` without a run of `#` in the file's name. The last run counts.
+fn numbered(path: &Path, index: u32) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let end = name.rfind('#')? + 1;
+    let start = name[..end].trim_end_matches('#').len();
+    let width = end - start;
+    Some(path.with_file_name(format!("{}{index:0width$}{}", &name[..start], &name[end..])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_frames() {
+        let name = |path: &str, index| numbered(path.as_ref(), index).map(|p| p.to_str().unwrap().to_owned());
+        assert_eq!(name("a/f_###.exr", 7).unwrap(), "a/f_007.exr");
+        assert_eq!(name("a/f_#.exr", 123).unwrap(), "a/f_123.exr");
+        assert_eq!(name("a/#1_##b.exr", 2).unwrap(), "a/#1_02b.exr");
+        assert_eq!(name("a##/f.exr", 2), None);
+    }
+}

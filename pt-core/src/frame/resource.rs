@@ -1,0 +1,82 @@
+//! What passes touch, what a frame in flight keeps alive, and the rows of the pass table.
+
+use crate::buffer::Buffer;
+use crate::image::Image;
+use crate::kernel::Kernel;
+use crate::texture::TextureTable;
+
+/// A row of the pass table.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PassInfo {
+    /// Pass name.
+    pub name: String,
+    /// Kernel that it runs; in parentheses what the driver does instead, such as `(copy)`.
+    pub kernel: String,
+    /// Threads.
+    pub extent: [u32; 3],
+    /// Names of the resources that it reads.
+    pub reads: Vec<String>,
+    /// Names of the resources that it writes.
+    pub writes: Vec<String>,
+    /// Bytes that it moves when it touches every texel of its images and every byte of its buffers once.
+    pub bytes: u64,
+}
+
+impl PassInfo {
+    /// Whether it runs a kernel, so that `extent` counts threads.
+    pub fn runs_kernel(&self) -> bool {
+        !self.kernel.starts_with('(')
+    }
+}
+
+/// What a frame in flight keeps alive.
+pub(crate) enum Keep {
+    Buffer(#[expect(dead_code, reason = "held, not used")] Buffer),
+    Image(#[expect(dead_code, reason = "held, not used")] Image),
+    Kernel(#[expect(dead_code, reason = "held, not used")] Kernel),
+    Textures(#[expect(dead_code, reason = "held, not used")] TextureTable),
+}
+
+/// A resource that can be bound by name.
+#[derive(Clone)]
+pub enum Resource {
+    /// A storage image.
+    Image(Image),
+    /// A uniform or storage buffer.
+    Buffer(Buffer),
+}
+
+impl From<&Image> for Resource {
+    fn from(image: &Image) -> Self {
+        Self::Image(image.clone())
+    }
+}
+
+impl From<&Buffer> for Resource {
+    fn from(buffer: &Buffer) -> Self {
+        Self::Buffer(buffer.clone())
+    }
+}
+
+impl Resource {
+    pub(super) fn id(&self) -> u64 {
+        match self {
+            Self::Image(image) => image.id(),
+            Self::Buffer(buffer) => buffer.id(),
+        }
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        match self {
+            Self::Image(image) => image.bytes(),
+            Self::Buffer(buffer) => buffer.size(),
+        }
+    }
+
+    pub(super) fn keep(&self) -> Keep {
+        match self {
+            Self::Image(image) => Keep::Image(image.clone()),
+            Self::Buffer(buffer) => Keep::Buffer(buffer.clone()),
+        }
+    }
+}

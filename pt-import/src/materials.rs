@@ -1,0 +1,84 @@
+use std::collections::BTreeSet;
+
+use glam::{Vec3, Vec4};
+use gltf::json::material::{self, AlphaMode as JsonAlpha};
+use gltf::json::validation::Checked;
+
+use crate::document::Document;
+use crate::material_extensions;
+use crate::textures::Uses;
+use crate::options::LoadOptions;
+use crate::baked_folder::BakedFolder;
+use pt_scene::{AlphaMode, Material, Scene, SceneError, TextureUsage};
+
+/// Fills materials (one per glTF material, then the default material) and the textures that they use. Returns the images of the
+/// textures.
+pub(crate) fn read(
+    document: &Document,
+    options: &LoadOptions,
+    scene: &mut Scene,
+) -> Result<Vec<usize>, SceneError> {
+    let (materials, mut uses) = collect(document)?;
+    scene.materials = materials;
+    let baked = options.baked.as_deref().map(BakedFolder::open).transpose()?;
+    scene.textures = uses.load(baked.as_ref(), options.max_texture_pixels)?;
+    scene.notices.append(&mut uses.notices);
+    if uses.occlusion {
+        scene
+            .notices
+            .push("occlusion textures are ignored: traced light is occluded by the geometry itself".into());
+    }
+    let lobes: BTreeSet<_> =
+        scene.materials.iter().filter_map(|m| m.lobes.as_ref()).flat_map(|lobes| lobes.present()).collect();
+    if !lobes.is_empty() {
+        let lobes: Vec<_> = lobes.into_iter().collect();
+        scene
+            .notices
+            .push(format!("lobes that the real-time frame does not shade yet: {}", lobes.join(", ")));
+    }
+    Ok(uses.in_order.iter().map(|u| u.image).collect())
+}
+
+/// The materials, and the images that they use.
+pub(crate) fn collect(document: &Document) -> Result<(Vec<Material>, Uses<'_>), SceneError> {
+    let mut uses = Uses::new(document);
+    let mut materials = Vec::with_capacity(document.root.materials.len() + 1);
+    for (i, m) in document.root.materials.iter().enumerate() {
+        materials.push(material(&mut uses, m, &format!("materials[{i}]"))?);
+    }
+    materials.push(Material { name: "default".into(), ..Material::default() });
+    Ok((materials, uses))
+}
+
+fn material(uses: &mut Uses<'_>, m: &material::Material, at: &str) -> Result<Material, SceneError> {
+    let pbr = &m.pbr_metallic_roughness;
+    let alpha_mode = match m.alpha_mode {
+        Checked::Valid(JsonAlpha::Opaque) => AlphaMode::Opaque,
+        Checked::Valid(JsonAlpha::Mask) => AlphaMode::Mask { cutoff: m.alpha_cutoff.map_or(0.5, |c| c.0) },
+        Checked::Valid(JsonAlpha::Blend) => AlphaMode::Blend,
+        Checked::Invalid => return Err(uses.document.invalid(format!("{at}.alphaMode"), "unknown mode")),
+    };
+    let (color, data) = (TextureUsage::Color, TextureUsage::Data);
+    let base_color = if alpha_mode == AlphaMode::Opaque { color } else { TextureUsage::Cutout };
+    let (normal_texture, normal_scale) = uses.normal(&m.normal_texture, at)?;
+    let mut out = Material {
+        name: m.name.clone().unwrap_or_else(|| at.to_string()),
+        base_color: Vec4::from_array(pbr.base_color_factor.0),
+        base_color_texture: uses.info(&pbr.base_color_texture, base_color, at)?,
+        metallic: pbr.metallic_factor.0,
+        roughness: pbr.roughness_factor.0,
+        metallic_roughness_texture: uses.info(&pbr.metallic_roughness_texture, data, at)?,
+        normal_texture,
+        normal_scale,
+        emissive: Vec3::from_array(m.emissive_factor.0),
+        emissive_texture: uses.info(&m.emissive_texture, color, at)?,
+        alpha_mode,
+        double_sided: m.double_sided,
+        ..Material::default()
+    };
+    uses.occlusion |= m.occlusion_texture.is_some();
+    if let Some(extensions) = &m.extensions {
+        material_extensions::apply(uses, &mut out, extensions, at)?;
+    }
+    Ok(out)
+}

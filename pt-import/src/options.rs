@@ -1,0 +1,70 @@
+//! What can be asked of a load.
+
+use std::path::PathBuf;
+
+use pt_scene::AnimationChoice;
+
+/// What [`crate::load`] and [`crate::open`] do besides reading the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadOptions {
+    /// Lat-long `.hdr` or `.exr` that becomes the environment, in place of the scene's own.
+    pub environment: Option<PathBuf>,
+    /// Turns the environment about +Y, radians; see [`pt_scene::Environment::rotation`]. Added to the scene's own.
+    pub environment_rotation: f32,
+    /// Factor on the environment, >= 0.
+    pub environment_intensity: f32,
+    /// Give a scene without any light [`pt_scene::default_sky`] and [`pt_scene::default_sun`].
+    pub default_sky: bool,
+    /// Which animations of a glTF file play.
+    pub animation: AnimationChoice,
+    /// Time at which the scene is shown at first, seconds; [`pt_scene::Scene::set_time`] goes on from there.
+    pub time: f64,
+    /// Which of a file's scenes, by name or by index from 0; `None`: its default one.
+    pub scene: Option<String>,
+    /// Which of a file's material variants (KHR_materials_variants), by name or by index from 0; `None`: no variant.
+    pub variant: Option<String>,
+    /// Most bytes of geometry (vertices, triangles, copies of instances) that a file may ask for: a small file can name
+    /// the same data any number of times.
+    pub max_geometry_bytes: u64,
+    /// Folder of textures baked by [`crate::bake::bake()`]; images that it does not hold are decoded.
+    pub baked: Option<PathBuf>,
+    /// Most texels that all images of the scene may have together, at their finest level (four bytes each when they
+    /// are not compressed). More is an error; nothing beyond is decoded.
+    pub max_texture_pixels: u64,
+}
+
+/// [`LoadOptions::max_texture_pixels`] unless it is set: 2 GiB of texels without compression.
+pub const DEFAULT_MAX_TEXTURE_PIXELS: u64 = 1 << 29;
+
+/// [`LoadOptions::max_geometry_bytes`] unless it is set: 16 GiB.
+pub const DEFAULT_MAX_GEOMETRY_BYTES: u64 = 16 << 30;
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            environment: None,
+            environment_rotation: 0.0,
+            environment_intensity: 1.0,
+            default_sky: true,
+            animation: AnimationChoice::default(),
+            time: 0.0,
+            scene: None,
+            variant: None,
+            max_geometry_bytes: DEFAULT_MAX_GEOMETRY_BYTES,
+            baked: None,
+            max_texture_pixels: DEFAULT_MAX_TEXTURE_PIXELS,
+        }
+    }
+}
+
+/// The index of a name or, failing that, the number that the text is. The error says what there is to choose from.
+pub(crate) fn named(wanted: &str, names: &[String]) -> Result<usize, String> {
+    let by_name = names.iter().position(|name| name == wanted);
+    let by_number = || wanted.parse().ok().filter(|&i: &usize| i < names.len());
+    by_name.or_else(by_number).ok_or_else(|| match names {
+        [] => format!("{wanted:?}; the file has none"),
+        _ => {
+            format!("{wanted:?}; there are {}, by index from 0 or by name: {}", names.len(), names.join(", "))
+        }
+    })
+}
