@@ -81,6 +81,9 @@ pub enum Error {
         /// What disagrees.
         problem: String,
     },
+    /// A specialisation constant does not fit its kernel.
+    #[error(transparent)]
+    Constant(#[from] crate::kernel::ConstantError),
     /// A pass is declared wrongly.
     #[error("pass \"{pass}\" (kernel {kernel}): {problem}")]
     Pass {

@@ -81,8 +81,8 @@ impl Taa {
     /// # Errors
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA)?;
-        let pq_kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ)?;
+        let kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA, &[])?;
+        let pq_kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ, &[])?;
         Self::IO.check([&kernel])?;
         Self::IO.check([&pq_kernel])?;
         Ok(Self { kernel, pq_kernel })
