@@ -1,8 +1,9 @@
 //! Specialisation constants, on all trace backends: values reach every shader of a kernel, mistakes are errors.
 
 use glam::{Affine3A, UVec3, Vec3, Vec4};
+use pt_core::error::ConstantError;
 use pt_core::frame::Uniforms;
-use pt_core::kernel::{Constant, ConstantError, ConstantType};
+use pt_core::kernel::Constant;
 use pt_core::test_support::TestDevice;
 use pt_core::texture::TextureTable;
 use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
@@ -131,19 +132,19 @@ fn mistaken_constants_are_errors() {
             unknown.to_string(),
             "kernel variants has no specialisation constant \"scales\"; it has: count, flag, scale, scene_features, shift"
         );
-        let wrong: [(&str, Constant, ConstantType); 5] = [
-            ("count", 1i32.into(), ConstantType::Uint),
-            ("shift", 1u32.into(), ConstantType::Int),
-            ("scale", true.into(), ConstantType::Float),
-            ("flag", 1u32.into(), ConstantType::Bool),
-            ("scene_features", 1.0f32.into(), ConstantType::Uint),
+        let wrong: [(&str, Constant, &str); 5] = [
+            ("count", 1i32.into(), "uint"),
+            ("shift", 1u32.into(), "int"),
+            ("scale", true.into(), "float"),
+            ("flag", 1u32.into(), "bool"),
+            ("scene_features", 1.0f32.into(), "uint"),
         ];
         for (name, value, ty) in wrong {
             let expected = ConstantError::Type {
                 kernel: "variants".into(),
                 constant: name.into(),
                 declared: ty,
-                given: value.ty(),
+                given: value.ty().name(),
             };
             assert_eq!(error(&[(name, value)]), expected, "{backend}");
         }

@@ -3,10 +3,10 @@
 //! GLSL declares them as `layout(constant_id = 0) const uint scene_features = 0xffffffffu;`. A constant that the host does not give
 //! keeps the value of its declaration.
 
+use crate::error::ConstantError;
 use ash::vk;
 use spirq::ty::{ScalarType, Type};
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// Value of a specialisation constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,18 +79,17 @@ pub enum ConstantType {
     Float,
 }
 
-impl fmt::Display for ConstantType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl ConstantType {
+    /// Its name in GLSL.
+    pub const fn name(self) -> &'static str {
+        match self {
             Self::Bool => "bool",
             Self::Uint => "uint",
             Self::Int => "int",
             Self::Float => "float",
-        })
+        }
     }
-}
 
-impl ConstantType {
     /// Of a SPIR-V type; `None`: no type that constants have here.
     pub(crate) fn of(ty: &Type) -> Option<Self> {
         match ty {
@@ -101,43 +100,6 @@ impl ConstantType {
             _ => None,
         }
     }
-}
-
-/// Why a specialisation constant does not fit its kernel.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ConstantError {
-    /// There is none of that name.
-    #[error("kernel {kernel} has no specialisation constant \"{constant}\"; it has: {declared}")]
-    Unknown {
-        /// Kernel name.
-        kernel: String,
-        /// Name that was given.
-        constant: String,
-        /// Names that there are.
-        declared: String,
-    },
-    /// It has another type.
-    #[error(
-        "kernel {kernel}: specialisation constant \"{constant}\" has type {declared}, the given value has type {given}"
-    )]
-    Type {
-        /// Kernel name.
-        kernel: String,
-        /// Name of the constant.
-        constant: String,
-        /// Type in the kernel.
-        declared: ConstantType,
-        /// Type of the value.
-        given: ConstantType,
-    },
-    /// It got two values.
-    #[error("kernel {kernel}: specialisation constant \"{constant}\" is given twice")]
-    Repeated {
-        /// Kernel name.
-        kernel: String,
-        /// Name of the constant.
-        constant: String,
-    },
 }
 
 /// A specialisation constant as a kernel declares it.
@@ -166,7 +128,8 @@ pub(crate) fn check(
             return Err(ConstantError::Unknown { kernel, constant, declared });
         };
         if ty != value.ty() {
-            return Err(ConstantError::Type { kernel, constant, declared: ty, given: value.ty() });
+            let (declared, given) = (ty.name(), value.ty().name());
+            return Err(ConstantError::Type { kernel, constant, declared, given });
         }
         if given[..index].iter().any(|(earlier, _)| *earlier == name) {
             return Err(ConstantError::Repeated { kernel, constant });

@@ -5,7 +5,7 @@ mod constants;
 mod ray_tracing;
 mod reflection;
 
-pub use constants::{Constant, ConstantDeclaration, ConstantError, ConstantType};
+pub use constants::{Constant, ConstantDeclaration, ConstantType};
 pub use reflection::{Binding, BindingKind, Reflection};
 
 use crate::device::Device;

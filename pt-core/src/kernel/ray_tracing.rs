@@ -2,11 +2,11 @@
 
 use super::constants::{self, Constant, Specialization};
 use super::{Kernel, Launch, Layout, Module, Reflection, reflection};
+use crate::backend::TraceBackend;
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use crate::kernels;
-use crate::backend::TraceBackend;
 use ash::vk;
 use pt_shaders::{GpuStruct, TraceCode};
 
@@ -138,7 +138,8 @@ fn merge(kernel: &str, interface: &mut Reflection, other: Reflection) -> Result<
         if first.ty != declaration.ty {
             let problem = format!(
                 "specialisation constant \"{name}\" has type {} in one of its shaders, {} in another",
-                first.ty, declaration.ty
+                first.ty.name(),
+                declaration.ty.name()
             );
             return Err(Error::Kernel { kernel: kernel.into(), problem });
         }
