@@ -4,6 +4,7 @@ use crate::params::FrameParams;
 use crate::session::join;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
+use pt_core::settings::Knobs;
 use pt_core::trace::TraceBackend;
 use pt_core::{
     Buffer, ChannelImages, Device, Frame, FramePlan, Image, Result, SceneResources, SplitLight, StageInputs,

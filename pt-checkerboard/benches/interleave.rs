@@ -3,6 +3,7 @@
 //! Bytes are those of the pass table: every texel of its images once. The frame has no split surfaces.
 
 use pt_checkerboard::{CheckerboardParams, Interleave};
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::harness::bench;
 use pt_core::{ChannelImages, Frame};
 use std::process::ExitCode;

@@ -2,6 +2,7 @@
 //!
 //! Bytes are those of the pass table: every texel of its images once.
 
+use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_core::harness::bench;
 use pt_core::{ChannelImages, Frame};
 use pt_denoise::{Composite, DenoiseParams};

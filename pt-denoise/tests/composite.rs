@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
+use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_denoise::oracle::{Pixel, composite};

@@ -1,5 +1,6 @@
 //! The stage program on captures.
 
+use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_core::capture::read_layer;
 use pt_core::harness::save;
 use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};

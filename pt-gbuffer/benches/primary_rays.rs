@@ -2,6 +2,7 @@
 //!
 //! One thread is one ray: Mthreads/s are Mrays/s. Bytes are those of the images; what the traversal reads is not counted.
 
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::frame::Uniforms;
 use pt_core::harness::bench;
 use pt_core::trace::TraceBackend;

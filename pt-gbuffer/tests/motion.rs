@@ -2,6 +2,7 @@
 //! before, and the refitted structures show the surfaces that fresh ones do.
 
 use glam::{DVec2, DVec3, Vec3};
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::unpack_unit_vector;

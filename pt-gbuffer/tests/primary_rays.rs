@@ -1,6 +1,7 @@
 //! The primary ray kernel against its oracle: instances that mirror and move, a moving camera, odd sizes.
 
 use glam::{Affine3A, DVec2, DVec3, Quat, Vec3};
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::unpack_unit_vector;

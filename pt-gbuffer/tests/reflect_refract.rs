@@ -2,6 +2,7 @@
 //! the channel `transparent` is the radiance of the pixel.
 
 use glam::{Affine3A, DVec2, DVec3, Mat3A, Vec2, Vec3, Vec4};
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::split::flat_to_split;

@@ -109,7 +109,7 @@ impl<'a> Uses<'a> {
 
     /// The image of a texture: that of an extension before the one that every reader knows.
     fn source(&self, texture: &texture::Texture, at: &str) -> Result<Option<Index<Image>>, SceneError> {
-        for name in SOURCES {
+        for &name in SOURCES {
             let Some(extension) = texture.extensions.as_ref().and_then(|e| e.others.get(name)) else {
                 continue;
             };

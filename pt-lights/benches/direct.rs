@@ -1,6 +1,7 @@
 //! Light tables (host) and the direct lighting pass (GPU time) on a built-in scene. `cargo bench -p pt-lights [-- SCENE]`.
 
 use criterion::{Criterion, Throughput};
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::frame::Uniforms;
 use pt_core::harness::{WARM_UP, measure};
 use pt_core::trace::TraceBackend;

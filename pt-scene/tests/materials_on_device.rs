@@ -4,6 +4,7 @@ mod common;
 
 use common::records::{MaterialCase, MaterialResult};
 use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
+use pt_core::SceneResources;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Location, Recorder};

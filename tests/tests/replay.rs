@@ -3,6 +3,7 @@
 use clap::Parser;
 use pt_app::cli::{Cli, Command};
 use pt_checkerboard::{CheckerboardParams, Interleave};
+use pt_core::{SplitLight, StageInputs, StageIo};
 use pt_core::harness::{ReplayArgs, replay};
 use pt_core::settings::Knobs;
 use pt_core::{ChannelImages, Device, Frame, Result};

@@ -1,6 +1,7 @@
 //! Temporal anti-aliasing on the built-in scenes, with shading that has no noise: what is left is aliasing and history.
 
 use pt_app::params::resolve;
+use pt_core::{ChannelImages, FrameSizes, StageInputs};
 use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;
 use pt_core::test_support::TestDevice;

@@ -8,6 +8,7 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_checkerboard::study::{Scheme, SplitSurface};
 use pt_checkerboard::{CheckerboardParams, Interleave};
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::harness::StageArgs;
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{Metric, compare};

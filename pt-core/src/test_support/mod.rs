@@ -2,7 +2,11 @@
 
 pub mod statistics;
 
+use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
+use crate::plan::FramePlan;
+use crate::sizes::FrameSizes;
+use pt_shaders::channels::ChannelId;
 
 /// A device opened with validation and synchronization validation. Dropping it panics if the layers said anything.
 pub struct TestDevice {

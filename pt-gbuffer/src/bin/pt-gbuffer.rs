@@ -4,6 +4,7 @@
 
 use anyhow::Result;
 use clap::Parser;
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::capture::keys;
 use pt_core::frame::Uniforms;
 use pt_core::harness::{StageArgs, check_output, save};

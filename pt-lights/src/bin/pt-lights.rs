@@ -5,6 +5,7 @@
 
 use anyhow::{Result, ensure};
 use clap::Parser;
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::frame::Uniforms;
 use pt_core::harness::Spread;
 use pt_core::trace::TraceBackend;
