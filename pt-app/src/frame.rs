@@ -117,7 +117,8 @@ impl FullFrame {
         stages.extend(post.io());
         let mut plan = FramePlan::new(params.post.sizes(output_size));
         // Whatever the stages of a replay read is loaded; a frame from its beginning must write everything by itself.
-        let given: Vec<_> = if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
+        let given: Vec<_> =
+            if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
         plan.given(given.iter().copied());
         stages.iter().try_for_each(|io| plan.stage(io))?;
         Ok(Self {

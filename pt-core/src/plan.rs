@@ -141,6 +141,9 @@ impl From<Lacking> for String {
     fn from(lacking: Lacking) -> Self {
         let Lacking { channel, previous } = lacking;
         let which = if previous { "last frame's content of " } else { "" };
-        format!("{which}\"{}\" is not allocated: the stage's declaration does not name it", channel.full_name())
+        format!(
+            "{which}\"{}\" is not allocated: the stage's declaration does not name it",
+            channel.full_name()
+        )
     }
 }

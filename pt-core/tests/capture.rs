@@ -3,11 +3,11 @@
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use pt_core::capture::{CaptureError, load, read_layer, write_layer};
-use pt_image::image_file::{Channel, LayeredImage, Samples};
 use pt_core::pack::pack_unit_vector;
 use pt_core::split::{split_to_flat, to_split};
 use pt_core::test_support::{TestDevice, channel_images};
 use pt_core::{Image, StageIo};
+use pt_image::image_file::{Channel, LayeredImage, Samples};
 use pt_shaders::channels::{self, ChannelId, ExtentClass, Format};
 use pt_shaders::glam::Vec3;
 

@@ -1,7 +1,6 @@
 //! The primary ray kernel against its oracle: instances that mirror and move, a moving camera, odd sizes.
 
 use glam::{Affine3A, DVec2, DVec3, Quat, Vec3};
-use pt_core::{FrameSizes, StageInputs};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::unpack_unit_vector;
@@ -9,6 +8,7 @@ use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{Camera, Clusters, Instance, Projection, Scene};
@@ -65,7 +65,13 @@ fn check(backend: TraceBackend, orthographic: bool) {
     let mut frame = recorder.begin().unwrap();
     gpu.update(&mut frame, &scene).unwrap();
     uniforms.upload(&mut frame, &frame_record).unwrap();
-    stage.record(&mut frame, &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images }, &params).unwrap();
+    stage
+        .record(
+            &mut frame,
+            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+            &params,
+        )
+        .unwrap();
     frame.submit().unwrap();
     recorder.finish().unwrap();
 

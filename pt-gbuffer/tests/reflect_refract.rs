@@ -2,13 +2,13 @@
 //! the channel `transparent` is the radiance of the pixel.
 
 use glam::{Affine3A, DVec2, DVec3, Mat3A, Vec2, Vec3, Vec4};
-use pt_core::{FrameSizes, StageInputs};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::oracle::{self, dielectric};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract};
 use pt_scene::gpu::{GpuScene, camera_record};

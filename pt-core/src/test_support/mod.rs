@@ -46,7 +46,11 @@ impl Drop for TestDevice {
 ///
 /// # Panics
 /// When the device has not the memory.
-pub fn channel_images(device: &Device, size: [u32; 2], ids: impl IntoIterator<Item = ChannelId>) -> ChannelImages {
+pub fn channel_images(
+    device: &Device,
+    size: [u32; 2],
+    ids: impl IntoIterator<Item = ChannelId>,
+) -> ChannelImages {
     let mut plan = FramePlan::new(FrameSizes::same(size));
     plan.given(ids);
     plan.allocate(device).expect("the images of a test fit into memory")

@@ -5,14 +5,14 @@
 
 use anyhow::{Result, ensure};
 use clap::Parser;
-use pt_core::{FrameSizes, StageInputs};
 use pt_core::frame::Uniforms;
 use pt_core::harness::Spread;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Recorder, console};
+use pt_core::{FrameSizes, StageInputs};
+use pt_import::LoadOptions;
 use pt_lights::{DirectLighting, DirectParams, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
-use pt_import::LoadOptions;
 use pt_scene::{Environment, Scene};
 use pt_shaders::channels::COLOR_HF;
 use pt_shaders::records::FrameRecord;
