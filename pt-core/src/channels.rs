@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::history::History;
 use crate::image::Image;
 use crate::sizes::FrameSizes;
-use pt_shaders::channels::{Channel, ChannelId};
+use pt_shaders::channels::{Channel, ChannelId, Lifetime};
 use std::collections::BTreeMap;
 
 pub use pt_shaders::records::field_width;
@@ -159,7 +159,6 @@ impl ChannelImages {
 
     /// Images whose content the next frame reads: kept ones and carried ones.
     pub fn histories(&self) -> impl Iterator<Item = ChannelId> {
-        use pt_shaders::channels::Lifetime;
         let outlives = |(id, slot): (&ChannelId, &Slot)| {
             let lives = matches!(slot, Slot::History(_)) || id.channel().lifetime == Lifetime::Carried;
             lives.then_some(*id)
@@ -167,11 +166,14 @@ impl ChannelImages {
         self.slots.iter().filter_map(outlives)
     }
 
+    /// Bytes of an image, with last frame's where that is kept; 0 when it is not there.
+    pub fn bytes_of(&self, id: ChannelId) -> u64 {
+        let slot = self.slots.get(&id);
+        slot.map_or(0, |slot| channel_bytes(id, self.sizes, matches!(slot, Slot::History(_))))
+    }
+
     /// Bytes of all images.
     pub fn bytes(&self) -> u64 {
-        let bytes = |(&id, slot): (&ChannelId, &Slot)| {
-            channel_bytes(id, self.sizes, matches!(slot, Slot::History(_)))
-        };
-        self.slots.iter().map(bytes).sum()
+        self.ids().map(|id| self.bytes_of(id)).sum()
     }
 }

@@ -7,7 +7,7 @@ use crate::params;
 use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
-use pt_core::Recorder;
+use pt_core::{ChannelImages, Recorder};
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::ImageSize;
 use std::io::Write;
@@ -78,5 +78,21 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
         }
         writeln!(out, "     writes  {}", pass.writes.join(" "))?;
     }
+    writeln!(out, "{}", images_line(full.images()))?;
     Ok(true)
+}
+
+/// The memory that the images take: those between the stages, then those of each stage.
+fn images_line(images: &ChannelImages) -> String {
+    let mut stages: Vec<(&str, u64)> = Vec::new();
+    for id in images.ids() {
+        let stage = if id.is_contract() { "between the stages" } else { id.channel().stage };
+        match stages.last_mut() {
+            Some((last, bytes)) if *last == stage => *bytes += images.bytes_of(id),
+            _ => stages.push((stage, images.bytes_of(id))),
+        }
+    }
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let parts: Vec<_> = stages.iter().map(|(stage, bytes)| format!("{stage} {:.1} MiB", mib(*bytes))).collect();
+    format!("images held: {:.1} MiB ({})", mib(images.bytes()), parts.join(", "))
 }
