@@ -1,4 +1,4 @@
-//! The whole frame, in the order in which light reaches the screen.
+//! The whole frame: its stages in order, and the images that pass between them.
 
 use crate::params::FrameParams;
 use crate::session::join;

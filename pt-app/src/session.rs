@@ -1,4 +1,4 @@
-//! What the commands that run the frame have in common: device, scene, camera.
+//! Set-up that all commands share that run the frame: device, scene, camera.
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};

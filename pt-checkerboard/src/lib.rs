@@ -1,4 +1,4 @@
-//! The seam between the checkerboarded frame and the flat one: both fields interleaved, split surfaces blended.
+//! From the split frame to the flat frame: interleaves the two checkerboard fields and blends split surfaces.
 //!
 //! The pass is [`Interleave`]; the coordinate mapping is part of the frame contract ([`pt_core::split`]).
 

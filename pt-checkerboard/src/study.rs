@@ -1,4 +1,4 @@
-//! Ways to show a surface that both reflects and refracts, compared at equal numbers of rays.
+//! Compares schemes that show a surface which both reflects and refracts, at equal numbers of rays.
 //!
 //! A pixel should show `share * reflection + (1 - share) * refraction`. Given both images, each scheme is played through with
 //! a number of rays for each pixel; what it shows then can be measured against that sum.

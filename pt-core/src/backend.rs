@@ -1,4 +1,4 @@
-//! Which way of finding hits is used.
+//! The trace backend that is used.
 
 use crate::device::Device;
 use crate::error::{Error, Result};

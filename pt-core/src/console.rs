@@ -1,4 +1,4 @@
-//! What programs print, and how they fail.
+//! Output and exit codes of programs.
 
 use std::error::Error;
 use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};

@@ -1,4 +1,4 @@
-//! What can go wrong between the program and the device.
+//! Errors of device, kernels, frames and scenes.
 
 use ash::vk;
 

@@ -1,4 +1,4 @@
-//! Values that a frame shares with the last one.
+//! Pairs of resources that swap at the start of a frame: this frame's and the last frame's.
 
 /// A value of this frame and of the last one.
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! Screen-space storage images. They stay in GENERAL layout all their life: barriers are about memory only.
+//! Screen-space storage images. They always stay in GENERAL layout, so barriers only concern memory.
 
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;

@@ -1,4 +1,4 @@
-//! What every stage of a frame needs, as one value.
+//! The inputs of every stage as one value: scene, frame uniforms, images.
 
 use crate::channels::ChannelImages;
 use crate::frame::{Frame, Pass, Uniforms};
@@ -8,14 +8,14 @@ use crate::plan::StageIo;
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
 use pt_shaders::records::FrameRecord;
 
-/// A scene on the device, with its lights: all that kernels find through `scene.glsl` and `trace.glsl`.
+/// A scene on the device with its lights: everything that kernels access through `scene.glsl` and `trace.glsl`.
 pub trait SceneResources {
     /// Binds it to a pass.
     fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r>;
 }
 
-/// Light of the split frame, divided by the reflectance of the surface: what the lighting stages make, a denoiser filters,
-/// and the composite puts together. Who made it does not matter to who takes it.
+/// Demodulated light of the split frame (divided by the reflectance of the surface): the lighting stages compute it, a denoiser
+/// filters it, and the composite turns it into radiance. Its consumer does not name the producer's channels.
 #[derive(Clone, Copy)]
 pub struct SplitLight<'a> {
     /// High-frequency diffuse light: irradiance / pi, linear radiance.
@@ -25,17 +25,17 @@ pub struct SplitLight<'a> {
 }
 
 impl<'a> SplitLight<'a> {
-    /// What the lighting stages wrote, not filtered.
+    /// The output of the lighting stages, not denoised.
     pub fn unfiltered(images: &'a ChannelImages) -> Self {
         Self { hf: images.current(COLOR_HF), spec: images.current(COLOR_SPEC) }
     }
 
-    /// The images that [`SplitLight::unfiltered`] hands on.
+    /// The images that [`SplitLight::unfiltered`] returns.
     pub const UNFILTERED: StageIo =
         StageIo { reads: &[COLOR_HF, COLOR_SPEC], ..StageIo::of("denoiser: off") };
 }
 
-/// What every stage of a frame needs: the scene with its lights, the frame's uniforms, its images.
+/// The inputs of every stage: the scene with its lights, the frame uniforms, the images.
 #[derive(Clone, Copy)]
 pub struct StageInputs<'a> {
     /// `None` in a replay, which has no scene.

@@ -1,4 +1,4 @@
-//! Folders of baked textures: where they lie, and how their files are named.
+//! Folders of baked textures and the names of their files.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The extensions of glTF, and what this importer does with each.
+//! The glTF extensions and how this importer treats each of them.
 
 use pt_scene::{ExtensionUse, Support};
 

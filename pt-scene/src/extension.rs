@@ -1,4 +1,4 @@
-//! What became of the glTF extensions that a file uses.
+//! The glTF extensions that a file uses, and how the importer treated them.
 
 /// What an importer does with an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

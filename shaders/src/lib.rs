@@ -1,4 +1,4 @@
-//! What the host and the GPU both see, written once.
+//! Declarations that the host and the GPU share, written once.
 //!
 //! * [`gpu_struct!`]: a record is declared in Rust and its GLSL declaration is generated from it (scalar block layout);
 //! * [`named_enum!`]: an enum has its names and its GLSL constants from one declaration;

@@ -1,4 +1,4 @@
-//! The view.
+//! Arguments that select the camera.
 
 use super::values::{finite, numbers};
 use clap::Args;

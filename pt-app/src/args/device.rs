@@ -1,4 +1,4 @@
-//! Where the work is done.
+//! Arguments that select the device and the trace backend.
 
 use super::values::named;
 use clap::Args;

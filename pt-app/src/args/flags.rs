@@ -1,4 +1,4 @@
-//! Flags that are short for knobs. What a flag takes, its help and its default come from the declaration of the knob.
+//! Flags that stand for knobs. The values that a flag accepts, its help and its default come from the declaration of the knob.
 
 use super::values::one_of;
 use clap::builder::ValueParser;

@@ -1,4 +1,4 @@
-//! What the frames of `pt render` and `pt capture` are made of.
+//! Arguments that `pt render` and `pt capture` share: scene, camera, size, knobs, device.
 
 use super::values::assignment;
 use super::{CameraArgs, DeviceArgs, PostArgs, SceneArgs};

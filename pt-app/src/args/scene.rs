@@ -1,4 +1,4 @@
-//! Command-line arguments that say which scene is read, and how.
+//! Arguments that select the scene and say how it is loaded.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `pt bake`: a scene's textures compressed into a folder of DDS files.
+//! `pt bake` compresses the textures of a scene into a folder of DDS files.
 
 use crate::args::values::named;
 use crate::progress::Progress;

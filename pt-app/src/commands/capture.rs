@@ -1,4 +1,4 @@
-//! `pt capture`: frames of a scene, recorded so that stages can be run on them.
+//! `pt capture` records frames of a scene, so that stages can be run on them.
 
 use crate::args::FrameArgs;
 use crate::args::values::FrameRange;

@@ -1,4 +1,4 @@
-//! `pt merge`: slices of one render of `pt reference`, joined.
+//! `pt merge` joins slices of one render of `pt reference`.
 
 use super::reference::files::{check_exr, write};
 use anyhow::{Context, Result, bail, ensure};

@@ -1,4 +1,4 @@
-//! `pt passes`: the frame as a table.
+//! `pt passes` prints the passes of the frame as a table.
 
 use crate::args::values::{assignment, named};
 use crate::args::{CameraArgs, DeviceArgs};

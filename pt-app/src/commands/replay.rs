@@ -1,4 +1,4 @@
-//! `pt replay`: the rest of the frame on recorded frames, without a scene.
+//! `pt replay` runs the rest of the frame on recorded frames, without a scene.
 
 use crate::aov::{self, AovSelection};
 use crate::args::values::{FrameRange, assignment};

@@ -1,7 +1,7 @@
 //! Folders of recorded frames: an index, and for each frame an EXR, a sidecar in JSON and perhaps a reference image.
 //!
-//! The index names every file with its hash and is written anew after each frame, so that an interrupted capture ends with the
-//! last whole frame.
+//! The index names every file with its hash. It is rewritten after each frame, so that an interrupted capture keeps all complete
+//! frames.
 
 use super::layer::{CaptureError, read_layer, write_layer};
 use super::sidecar::Sidecar;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Name of the index.
 pub const INDEX: &str = "index.json";
-/// Front of the layers that hold what the first frame went on with.
+/// Prefix of the layers that hold the histories of the first frame.
 const HISTORY: &str = "history.";
 
 /// Why a folder can't be written or read. One line that names the file.
@@ -218,7 +218,7 @@ pub struct CaptureFolder {
 pub struct RecordedFrame {
     path: PathBuf,
     parts: Vec<(String, LayeredImage)>,
-    /// What is told about it.
+    /// Its cameras, seed, knobs and device.
     pub sidecar: Sidecar,
 }
 

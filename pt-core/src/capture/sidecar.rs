@@ -1,4 +1,4 @@
-//! What is told about a recorded frame besides its images.
+//! The JSON file beside a recorded frame: cameras, seed, knobs, device.
 
 use pt_shaders::glam::{Mat4, Vec2};
 use pt_shaders::records::{CameraRecord, FrameRecord};

@@ -1,4 +1,4 @@
-//! Which devices there are, what they can do, which one is opened.
+//! Lists the devices and their capabilities, and selects one.
 
 use crate::error::{Error, Result, VkContext};
 use ash::{khr, vk};

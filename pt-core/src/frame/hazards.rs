@@ -1,4 +1,4 @@
-//! From declared accesses to barriers.
+//! Derives barriers from declared accesses.
 //!
 //! Images stay in GENERAL layout, so ordering needs memory barriers only, and the hazards of one pass merge into a single
 //! one (Vulkan specification, "Memory dependencies").

@@ -1,4 +1,4 @@
-//! What passes touch, what a frame in flight keeps alive, and the rows of the pass table.
+//! Resources that passes access, resources that a frame in flight keeps alive, and the rows of the pass table.
 
 use crate::buffer::Buffer;
 use crate::image::Image;

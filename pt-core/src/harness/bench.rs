@@ -1,4 +1,4 @@
-//! The `main` of every stage's benches.
+//! The `main` function of every stage's benchmark.
 
 use super::{WARM_UP, measure};
 use crate::console::program;

@@ -1,4 +1,4 @@
-//! What programs and benches of single stages share: arguments, device, recorded inputs, timing, the table.
+//! Shared by the programs and benchmarks of single stages: arguments, device, recorded inputs, timing, the table of times.
 //!
 //! A program that works from recorded channels alone is one call of [`replay`] inside [`crate::console::program`]; others
 //! put [`StageArgs`] and [`measure`] together themselves. A bench is one call of [`bench()`].

@@ -1,4 +1,4 @@
-//! What can be wrong with a setting.
+//! Errors in settings.
 
 use pt_image::atomic_file::FileError;
 use std::path::PathBuf;

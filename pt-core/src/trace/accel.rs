@@ -1,4 +1,4 @@
-//! What a backend needs to find hits in a scene.
+//! The acceleration structures of a scene, for each backend.
 
 use super::refit::Refit;
 use super::vulkan_as::DriverStructures;

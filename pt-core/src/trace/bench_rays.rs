@@ -1,4 +1,4 @@
-//! The rays that the benches shoot, and the CPU's traversal of them.
+//! The rays that the benchmarks trace, and the CPU tracing them.
 
 use super::ray_list::Query;
 use super::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene};

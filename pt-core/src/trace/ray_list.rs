@@ -1,4 +1,4 @@
-//! Bare triangles on the device and kernels that trace a list of rays through them: for the bench, `auto` and tests.
+//! Triangles on the device and kernels that trace a list of rays through them, for `pt bench trace`, `auto` and tests.
 
 use super::push::RayListPush;
 use super::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, MovedMesh, TraceBackend};

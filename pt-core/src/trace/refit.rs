@@ -1,6 +1,7 @@
 //! Refitting of the compute backend's trees on the device: same topology, new boxes (`bvh_refit.comp`).
 //!
-//! Cheap, and as good as a new tree while the mesh keeps its shape roughly; a mesh that is torn apart keeps tracing right, but slower.
+//! Refitting is cheap. A refitted tree is as good as a new one while the mesh roughly keeps its shape; otherwise it stays correct but
+//! becomes slower to trace.
 
 use super::bvh::levels;
 use super::push::{NodeBounds, RefitNode, RefitPush};

@@ -1,4 +1,4 @@
-//! Meshes that change their shape, on the device: one kernel puts all their vertices where the pose of the frame wants them.
+//! Deforming meshes on the device: one kernel moves all their vertices to the pose of the frame.
 
 use super::deform_records::{DeformPush, DeformVertex, DeltaRecord, InfluenceRecord, JointRecord};
 use super::{kernels, records};

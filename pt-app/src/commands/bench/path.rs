@@ -1,4 +1,4 @@
-//! `pt bench path`: the whole path loop of the reference path tracer, and the CPU's traversal of as many rays.
+//! `pt bench path` measures the whole path loop of the reference path tracer, and the CPU tracing the same number of rays.
 
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::session::Session;

@@ -1,4 +1,4 @@
-//! `pt bench post`: every pass from the interleave to the picture, alone on a synthetic frame.
+//! `pt bench post` measures every pass from the interleave to the picture on a synthetic frame.
 
 use anyhow::{Result, ensure};
 use clap::Args;

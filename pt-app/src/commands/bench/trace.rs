@@ -1,4 +1,4 @@
-//! `pt bench trace`: rays of every backend and of the CPU.
+//! `pt bench trace` measures rays per second of every backend and of the CPU.
 
 use anyhow::Result;
 use clap::Args;

@@ -1,4 +1,4 @@
-//! What `pt compare` takes.
+//! Arguments of `pt compare`.
 
 use crate::args::values::numbers;
 use clap::Args;

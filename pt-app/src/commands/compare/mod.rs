@@ -1,4 +1,4 @@
-//! `pt compare`: measures an image against its reference and checks limits.
+//! `pt compare` measures an image against its reference and checks limits.
 
 mod args;
 

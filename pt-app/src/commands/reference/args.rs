@@ -1,4 +1,4 @@
-//! What `pt reference` takes.
+//! Arguments of `pt reference`.
 
 use crate::args::flags::{Flag, FlagSet, Flags};
 use crate::args::values::{assignment, positive_f64};

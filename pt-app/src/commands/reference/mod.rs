@@ -1,4 +1,4 @@
-//! `pt reference`: ground truth, in one go or in slices.
+//! `pt reference` path traces the ground truth, as a whole or in slices.
 
 mod args;
 pub mod files;

@@ -1,4 +1,4 @@
-//! How far a render has come.
+//! Progress and summary of a reference render.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};

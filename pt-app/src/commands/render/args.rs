@@ -1,4 +1,4 @@
-//! What `pt render` takes.
+//! Arguments of `pt render`.
 
 use crate::aov::AovSelection;
 use crate::args::FrameArgs;

@@ -1,4 +1,4 @@
-//! `pt render`: frames of a scene, the last one, each, or their mean written to files.
+//! `pt render` renders frames of a scene and writes the last one, each one, or their mean.
 
 mod args;
 

@@ -1,4 +1,4 @@
-//! `pt scenes`: the built-in scenes, or what is in one scene.
+//! `pt scenes` lists the built-in scenes, or the content of one scene.
 
 mod stats;
 mod text;

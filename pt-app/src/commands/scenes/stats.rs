@@ -1,4 +1,4 @@
-//! `pt scenes --stats`: what is in a scene, as text or as JSON. The names of the JSON fields are stable.
+//! `pt scenes --stats` prints the content of a scene, as text or as JSON. The names of the JSON fields are stable.
 
 use std::collections::BTreeMap;
 

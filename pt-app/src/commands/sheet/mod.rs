@@ -1,4 +1,4 @@
-//! `pt sheet`: many images on one sheet, each with its name under it.
+//! `pt sheet` puts many images on one sheet, each with its name under it.
 //!
 //! Images are shrunk to their tile by area averages of linear light, or shown as they are where they are smaller. Scene-linear
 //! images (EXR, HDR) are scaled so that the geometric mean of their luminance is 0.18, then x / (1 + x) for each channel.
