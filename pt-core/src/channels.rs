@@ -15,7 +15,7 @@ enum Slot {
     History(History<Image>),
 }
 
-/// An image that was asked for and is not there.
+/// An image that was requested and is not allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lacking {
     /// The image.
@@ -30,7 +30,7 @@ pub struct ChannelImages {
     slots: BTreeMap<ChannelId, Slot>,
     /// Whether a frame has been recorded since the last reset.
     has_frame: bool,
-    /// Whether the images hold what a frame before this one left.
+    /// Whether the images hold the content of a frame before this one.
     has_history: bool,
 }
 
@@ -93,7 +93,7 @@ impl ChannelImages {
         self.sizes
     }
 
-    /// Images that are there: the frame contract in table order, then the private images of the stages.
+    /// The allocated images: the frame contract in table order, then the private images of the stages.
     pub fn ids(&self) -> impl Iterator<Item = ChannelId> {
         self.slots.keys().copied()
     }
@@ -123,7 +123,7 @@ impl ChannelImages {
         }
     }
 
-    /// Begins a frame: what was current becomes previous.
+    /// Begins a frame: the current images become the previous ones.
     pub fn begin_frame(&mut self) {
         self.has_history = self.has_frame;
         if self.has_frame {
@@ -136,8 +136,8 @@ impl ChannelImages {
         self.has_frame = true;
     }
 
-    /// Whether previous and carried images hold what the last frame left. Not so in the first frame and in the one after
-    /// [`ChannelImages::reset_history`]: a stage starts over there.
+    /// Whether previous and carried images hold the content of the last frame. They do not in the first frame and in the one after
+    /// [`ChannelImages::reset_history`]; a stage then starts without history.
     pub fn has_history(&self) -> bool {
         self.has_history
     }
@@ -147,17 +147,17 @@ impl ChannelImages {
         self.has_frame
     }
 
-    /// Forgets the frames so far: after a cut or a teleport of the camera. The one reset of all histories of all stages.
+    /// Invalidates all histories of all stages, after a cut or a teleport of the camera.
     pub fn reset_history(&mut self) {
         self.has_frame = false;
     }
 
-    /// Says that histories were filled from outside with what a last frame left.
+    /// Declares the histories valid after the caller has loaded them.
     pub fn resume_history(&mut self) {
         self.has_frame = true;
     }
 
-    /// Images whose content the next frame reads: kept ones and carried ones.
+    /// Images whose content the next frame reads: those kept from the last frame, and carried ones.
     pub fn histories(&self) -> impl Iterator<Item = ChannelId> {
         use pt_shaders::channels::Lifetime;
         let outlives = |(id, slot): (&ChannelId, &Slot)| {

@@ -40,20 +40,20 @@ impl<'a> SplitLight<'a> {
 pub struct StageInputs<'a> {
     /// `None` in a replay, which has no scene.
     pub scene: Option<&'a dyn SceneResources>,
-    /// Camera, size, frame index and seed; `None` where no kernel asks for them.
+    /// Camera, size, frame index and seed; `None` if no kernel uses them.
     pub uniforms: Option<&'a Uniforms<FrameRecord>>,
     /// Channels and private images.
     pub images: &'a ChannelImages,
 }
 
 impl<'a> StageInputs<'a> {
-    /// For stages that work from images alone.
+    /// For stages that need only images.
     pub fn new(images: &'a ChannelImages) -> Self {
         Self { scene: None, uniforms: None, images }
     }
 
-    /// Declares a pass of a stage: binds what the stage's declaration names, and scene and frame uniforms where the kernel
-    /// asks for them.
+    /// Begins a pass of a stage: binds the images of the stage's declaration, and scene and frame uniforms if the kernel uses
+    /// them.
     pub fn pass<'f, 'r>(
         &self,
         frame: &'f mut Frame<'r>,
@@ -71,13 +71,13 @@ impl<'a> StageInputs<'a> {
         }
     }
 
-    /// Threads for one each of the split frame's texels.
+    /// One thread per texel of the split frame.
     pub fn split_threads(&self) -> [u32; 3] {
         let [width, height] = crate::split::split_size(self.images.size());
         [width, height, 1]
     }
 
-    /// Threads for one each of the flat frame's pixels.
+    /// One thread per pixel of the flat frame.
     pub fn flat_threads(&self) -> [u32; 3] {
         let [width, height] = self.images.size();
         [width, height, 1]

@@ -18,14 +18,14 @@ pub struct StageIo {
     pub reads: &'static [ChannelId],
     /// Content of the last frame, only read.
     pub reads_previous: &'static [ChannelId],
-    /// Written without looking at what is there.
+    /// Written without reading the old content.
     pub writes: &'static [ChannelId],
     /// Read and written in place.
     pub updates: &'static [ChannelId],
 }
 
 impl StageIo {
-    /// A stage that touches nothing yet: `StageIo { reads: &[...], ..StageIo::of("composite") }`.
+    /// A stage that accesses nothing yet: `StageIo { reads: &[...], ..StageIo::of("composite") }`.
     pub const fn of(stage: &'static str) -> Self {
         Self { stage, reads: &[], reads_previous: &[], writes: &[], updates: &[] }
     }

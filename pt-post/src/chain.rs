@@ -85,8 +85,8 @@ impl PostChain {
         StageIo { writes, ..StageIo::of("picture") }
     }
 
-    /// Records the stages for one frame. `time_step`: seconds since the last frame, for the eye's adaptation; `None`: each frame
-    /// is exposed by itself. `jitter`: where in its pixels the frame was sampled, from the centre, pixels.
+    /// Records the stages for one frame. `time_step`: seconds since the last frame, for eye adaptation; `None`: no adaptation.
+    /// `jitter`: where in its pixels the frame was sampled, from the centre, pixels.
     ///
     /// # Errors
     /// When the passes do not fit into the frame, or a structural knob is not the one that the chain was made with.

@@ -7,13 +7,13 @@ use std::str::FromStr;
 /// Degrees.
 const DEFAULT_VFOV: f32 = 50.0;
 
-/// The view.
+/// Camera arguments.
 #[derive(Clone, Debug, Args)]
 pub struct CameraArgs {
     /// Camera of the scene, by name or by index from 0 [default: the first, or one that frames the scene]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "look", help_heading = "Camera")]
     pub camera: Option<CameraChoice>,
-    /// Eye and target point instead of a camera of the scene, scene units, +Y up.
+    /// Eye and target point instead of a camera of the scene, in scene units, +Y up.
     #[arg(long, value_name = "EX,EY,EZ,TX,TY,TZ", allow_hyphen_values = true, help_heading = "Camera")]
     pub look: Option<LookAt>,
     /// Vertical field of view of --look, degrees, between 0 and 180.

@@ -15,10 +15,10 @@ pub struct MergeArgs {
     /// Files of `pt reference` with disjoint ranges of samples of one render.
     #[arg(required = true, value_name = "A.exr")]
     pub inputs: Vec<PathBuf>,
-    /// Image to write, as by `pt reference`.
+    /// Image to write, in the format of `pt reference`.
     #[arg(short, long, value_name = "OUT.exr")]
     pub output: PathBuf,
-    /// Write OUT.exr alone.
+    /// Write only OUT.exr.
     #[arg(long)]
     pub no_aov: bool,
 }

@@ -107,8 +107,8 @@ impl CaptureWriter {
         Ok(Self { folder: folder.into(), index })
     }
 
-    /// Records a frame: all channels of the frame contract as they are, with `histories` as [`read_histories`] returned them
-    /// before the frame.
+    /// Records a frame: the current content of all channels of the frame contract, and `histories`, which [`read_histories`]
+    /// returned before the frame.
     ///
     /// # Errors
     /// A device that fails, a file that can't be written; then the frames before it stay.
@@ -187,7 +187,7 @@ impl Parts {
     }
 }
 
-/// The images that the next frame goes on with, as layers of a capture; nothing when there was no frame yet.
+/// The histories that the next frame will read, as layers of a capture; empty before the first frame.
 ///
 /// # Errors
 /// When the device fails.
@@ -313,8 +313,8 @@ impl RecordedFrame {
         ids.iter().try_for_each(|&id| self.load_one(images, id, ""))
     }
 
-    /// Fills the histories of `images` with what the frame went on with, so that the next frame does. Returns the names of those that
-    /// the recorded run had not; then nothing is filled, and the next frame starts over.
+    /// Restores the histories that the recorded frame started with. If the capture lacks some of them, it restores nothing and
+    /// returns their names; the next frame then starts without history.
     ///
     /// # Errors
     /// A layer that is missing or does not fit.

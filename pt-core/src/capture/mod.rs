@@ -52,7 +52,7 @@ pub mod keys {
     pub const VERSION: &str = "version";
 }
 
-/// Allocates what stages touch for the frame that `capture` holds, and fills what they read from the layers.
+/// Allocates the images of stages for the frame in `capture`, and loads the images that they read from its layers.
 ///
 /// # Errors
 /// A layer or component that is missing, or a device that refuses.

@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct DeviceOptions {
     /// Index in the list of devices, part of a device's name, `gpu` or `cpu`; `None`: the best one, a discrete GPU before the CPU.
     pub device: Option<String>,
-    /// Turn on the validation layers with synchronization validation and collect what they say.
+    /// Enable the validation layers with synchronization validation and collect their messages.
     pub validation: bool,
 }
 
@@ -188,7 +188,7 @@ impl Device {
         }
     }
 
-    /// What the validation layers said; `None` when opened without them.
+    /// Messages of the validation layers; `None` when opened without them.
     pub fn validation(&self) -> Option<&ValidationLog> {
         self.0.instance.validation.as_ref().map(|messenger| messenger.log())
     }

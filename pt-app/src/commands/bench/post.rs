@@ -23,7 +23,7 @@ pub struct BenchPostArgs {
     /// Size of the picture.
     #[arg(long, value_name = "WxH", default_value = "3840x2160")]
     pub size: ImageSize,
-    /// Frames whose time counts.
+    /// Number of timed frames.
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]

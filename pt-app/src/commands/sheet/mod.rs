@@ -24,7 +24,7 @@ pub struct SheetArgs {
     /// Sheet to write.
     #[arg(short, long, value_name = "OUT.png")]
     pub output: PathBuf,
-    /// Tiles in a row [default: as square a sheet as can be]
+    /// Tiles per row [default: the sheet is as square as possible]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub columns: Option<u32>,
     /// Size of a tile without its label, pixels.
