@@ -33,7 +33,7 @@ pub struct Interleave {
 }
 
 impl Interleave {
-    /// What it touches; it writes every pixel.
+    /// The images that it accesses; it writes every pixel.
     pub const IO: StageIo =
         StageIo { reads: &[COLOR, MOTION], writes: &[FLAT_COLOR, FLAT_MOTION], ..StageIo::of("interleave") };
 

@@ -17,7 +17,7 @@ pub struct ReflectRefract {
 }
 
 impl ReflectRefract {
-    /// What the stage touches; it writes and updates at replaced surfaces only.
+    /// The images that the stage accesses; it writes and updates only where it replaces a surface.
     pub const IO: StageIo = StageIo {
         reads: &[channels::RNG_SEED, channels::BOUNCE_THROUGHPUT],
         writes: &[channels::CLUSTER, channels::NORMAL, channels::VERTEX_NORMAL],

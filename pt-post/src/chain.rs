@@ -144,7 +144,7 @@ impl PostChain {
         &self.exposure
     }
 
-    /// Buffers that the next frame goes on with, besides the images: they belong to the histories of a capture.
+    /// Buffers that carry state to the next frame, besides the images. A capture records them with the histories.
     pub fn state(&self) -> Vec<&Buffer> {
         if self.parts.picture { self.exposure.state().to_vec() } else { Vec::new() }
     }

@@ -34,7 +34,7 @@ pub struct Fsr {
 }
 
 impl Fsr {
-    /// What it touches: codes in, upscaled codes between its passes.
+    /// The images that it accesses: its input, and the upscaled codes between its passes.
     pub fn io(upscales: bool) -> StageIo {
         let writes: &[ChannelId] = if upscales { &[DISPLAY_CODES, UPSCALED_CODES] } else { &[DISPLAY_CODES] };
         StageIo { writes, ..StageIo::of("fsr") }

@@ -25,7 +25,7 @@ pub enum ReferenceFileError {
     /// Not readable as an image.
     #[error(transparent)]
     Image(#[from] ImageFileError),
-    /// Readable, but not what was asked for.
+    /// Readable, but not of the expected kind.
     #[error("{path}: {what}", path = path.display())]
     Content {
         /// The file.

@@ -376,7 +376,7 @@ impl<'r> Frame<'r> {
         Ok(())
     }
 
-    /// As a pass, for what is no kernel: the commands of `record` between the barrier for `touches` and the timestamps.
+    /// Records commands that are not a kernel as a pass: `record` runs between the barrier for `touches` and the timestamps.
     pub(crate) fn encode_other(
         &mut self,
         info: PassInfo,

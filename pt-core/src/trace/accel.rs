@@ -12,8 +12,8 @@ use crate::frame::{Frame, Pass};
 use obvhs::aabb::Aabb;
 use pt_shaders::records::{BvhNode, MeshRecord, SceneRecord};
 
-/// The acceleration structure of a scene for one backend. Instances move, and so do the vertices of meshes that were announced to
-/// deform; triangles stay what they are.
+/// The acceleration structure of a scene for one backend. Instances move, and so do the vertices of meshes that were declared as
+/// deforming; the triangles themselves do not change.
 pub struct AccelStructure {
     backend: TraceBackend,
     meshes: usize,

@@ -13,7 +13,7 @@ use crate::kernel::Kernel;
 use crate::kernels;
 use obvhs::cwbvh::CwBvh;
 
-/// Threads a row of the launch: 65,535 workgroups a row is all that every device takes.
+/// Threads per row of the launch: devices must support only 65,535 workgroups per row.
 const ROW: u32 = 1 << 20;
 
 /// The nodes of all deforming meshes, level by level.

@@ -51,7 +51,7 @@ pub struct BenchPathArgs {
 /// Most rays of a kind that the CPU traces in a window, where a GPU has traced many more.
 const MOST_NATIVE_RAYS: f64 = 2e6;
 
-/// What a number of samples took, and the CPU's traversal after it.
+/// Times of a number of samples on the device, and of the CPU tracing the same number of rays after it.
 struct Window {
     seconds: f64,
     pass_ms: BTreeMap<String, f64>,

@@ -34,7 +34,7 @@ pub struct BenchPostArgs {
 /// Size at which results are checked against the oracles before anything is timed.
 const CHECK_SIZE: [u32; 2] = [96, 54];
 
-/// A frame and what happens to it.
+/// A synthetic frame and its post-processing chain.
 struct Chain {
     name: &'static str,
     /// Side of the picture over side of the frame.

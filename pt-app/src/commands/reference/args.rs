@@ -97,7 +97,7 @@ impl FlagSet for Transport {
     const FLAGS: &'static [Flag] = &[
         Flag::new("max-bounces", "reference.max_bounces", "B"),
         Flag::new("roulette-start", "reference.roulette_start", "B"),
-        Flag { note: "Light that counts", ..Flag::new("light-types", "reference.light_types", "LIST") },
+        Flag { note: "Kinds of light", ..Flag::new("light-types", "reference.light_types", "LIST") },
         Flag::new("heuristic", "reference.heuristic", "HEURISTIC"),
         Flag::new("strategy", "reference.strategy", "STRATEGY"),
         Flag::new("sampler", "reference.sampler", "SAMPLER"),

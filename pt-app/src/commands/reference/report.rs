@@ -18,7 +18,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Of a render of `samples`, which goes on at `first`.
+    /// Progress of a render of `samples` that starts at `first`.
     pub fn new(samples: &Range<u32>, first: u32) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(u64::from(samples.end - samples.start));

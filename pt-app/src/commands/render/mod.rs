@@ -85,7 +85,7 @@ fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> R
     Ok(timings)
 }
 
-/// Whether a file is for the eye: a PNG always, an EXR when that is asked for.
+/// Whether a file holds display values: always for a PNG, for an EXR with `post.output=display`.
 fn holds_picture(path: &Path, params: &FrameParams) -> bool {
     params.post.output == pt_post::Output::Display
         || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)

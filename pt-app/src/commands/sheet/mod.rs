@@ -45,7 +45,7 @@ const WARNING: [u8; 3] = [255, 170, 90];
 /// Images that cannot be read, a sheet that is too large or cannot be written.
 pub fn run(args: &SheetArgs, out: &mut impl Write) -> Result<bool> {
     if check_output(&args.output)? != OutputFormat::Png {
-        bail!("{}: a sheet is a PNG", args.output.display());
+        bail!("{}: a sheet must be a PNG", args.output.display());
     }
     let [tile_w, tile_h] = args.tile.into();
     let count = args.images.len() as u32;
