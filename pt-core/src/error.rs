@@ -45,7 +45,7 @@ pub enum Error {
         channel: String,
     },
     /// A knob that decides on kernels, images or passes is another one than the stage was made with.
-    #[error("{key} changed between frames; it is structural (it selects kernels, images or passes): create the frame anew")]
+    #[error("{key} is structural and changed between frames: create the frame (or the stage) anew")]
     StructuralKnob {
         /// Dotted name of the knob.
         key: String,
