@@ -94,7 +94,7 @@ impl Session {
     pub fn check_validation(&self) -> Result<()> {
         match self.device.validation().map(|log| log.messages()) {
             Some(messages) if !messages.is_empty() => {
-                bail!("the validation layers reported {} messages; the first: {}", messages.len(), messages[0])
+                bail!("{} validation messages, the first: {}", messages.len(), messages[0])
             }
             _ => Ok(()),
         }

@@ -44,7 +44,7 @@ pub enum Error {
         /// The image.
         channel: String,
     },
-    /// A knob that decides on kernels, images or passes is another one than the stage was made with.
+    /// A structural knob differs from the value that the stage was created with.
     #[error("{key} is structural and changed between frames: create the frame (or the stage) anew")]
     StructuralKnob {
         /// Dotted name of the knob.

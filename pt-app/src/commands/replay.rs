@@ -119,7 +119,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     let timings = recorder.finish()?;
     progress.finish();
     if let Some(messages) = device.validation().map(|log| log.messages()).filter(|m| !m.is_empty()) {
-        anyhow::bail!("the validation layers reported {} messages; the first: {}", messages.len(), messages[0]);
+        anyhow::bail!("{} validation messages, the first: {}", messages.len(), messages[0]);
     }
     let ms = Spread::of(timings.iter().map(|frame| frame.gpu_ms).collect()).median_ms;
     writeln!(
