@@ -111,7 +111,7 @@ pub fn fold_seed(seed: u64) -> u32 {
     (seed as u32) ^ ((seed >> 32) as u32).wrapping_mul(0x9e37_79b9)
 }
 
-/// The camera that the arguments name, else the scene's first; `None` when it has none.
+/// The camera that the arguments select, or the scene's first one; `None` if it has none.
 fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
     let CameraArgs { camera: choice, look, vfov } = args;
     if let Some(LookAt { eye, target }) = *look {

@@ -9,7 +9,7 @@ use pt_core::rng::random4;
 use pt_core::split::{split_size, split_to_flat};
 use pt_shaders::records::SPLIT_FLAGS;
 
-/// What a pixel traces.
+/// A scheme that shows a split surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
     /// One field reflects, the other refracts; each pixel is blended with its neighbours of the other field. One ray a pixel
@@ -39,7 +39,7 @@ impl Scheme {
     }
 }
 
-/// What is seen of a split surface.
+/// A split surface: the radiance along its reflected and its refracted path.
 #[derive(Clone, Copy, Debug)]
 pub struct SplitSurface<'a> {
     /// Pixels of the frame.

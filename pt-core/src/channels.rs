@@ -24,7 +24,8 @@ pub struct Lacking {
     pub previous: bool,
 }
 
-/// Allocated images. Made by [`FramePlan::allocate`](crate::plan::FramePlan::allocate) from what the stages declare.
+/// The allocated images of a frame, from [`FramePlan::allocate`](crate::plan::FramePlan::allocate) according to the declarations of
+/// the stages.
 pub struct ChannelImages {
     sizes: FrameSizes,
     slots: BTreeMap<ChannelId, Slot>,
@@ -101,7 +102,7 @@ impl ChannelImages {
     /// This frame's image.
     ///
     /// # Panics
-    /// When no stage of the plan touches it. Passes use [`ChannelImages::get`], which reports that as an error.
+    /// If no stage of the plan declares it. Passes use [`ChannelImages::get`], which reports this as an error.
     pub fn current(&self, id: ChannelId) -> &Image {
         self.get(id).unwrap_or_else(|_| panic!("{} is not allocated", id.full_name()))
     }

@@ -15,7 +15,7 @@ pub enum Error {
         "no Vulkan driver found; run scripts/setup-vulkan.sh, or install your GPU's driver or Mesa's lavapipe"
     )]
     NoDriver,
-    /// No device has what the frame needs.
+    /// No device fulfils the requirements of the frame.
     #[error("no usable Vulkan device: {0}; run scripts/setup-vulkan.sh to install Mesa's lavapipe")]
     NoDevice(String),
     /// `--device` matched nothing usable.

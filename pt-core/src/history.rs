@@ -23,7 +23,7 @@ impl<T> History<T> {
         &self.previous
     }
 
-    /// Ends the frame: what was current becomes previous.
+    /// Swaps the two: the current value becomes the previous one.
     pub fn swap(&mut self) {
         std::mem::swap(&mut self.current, &mut self.previous);
     }

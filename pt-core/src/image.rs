@@ -257,7 +257,7 @@ impl Image {
     /// Inverse of [`Image::read_u32`], for the integer formats. Values above the format's range become its largest.
     ///
     /// # Errors
-    /// When there are not `components()` values per texel, the texels are no integers, or the device fails.
+    /// If there are not `components()` values per texel, the texels are not integers, or the device fails.
     pub fn write_u32(&self, values: &[u32]) -> Result<()> {
         match self.0.format {
             Format::R16Uint => {

@@ -17,7 +17,7 @@ pub enum FileError {
         /// Its folder.
         folder: PathBuf,
     },
-    /// What should be the folder of the file is something else.
+    /// The parent path of the file is not a folder.
     #[error("cannot write {}: {} is not a folder", path.display(), folder.display())]
     NotAFolder {
         /// The file asked for.

@@ -51,7 +51,7 @@ impl BakedFolder {
         Self::open(path)
     }
 
-    /// Name of the file for an image file and what it is used for.
+    /// Name of the file for an image file and its use.
     pub fn file_name(image: &[u8], usage: TextureUsage) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(ENCODER.as_bytes());

@@ -81,7 +81,7 @@ pub(crate) fn needs_codecs(name: &str) -> bool {
     cfg!(not(feature = "codecs")) && CODECS.contains(&name)
 }
 
-/// What the importer does with the extension of this name.
+/// How the importer treats the extension of this name.
 pub fn support(name: &str) -> Support {
     if needs_codecs(name) {
         return Refused;

@@ -85,8 +85,8 @@ impl<'a> From<&'a Image> for Bloomed<'a> {
 const CHAIN: [ChannelId; MAX_LEVELS as usize] =
     [BLOOM_1, BLOOM_2, BLOOM_3, BLOOM_4, BLOOM_5, BLOOM_6, BLOOM_7, BLOOM_8, BLOOM_9, BLOOM_10];
 
-/// Spreads a share of the light of every pixel over its surroundings. Weights sum to 1: away from the border the sum over the
-/// image stays what it was.
+/// Spreads a share of the light of every pixel over its surroundings. Weights sum to 1, so that the sum over the image is preserved
+/// away from the border.
 pub struct Bloom {
     quarter_kernel: Kernel,
     blur_kernel: Kernel,

@@ -53,7 +53,7 @@ impl Fsr {
         })
     }
 
-    /// What the codes in `display_codes` have to be for an output of `encoding`: scRGB is linear, and made at the end.
+    /// The encoding of `display_codes` for an output of `encoding`: scRGB is linear, and therefore computed at the end.
     pub fn input_encoding(encoding: Encoding) -> Encoding {
         if encoding == Encoding::Srgb { Encoding::Srgb } else { Encoding::Pq }
     }

@@ -42,7 +42,7 @@ pub struct EstimateFile {
     pub estimate: Estimate,
     /// Sample indices that went in, in increasing order.
     pub ranges: Vec<Range<u32>>,
-    /// What it is an image of.
+    /// The identity of the render.
     pub identity: Identity,
 }
 

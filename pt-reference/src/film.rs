@@ -84,7 +84,7 @@ pub struct EstimatePixel {
     pub coverage: f32,
 }
 
-/// An image with what is known about its error.
+/// An image with its variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Width and height in pixels.

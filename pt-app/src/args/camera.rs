@@ -27,7 +27,7 @@ impl Default for CameraArgs {
     }
 }
 
-/// A camera of the scene: digits are an index from 0, anything else a name.
+/// A camera of the scene, by index from 0 (digits only) or by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CameraChoice {
     /// Index from 0.
@@ -50,9 +50,9 @@ impl FromStr for CameraChoice {
 /// A view from one point to another, scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookAt {
-    /// Where the camera is.
+    /// Position of the camera.
     pub eye: [f32; 3],
-    /// What it looks at; never equal to `eye`.
+    /// Target point; never equal to `eye`.
     pub target: [f32; 3],
 }
 

@@ -26,7 +26,7 @@ pub struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// What the loader needs to know.
+    /// Options of the importer.
     pub fn load_options(&self) -> LoadOptions {
         LoadOptions { time: self.time, ..self.load.load_options() }
     }
@@ -66,7 +66,7 @@ pub struct LoadArgs {
 }
 
 impl LoadArgs {
-    /// What the loader needs to know, for the scene as it is at time 0.
+    /// Options of the importer, with the scene at time 0.
     pub fn load_options(&self) -> LoadOptions {
         LoadOptions {
             environment: self.env.clone(),

@@ -26,7 +26,7 @@ pub struct MergeArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// Files that are no estimates, of different renders, or with common samples.
+/// Files that are not estimates, that belong to different renders, or that share samples.
 pub fn run(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
     check_exr(&args.output)?;
     let mut files: Vec<(&Path, EstimateFile)> = Vec::new();

@@ -38,7 +38,7 @@ pub struct PassesArgs {
     pub device: Option<String>,
 }
 
-/// Runs the command: records two frames of the scene, the second a sixtieth of a second later, and prints what was declared.
+/// Runs the command: records two frames of the scene, the second one 1/60 s later, and prints the declared accesses.
 ///
 /// # Errors
 /// Unknown keys, a device that can't do it.

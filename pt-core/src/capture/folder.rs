@@ -25,7 +25,7 @@ pub enum FolderError {
     /// The file system refused.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A file is not what the index or the format says.
+    /// The content of a file does not match the index or the format.
     #[error("{}: {problem}", path.display())]
     Content {
         /// The file.

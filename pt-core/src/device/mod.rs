@@ -113,7 +113,7 @@ impl Drop for Instance {
 }
 
 impl Device {
-    /// All devices that the loader shows, best first, with what they can do and why one can't be used.
+    /// All devices, best first, with their capabilities and, if one cannot be used, the reason.
     pub fn list() -> Result<Vec<DeviceInfo>> {
         let instance = Instance::new(false)?;
         Ok(selection::candidates(&instance.raw)?.into_iter().map(|c| c.info).collect())
@@ -175,7 +175,7 @@ impl Device {
         })))
     }
 
-    /// What the device is and can do.
+    /// Properties and capabilities of the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.0.info
     }

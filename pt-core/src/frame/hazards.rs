@@ -14,7 +14,7 @@ pub(crate) struct Touch {
     pub(crate) write: bool,
 }
 
-/// What has happened to a resource since its last write.
+/// Accesses to a resource since its last write.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
     write_stage: S,

@@ -296,8 +296,8 @@ impl<'r> Frame<'r> {
         })
     }
 
-    /// Copies a buffer into a [`Location::Readback`] buffer of at least its size, in frame order; [`Buffer::mapped`] shows what was there
-    /// once the frame is finished.
+    /// Copies a buffer into a [`Location::Readback`] buffer of at least its size, in frame order; [`Buffer::mapped`] shows the
+    /// content once the frame is finished.
     pub fn download(&mut self, buffer: &Buffer, to: &Buffer) -> Result<()> {
         let touch = |access, write| Touch { stage: vk::PipelineStageFlags2::ALL_TRANSFER, access, write };
         let touches = [

@@ -41,7 +41,7 @@ pub enum HarnessError {
     /// The output is not an EXR.
     #[error("{}: only exr can be written here", .0.display())]
     NotExr(PathBuf),
-    /// A capture without what the stage reads.
+    /// A capture without the channels that the stage reads.
     #[error("{}: {problem}", path.display())]
     Capture {
         /// The file.

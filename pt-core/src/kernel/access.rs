@@ -39,7 +39,7 @@ const DECORATION_OFFSET: u32 = 35;
 pub(crate) struct Access {
     pub(crate) read: bool,
     pub(crate) write: bool,
-    /// Passed to a function: what happens there is not followed.
+    /// Passed to a function, whose accesses are not analysed.
     pub(crate) unknown: bool,
 }
 

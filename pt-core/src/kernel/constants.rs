@@ -114,7 +114,7 @@ pub struct ConstantDeclaration {
 /// The constants of a kernel by name.
 pub(crate) type Declarations = BTreeMap<String, ConstantDeclaration>;
 
-/// Checks values against what a kernel declares, in any of its shaders.
+/// Checks values against the declarations in the shaders of a kernel.
 pub(crate) fn check(
     kernel: &str,
     declared: &Declarations,

@@ -10,7 +10,7 @@ use spirq::ty::{DescriptorType, ImageFormat, Type};
 use spirq::var::Variable;
 use std::collections::BTreeMap;
 
-/// What can be bound to a name.
+/// The kind of resource that can be bound to a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
     /// `uniform` block.

@@ -95,7 +95,7 @@ impl Knob {
         Self { key: format!("{table}.{}", self.key), ..self }
     }
 
-    /// What values it takes, in words: its range with the unit, or the names of its values.
+    /// The values that it accepts, as text: its range with the unit, or the names of its values.
     pub fn takes(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         let text = match &self.range {
@@ -132,7 +132,7 @@ impl Knob {
         plain(&self.default)
     }
 
-    /// What it does, where that comes from, and whether it is structural.
+    /// Its sentence, its source, and whether it is structural.
     pub fn description(&self) -> String {
         let source = if self.source.is_empty() { String::new() } else { format!(" ({})", self.source) };
         let doc = self.doc.trim_end_matches('.');

@@ -134,7 +134,7 @@ impl AccelStructure {
         }
     }
 
-    /// Declares to a pass what its rays read.
+    /// Declares to a pass the resources that its rays read.
     pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         match &self.kind {
             Kind::Compute(trees) => {

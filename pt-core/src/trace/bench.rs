@@ -113,7 +113,7 @@ pub fn bench(
     Ok(rows)
 }
 
-/// What `auto` measured.
+/// The measurements of `auto`.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Choice {
     /// The compute backend, or the fastest other one that is faster by [`CLEARLY_FASTER`].

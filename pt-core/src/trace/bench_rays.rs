@@ -47,7 +47,7 @@ pub(super) struct RayList {
     pub(super) hits: Vec<Hit>,
 }
 
-/// The CPU's traversal on all cores, of as many rays of every kind as something else has traced.
+/// Rays of every kind, traced on all cores of the CPU as the baseline.
 pub struct NativeRays {
     pub(super) scene: NativeScene,
     pub(super) lists: Vec<RayList>,

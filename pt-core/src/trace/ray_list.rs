@@ -12,7 +12,7 @@ use crate::texture::TextureTable;
 use glam::{Affine3A, Vec3, Vec4};
 use pt_shaders::records::{Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord};
 
-/// What is asked about the rays.
+/// The query: nearest hit or occlusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Query {
     /// The nearest hit.

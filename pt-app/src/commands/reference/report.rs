@@ -35,7 +35,7 @@ impl Report {
         self.shown.elapsed() >= REPORT_INTERVAL
     }
 
-    /// Shows what the samples before `next` have come to.
+    /// Shows the estimate from the samples before `next`.
     pub fn show(&mut self, next: u32, relative_error: f64) {
         self.shown = Instant::now();
         let (done, left) = (f64::from(next - self.first), f64::from(self.samples.end - next));

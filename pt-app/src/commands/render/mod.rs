@@ -208,7 +208,7 @@ fn load_line(session: &Session) -> String {
     )
 }
 
-/// The most memory that this process has held, where the system tells.
+/// Peak memory of this process, if the system reports it.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -44,7 +44,7 @@ pub struct SceneStats {
     pub extensions: Vec<ExtensionStats>,
     /// The division into clusters.
     pub clusters: ClusterStats,
-    /// What the loader left out or changed.
+    /// What the importer left out or changed.
     pub notices: Vec<String>,
 }
 
