@@ -1,4 +1,4 @@
-//! The whole frame, in the order in which light reaches the screen.
+//! The whole frame: its stages in order, and the images that pass between them.
 
 use crate::params::FrameParams;
 use crate::session::join;
@@ -31,14 +31,14 @@ pub enum Stage {
     Post,
 }
 
-/// What a frame is recorded with besides its images and knobs.
+/// Parameters of one frame besides its images and knobs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     /// Cameras, size, frame index and seed.
     pub record: FrameRecord,
     /// Where in its pixels the frame is sampled, from the centre, pixels.
     pub jitter: [f32; 2],
-    /// Seconds since the last frame, for the eye's adaptation; `None`: the frame is exposed by itself.
+    /// Seconds since the last frame, for eye adaptation; `None`: no adaptation.
     pub time_step: Option<f32>,
 }
 
@@ -49,7 +49,7 @@ struct TracedStages {
     direct: DirectLighting,
 }
 
-/// The stages with the images that pass between them. A replay begins at a later stage, with recorded images.
+/// The stages and the images that pass between them. A replay starts at a later stage, with recorded images.
 pub struct FullFrame {
     uniforms: Uniforms<FrameRecord>,
     images: ChannelImages,
@@ -116,7 +116,7 @@ impl FullFrame {
         stages.extend((first <= Stage::Checkerboard).then_some(Interleave::IO));
         stages.extend(post.io());
         let mut plan = FramePlan::new(params.post.sizes(output_size));
-        // Whatever the stages of a replay read is loaded; a frame from its beginning must write everything by itself.
+        // A replay loads the images that no stage writes. In a whole frame each image must have a writer.
         let given: Vec<_> =
             if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
         plan.given(given.iter().copied());
@@ -220,7 +220,7 @@ impl FullFrame {
         &self.given
     }
 
-    /// Buffers that the next frame goes on with, besides the images.
+    /// Buffers that carry state to the next frame, besides the images.
     pub fn state(&self) -> Vec<&Buffer> {
         self.post.state()
     }
@@ -230,7 +230,7 @@ impl FullFrame {
         self.post.resolved(&self.images)
     }
 
-    /// What the last frame was recorded with; `None` before the first.
+    /// Parameters of the last frame; `None` before the first.
     pub fn moment(&self) -> Option<&Moment> {
         self.moment.as_ref()
     }

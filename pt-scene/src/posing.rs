@@ -1,4 +1,4 @@
-//! Meshes in their present pose, on the CPU.
+//! Meshes in their current pose, on the CPU.
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use std::sync::Arc;

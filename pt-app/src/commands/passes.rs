@@ -1,4 +1,4 @@
-//! `pt passes`: the frame as a table.
+//! `pt passes` prints the passes of the frame as a table.
 
 use crate::args::values::{assignment, named};
 use crate::args::{CameraArgs, DeviceArgs};
@@ -18,19 +18,19 @@ pub struct PassesArgs {
     /// Print JSON instead of a table.
     #[arg(long)]
     pub json: bool,
-    /// Image size that extents and bytes are given for.
+    /// Image size for which extents and bytes are printed.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: ImageSize,
-    /// glTF or GLB file, or the name of a built-in scene: animated ones have passes of their own.
+    /// glTF or GLB file, or the name of a built-in scene. Animated scenes have additional passes.
     #[arg(long, value_name = "S", default_value = "cornell")]
     pub scene: String,
-    /// With the pass that averages frames.
+    /// Include the pass that averages frames.
     #[arg(long)]
     pub accumulate: bool,
-    /// Set one parameter; may be repeated.
+    /// Set one knob; may be repeated.
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
     pub set: Vec<String>,
-    /// How rays are traced.
+    /// Trace backend.
     #[arg(long, value_name = "B", value_parser = named::<TraceBackend>(), default_value_t = TraceBackend::Compute)]
     pub backend: TraceBackend,
     /// Vulkan device, by index or part of its name.
@@ -38,7 +38,7 @@ pub struct PassesArgs {
     pub device: Option<String>,
 }
 
-/// Runs the command: records two frames of the scene, the second a sixtieth of a second later, and prints what was declared.
+/// Runs the command: records two frames of the scene, the second one 1/60 s later, and prints the declared accesses.
 ///
 /// # Errors
 /// Unknown keys, a device that can't do it.

@@ -145,7 +145,7 @@ pub fn write_layer(images: &ChannelImages, id: ChannelId, layer: &Layer) -> Resu
 /// Fills an image of this frame from the layer of a capture that has its name.
 ///
 /// # Errors
-/// No such layer, else as [`write_layer`].
+/// No such layer; otherwise as [`write_layer`].
 pub fn load_image(images: &ChannelImages, id: ChannelId, capture: &LayeredImage) -> Result<(), CaptureError> {
     let name = id.full_name();
     match capture.layer(&name) {

@@ -1,4 +1,4 @@
-//! What programs and benches of single stages share: arguments, device, recorded inputs, timing, the table.
+//! Shared by the programs and benchmarks of single stages: arguments, device, recorded inputs, timing, the table of times.
 //!
 //! A program that works from recorded channels alone is one call of [`replay`] inside [`crate::console::program`]; others
 //! put [`StageArgs`] and [`measure`] together themselves. A bench is one call of [`bench()`].
@@ -26,10 +26,10 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Frames that are recorded before those whose time counts: drivers compile at the first, caches fill.
+/// Number of warm-up frames: drivers compile in the first one, and caches fill.
 pub const WARM_UP: u32 = 4;
 
-/// What can go wrong in a stage program.
+/// Errors of a stage program.
 #[derive(Debug, thiserror::Error)]
 pub enum HarnessError {
     /// A knob.
@@ -38,10 +38,10 @@ pub enum HarnessError {
     /// A file that can't be read or written.
     #[error(transparent)]
     File(#[from] ImageFileError),
-    /// The output is asked for as something else than EXR.
+    /// The output is not an EXR.
     #[error("{}: only exr can be written here", .0.display())]
     NotExr(PathBuf),
-    /// A capture without what the stage reads.
+    /// A capture without the channels that the stage reads.
     #[error("{}: {problem}", path.display())]
     Capture {
         /// The file.
@@ -60,10 +60,10 @@ pub enum HarnessError {
 /// Arguments of every stage program.
 #[derive(Clone, Debug, clap::Args)]
 pub struct StageArgs {
-    /// Knob of the stage; may be repeated.
+    /// Set a knob of the stage; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Frames whose time counts, after 4 that warm up.
+    /// Number of timed frames, after 4 warm-up frames.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
@@ -110,19 +110,19 @@ impl StageArgs {
 /// Arguments of a program that runs a stage on recorded channels.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReplayArgs {
-    /// Recorded channels: an EXR with a layer for each, such as `pt render --aov all` writes.
+    /// Recorded channels: an EXR with a layer for each, as `pt render --aov all` writes.
     #[arg(value_name = "CAPTURE.exr")]
     pub capture: PathBuf,
-    /// What the stage writes, as layers of an EXR.
+    /// EXR to write: the output of the stage, one layer per channel.
     #[arg(short, long, value_name = "OUT.exr")]
     pub output: Option<PathBuf>,
-    /// What all stage programs take.
+    /// Arguments that all stage programs share.
     #[command(flatten)]
     pub stage: StageArgs,
 }
 
-/// Runs a stage on a capture: loads the channels that it reads, records it again and again, prints the table, and writes
-/// what they wrote. `stages`: what they touch; `set_up` makes the stage, and what it returns records one frame.
+/// Runs stages on a capture: loads the channels that they read, records frames, prints the table of times, and writes the
+/// channels that they write. `stages`: their declarations; `set_up` creates the stages and returns the function that records a frame.
 ///
 /// # Errors
 /// An unknown knob, a file that can't be read or written or lacks a channel, a device that can't do it.

@@ -58,7 +58,7 @@ pub struct AnimationInfo {
     pub plays: bool,
 }
 
-/// What a [`Track`] moves.
+/// The target of a [`Track`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Property {
     /// Metres.
