@@ -2,6 +2,8 @@
 
 use pt_shaders::GpuStruct;
 
+#[path = "src/images.rs"]
+mod images;
 #[path = "src/records.rs"]
 mod records;
 use records::*;
@@ -29,25 +31,13 @@ fn main() {
         BLUR_OUTPUTS,
         BLUR_MAX_RADIUS,
         NOISE_SIDE,
-        TONEMAP_NONE,
-        TONEMAP_REINHARD,
-        TONEMAP_ACES,
-        TONEMAP_ACES_HILL,
-        TONEMAP_AGX,
-        TONEMAP_NEUTRAL,
-        TONEMAP_NOISE_AWARE,
-        ENCODING_SRGB,
-        ENCODING_PQ,
-        ENCODING_SCRGB,
-        SPACE_PQ,
-        SPACE_YCOCG,
-        SPACE_RGB,
-        RECTIFY_OFF,
-        RECTIFY_CLAMP,
-        RECTIFY_CLIP,
     ];
     header.push_str(&format!("const int MIN_LOG_LUMINANCE = {MIN_LOG_LUMINANCE};\n"));
-    for record in [
+    for text in [
+        Tonemap::glsl(),
+        Encoding::glsl(),
+        ClipSpace::glsl(),
+        Rectify::glsl(),
         ExposureRecord::glsl(),
         HistogramPush::glsl(),
         MeterPush::glsl(),
@@ -60,7 +50,7 @@ fn main() {
         RcasPush::glsl(),
         EasuPush::glsl(),
     ] {
-        header.push_str(&record);
+        header.push_str(&text);
     }
-    pt_shaders::compiler::Kernels::new().header("post_records.glsl", header).compile("shaders");
+    pt_shaders::compiler::Kernels::new().header("post_records.glsl", header).header("post_images.glsl", images::glsl()).compile("shaders");
 }

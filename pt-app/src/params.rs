@@ -1,38 +1,44 @@
-//! Every knob of the frame as one tree: what `--set`, profiles and studies address.
+//! Every knob as one tree for the frame and one for the reference: what `--set`, profiles and studies address.
 
 use anyhow::{Context, Result};
-use pt_core::settings::{InvalidValue, Validate, apply_profile, apply_sets, apply_toml};
-use serde::{Deserialize, Serialize};
+use pt_core::knobs;
+use pt_core::settings::{Knob, Knobs, apply_profile, apply_sets, apply_toml};
 use std::path::Path;
 
-/// Parameters of all stages; a key is `stage.name`, the stage named after its crate.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FrameParams {
-    /// Primary rays, mirrors and glass.
-    pub gbuffer: pt_gbuffer::GbufferParams,
-    /// Direct lighting.
-    pub lights: pt_lights::DirectParams,
-    /// Composite.
-    pub denoise: pt_denoise::DenoiseParams,
-    /// Interleave.
-    pub checkerboard: pt_checkerboard::CheckerboardParams,
-    /// Exposure, tone mapping and what an EXR holds.
-    pub post: pt_post::PostParams,
-}
-
-impl Validate for FrameParams {
-    fn validate(&self) -> Result<(), InvalidValue> {
-        self.gbuffer.validate().map_err(|e| e.within("gbuffer"))?;
-        self.lights.validate().map_err(|e| e.within("lights"))?;
-        self.denoise.validate().map_err(|e| e.within("denoise"))?;
-        self.checkerboard.validate().map_err(|e| e.within("checkerboard"))?;
-        self.post.validate().map_err(|e| e.within("post"))
+knobs! {
+    /// Parameters of all stages of the frame; a key is `stage.name`, the stage named after its crate.
+    pub struct FrameParams {
+        /// Primary rays, mirrors and glass.
+        pub gbuffer: pt_gbuffer::GbufferParams;
+        /// Direct lighting.
+        pub lights: pt_lights::DirectParams;
+        /// Composite.
+        pub denoise: pt_denoise::DenoiseParams;
+        /// Interleave.
+        pub checkerboard: pt_checkerboard::CheckerboardParams;
+        /// Exposure, tone mapping and what an EXR holds.
+        pub post: pt_post::PostParams;
     }
 }
 
-/// Built-in profiles: name, what for, TOML.
-pub const PROFILES: &[(&str, &str, &str)] = &[
+knobs! {
+    /// Parameters of `pt reference`, as a tree of one stage.
+    pub struct ReferenceSettings {
+        /// The reference path tracer.
+        pub reference: pt_reference::ReferenceParams;
+    }
+}
+
+/// All knobs: those of the frame in the order of its stages, then those of the reference.
+pub fn all_knobs() -> Vec<Knob> {
+    [FrameParams::knobs(), ReferenceSettings::knobs()].concat()
+}
+
+/// Name, purpose and TOML text of a built-in profile.
+type Profile = (&'static str, &'static str, &'static str);
+
+/// Built-in profiles of the frame.
+pub const PROFILES: &[Profile] = &[
     ("default", "what every knob says by itself", ""),
     (
         "still",
@@ -69,19 +75,34 @@ sharpness = 0.2
     ),
 ];
 
-/// Parameters from a profile (name or file), then single assignments.
+/// Parameters of the frame from a profile (name or file), then single assignments.
 ///
 /// # Errors
 /// An unknown profile, key or value, with the closest known one.
 pub fn resolve(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
-    let mut params = FrameParams::default();
+    layer(FrameParams::default(), PROFILES, profile, sets)
+}
+
+/// Parameters of the reference from a profile (a file), then single assignments, over `base`.
+///
+/// # Errors
+/// As [`resolve`].
+pub fn resolve_reference(
+    base: ReferenceSettings,
+    profile: Option<&str>,
+    sets: &[String],
+) -> Result<ReferenceSettings> {
+    layer(base, &PROFILES[..1], profile, sets)
+}
+
+fn layer<T: Knobs>(mut params: T, built_in: &[Profile], profile: Option<&str>, sets: &[String]) -> Result<T> {
     if let Some(profile) = profile {
-        if let Some((.., text)) = PROFILES.iter().find(|(name, ..)| *name == profile) {
+        if let Some((.., text)) = built_in.iter().find(|(name, ..)| *name == profile) {
             apply_toml(&mut params, text).with_context(|| format!("profile {profile}"))?;
         } else if Path::new(profile).exists() {
             apply_profile(&mut params, Path::new(profile))?;
         } else {
-            let names: Vec<_> = PROFILES.iter().map(|(name, ..)| *name).collect();
+            let names: Vec<_> = built_in.iter().map(|(name, ..)| *name).collect();
             anyhow::bail!(
                 "profile {profile}: no such file, and the built-in profiles are {}",
                 names.join(", ")

@@ -1,8 +1,9 @@
 //! What the commands that run the frame have in common: device, scene, camera.
 
-use crate::args::{BackendChoice, CameraArgs, CameraChoice, DeviceArgs, LookAt};
+use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
 use pt_core::phases::Phases;
+use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
@@ -42,7 +43,7 @@ impl Session {
         let mut camera = choose_camera(&scene, camera)?;
         // The choice of a backend is measured, which wants the processor for itself.
         let is_large = scene.statistics().triangles > MOST_TRIANGLES_BESIDE;
-        if args.backend == BackendChoice::Auto || is_large {
+        if args.backend == TraceBackend::Auto || is_large {
             camera = camera.or_else(|| Some(automatic_camera(&scene)));
             load.mark("automatic camera");
         }
@@ -51,10 +52,10 @@ impl Session {
             let DeviceArgs { backend, device, validation } = args.clone();
             let device = Device::open(&DeviceOptions { device, validation })?;
             load.mark("device");
-            let mut gpu = GpuScene::new(&device, &scene, backend.into())?;
+            let mut gpu = GpuScene::new(&device, &scene, backend)?;
             load.include(gpu.load_phases());
             let lights = LightTables::new(&device, &scene)?;
-            lights.fill(gpu.record_mut());
+            lights.attach(&mut gpu);
             load.mark("lights");
             let camera = join(camera);
             load.mark("automatic camera");

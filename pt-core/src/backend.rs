@@ -2,37 +2,33 @@
 
 use crate::device::Device;
 use crate::error::{Error, Result};
+use pt_shaders::{NamedEnum, UnknownName, named_enum};
 use std::fmt;
 use std::str::FromStr;
 
-/// A way of finding hits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TraceBackend {
-    /// The fastest on this device and scene, measured.
-    #[default]
-    Auto,
-    /// Own traversal in compute kernels.
-    Compute,
-    /// `VK_KHR_ray_query` in compute kernels.
-    RayQuery,
-    /// `VK_KHR_ray_tracing_pipeline`.
-    RtPipeline,
+named_enum! {
+    /// How the closest hit of a ray is found.
+    pub enum TraceBackend {
+        /// The fastest on this device and scene, measured.
+        Auto = "auto",
+        /// Our own BVH in compute kernels, on every device.
+        Compute = "compute",
+        /// `VK_KHR_ray_query` in compute kernels.
+        RayQuery = "ray-query",
+        /// `VK_KHR_ray_tracing_pipeline`.
+        RtPipeline = "rt-pipeline",
+    }
+}
+
+impl Default for TraceBackend {
+    fn default() -> Self {
+        Self::Auto
+    }
 }
 
 impl TraceBackend {
     /// All that find hits, that is without `Auto`.
     pub const CONCRETE: [Self; 3] = [Self::Compute, Self::RayQuery, Self::RtPipeline];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Compute => "compute",
-            Self::RayQuery => "ray-query",
-            Self::RtPipeline => "rt-pipeline",
-        }
-    }
 
     /// Why the device can't do it; `None`: it can.
     pub fn missing(self, device: &Device) -> Option<String> {
@@ -66,15 +62,9 @@ impl fmt::Display for TraceBackend {
     }
 }
 
-/// No backend has that name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown trace backend \"{0}\"; there are auto, compute, ray-query, rt-pipeline")]
-pub struct UnknownBackend(String);
-
 impl FromStr for TraceBackend {
-    type Err = UnknownBackend;
-    fn from_str(text: &str) -> std::result::Result<Self, UnknownBackend> {
-        let all = [Self::Auto].into_iter().chain(Self::CONCRETE);
-        all.into_iter().find(|b| b.name() == text).ok_or_else(|| UnknownBackend(text.into()))
+    type Err = UnknownName;
+    fn from_str(text: &str) -> std::result::Result<Self, UnknownName> {
+        Self::from_name(text)
     }
 }

@@ -6,7 +6,7 @@ use pt_core::capture::{CaptureError, load, read_layer, write_layer};
 use pt_image::image_file::{Channel, LayeredImage, Samples};
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
 use pt_core::split::{split_to_flat, to_split};
-use pt_core::test_support::TestDevice;
+use pt_core::test_support::{TestDevice, channel_images};
 use pt_core::{ChannelImages, Image};
 use pt_shaders::channels::{self, ChannelId, ExtentClass, Format};
 use pt_shaders::glam::Vec3;
@@ -78,7 +78,7 @@ fn what_is_read_can_be_written_back() {
         TestRunner::deterministic().new_rng(),
     );
     let run = |size: [u32; 2], seed: u32| {
-        let images = ChannelImages::new(&device, size, ChannelId::all()).unwrap();
+        let images = channel_images(&device, size, ChannelId::all());
         let mut state = seed;
         let mut bits = || {
             // PCG's state and output function (O'Neill 2014).
@@ -120,7 +120,7 @@ fn layers_are_flat_and_unpacked() {
     let device = TestDevice::open();
     let size = [3, 2];
     let ids = [channels::NORMAL, channels::VIEW_DIRECTION, channels::SHADING_POSITION, channels::CLUSTER];
-    let images = ChannelImages::new(&device, size, ids).unwrap();
+    let images = channel_images(&device, size, ids);
     let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y];
     let codes: Vec<u32> = axes.map(pack_unit_vector).into_iter().chain([0]).collect();
     images.current(channels::NORMAL).write_u32(&to_split(&codes, size, 77)).unwrap();
@@ -155,7 +155,7 @@ fn captures_go_through_files() {
     let device = TestDevice::open();
     let size = [5, 3];
     let ids = [channels::SHADING_POSITION, channels::VISIBILITY, channels::THROUGHPUT];
-    let images = ChannelImages::new(&device, size, ids).unwrap();
+    let images = channel_images(&device, size, ids);
     let mut file = LayeredImage::new(size[0], size[1]).unwrap();
     for (number, id) in (1u8..).zip(ids) {
         let image = images.current(id);
@@ -183,7 +183,7 @@ fn captures_go_through_files() {
 #[test]
 fn what_is_missing_is_named() {
     let device = TestDevice::open();
-    let images = ChannelImages::new(&device, [2, 2], [channels::MOTION, channels::VISIBILITY]).unwrap();
+    let images = channel_images(&device, [2, 2], [channels::MOTION, channels::VISIBILITY]);
     let layer = read_layer(&images, channels::MOTION).unwrap();
     let mut capture = LayeredImage::new(2, 2).unwrap();
     capture.layers.push(layer.clone());

@@ -1,82 +1,82 @@
 //! Settings by dotted name.
 
+use pt_core::knobs;
 use pt_core::settings::{
-    InvalidValue, SettingsError, Validate, apply_profile, apply_set, apply_sets, apply_toml, check_range,
-    list_keys,
+    InvalidValue, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, check_range,
 };
-use serde::{Deserialize, Serialize};
+use pt_shaders::named_enum;
+use serde_json::{Value, json};
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Operator {
-    Aces,
-    None,
-    Reinhard,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Post {
-    exposure: f32,
-    min_ev: f32,
-    max_ev: f32,
-    operator: Operator,
-    bloom: bool,
-    clamp: Option<f32>,
-    tint: [f32; 3],
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Camera {
-    exposure: f32,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Params {
-    bounces: u8,
-    camera: Camera,
-    seed: u64,
-    label: String,
-    post: Post,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        let post = Post {
-            exposure: 0.1,
-            min_ev: -4.0,
-            max_ev: 4.0,
-            operator: Operator::Aces,
-            bloom: true,
-            clamp: None,
-            tint: [1.0, 1.0, 1.0],
-        };
-        Self { bounces: 2, camera: Camera { exposure: 1.0 }, seed: 0, label: "plain".into(), post }
+named_enum! {
+    /// Tone curve.
+    pub enum Operator {
+        /// A fit.
+        Aces = "aces",
+        /// Nothing.
+        None = "none",
+        /// A quotient.
+        Reinhard = "reinhard",
     }
 }
 
-impl Validate for Post {
-    fn validate(&self) -> Result<(), InvalidValue> {
-        check_range("exposure", self.exposure, 0.0..=100.0, "")?;
+knobs! {
+    /// A table.
+    pub struct Post {
+        /// Factor.
+        pub exposure: f32 = 0.1, in 0.0..=100.0;
+        /// Least
+        /// exposure.
+        pub min_ev: f32 = -4.0, in -20.0..=20.0, unit "EV", source "Someone 1999, section 3";
+        /// Greatest exposure.
+        pub max_ev: f32 = 4.0, in -20.0..=f32::MAX, unit "EV";
+        /// Curve.
+        pub operator: Operator = Operator::Aces => structural;
+        /// Whether there is bloom.
+        pub bloom: bool = true;
+        /// Limit.
+        pub clamp: Option<f32> = None, in 1.0..=10.0 => structural;
+        check Self::check_together;
+    }
+}
+
+impl Post {
+    fn check_together(&self) -> Result<(), InvalidValue> {
         check_range("min_ev", self.min_ev, -20.0..=self.max_ev, "EV")
     }
 }
 
-impl Validate for Params {
-    fn validate(&self) -> Result<(), InvalidValue> {
-        self.post.validate().map_err(|error| error.within("post"))
+knobs! {
+    /// Another table.
+    pub struct Camera {
+        /// Factor.
+        pub exposure: f32 = 1.0, in 0.0..=2.0;
+    }
+}
+
+knobs! {
+    /// The tree.
+    pub struct Params {
+        /// Bounces.
+        pub bounces: u32 = 2, in 0..=255;
+        /// Camera.
+        pub camera: Camera;
+        /// Seed.
+        pub seed: u32 = 0, in 0..=u32::MAX;
+        /// Post.
+        pub post: Post;
     }
 }
 
 fn set(assignment: &str) -> Params {
     let mut params = Params::default();
-    apply_set(&mut params, assignment).unwrap();
+    apply_sets(&mut params, &[assignment]).unwrap();
     params
 }
 
 /// The message for a setting that must be refused and change nothing.
 fn refused(assignment: &str) -> String {
     let mut params = Params::default();
-    let error = apply_set(&mut params, assignment).unwrap_err();
+    let error = apply_sets(&mut params, &[assignment]).unwrap_err();
     assert_eq!(params, Params::default(), "{assignment} was refused, yet something changed");
     let text = error.to_string();
     assert!(!text.contains('\n'), "one line: {text}");
@@ -86,21 +86,19 @@ fn refused(assignment: &str) -> String {
 #[test]
 fn every_kind_of_leaf_is_set() {
     assert_eq!(set("bounces=7").bounces, 7);
-    assert_eq!(set("seed=18446744073709551615").seed, u64::MAX);
-    assert_eq!(set("label=two words = fine").label, "two words = fine");
+    assert_eq!(set("seed=4294967295").seed, u32::MAX);
     assert_eq!(set("post.exposure=2").post.exposure, 2.0);
     assert_eq!(set("post.exposure = 1e-3").post.exposure, 1e-3);
     assert!(!set("post.bloom=false").post.bloom);
     assert_eq!(set("post.operator=reinhard").post.operator, Operator::Reinhard);
     assert_eq!(set("post.operator=none").post.operator, Operator::None);
     assert_eq!(set("post.clamp=3").post.clamp, Some(3.0));
-    assert_eq!(set("post.tint=[1, 0.5, 0.25]").post.tint, [1.0, 0.5, 0.25]);
 }
 
 #[test]
 fn optional_values_can_be_taken_away_again() {
     let mut params = set("post.clamp=3");
-    apply_set(&mut params, "post.clamp=none").unwrap();
+    apply_sets(&mut params, &["post.clamp=none"]).unwrap();
     assert_eq!(params.post.clamp, None);
     apply_toml(&mut params, "[post]\nclamp = 2.5").unwrap();
     assert_eq!(params.post.clamp, Some(2.5));
@@ -113,14 +111,11 @@ fn optional_values_can_be_taken_away_again() {
 fn unknown_keys_name_the_closest_and_the_table() {
     assert_eq!(
         refused("post.expsure=1"),
-        r#"unknown key "post.expsure", closest: "post.exposure" ("post" has: bloom, clamp, exposure, max_ev, min_ev, operator, tint)"#
+        r#"unknown key "post.expsure", closest: "post.exposure" ("post" has: bloom, clamp, exposure, max_ev, min_ev, operator)"#
     );
     let without_table = refused("exposure=1");
     assert!(without_table.contains(r#"closest: "post.exposure""#), "{without_table}");
-    assert!(
-        without_table.contains("the top level has: bounces, camera, label, post, seed"),
-        "{without_table}"
-    );
+    assert!(without_table.contains("the top level has: bounces, camera, post, seed"), "{without_table}");
     assert!(refused("pots.exposure=1").contains(r#"closest: "post.exposure""#), "the likest table");
     assert!(refused("pots.bloom=true").contains(r#"closest: "post.bloom""#));
     assert!(refused("bounces.deep=1").contains(r#"unknown key "bounces.deep""#));
@@ -136,16 +131,18 @@ fn wrong_types_and_ranges_name_what_is_expected() {
     );
     assert!(refused("bounces=2.5").contains("expected integer, got 2.5"));
     assert!(refused("bounces=many").contains("expected integer, got many"));
-    assert!(refused("bounces=256").contains("expected u8"));
-    assert!(refused("bounces=-1").contains("expected u8"));
+    assert_eq!(refused("bounces=256"), "bounces: 256 is out of range, expected 0 to 255");
+    assert!(refused("seed=4294967296").contains("expected u32"));
+    assert!(refused("bounces=-1").contains("expected u32"));
     assert!(refused("post.exposure=bright").contains("expected finite number, got bright"));
     assert!(refused("post.exposure=nan").contains("expected finite number"));
     assert!(refused("post.max_ev=1e300").contains("expected finite number, got 1e300"));
-    assert!(refused("post.operator=filmic").contains("expected one of `aces`, `none`, `reinhard`"));
-    assert!(refused("post.tint=[1, 2]").contains("post.tint"));
-    assert!(refused("post.tint=1").contains("expected array of 3 values like [1.0, 1.0, 1.0]"));
+    assert!(refused("post.operator=filmic").contains("expected one of aces, none, reinhard"));
+    assert!(refused("post.operator=3").contains("expected one of aces, none, reinhard"));
     assert_eq!(refused("post.exposure=-1"), "post.exposure: -1 is out of range, expected 0 to 100");
     assert_eq!(refused("post.min_ev=5"), "post.min_ev: 5 is out of range, expected -20 to 4 EV");
+    assert_eq!(refused("post.min_ev=-21"), "post.min_ev: -21 is out of range, expected -20 to 20 EV");
+    assert_eq!(refused("post.clamp=11"), "post.clamp: 11 is out of range, expected 1 to 10");
     assert!(refused("post.exposure").contains("not of the form stage.key=value"));
     assert!(refused("=1").contains("not of the form"));
 }
@@ -163,10 +160,10 @@ fn several_keys_may_move_a_range_together() {
 #[test]
 fn profiles_lie_over_what_is_there() {
     let mut params = set("post.exposure=3");
-    apply_toml(&mut params, "bounces = 4\n[post]\nmin_ev = 6\nmax_ev = 7.5\ntint = [0, 0, 1]\n").unwrap();
+    apply_toml(&mut params, "bounces = 4\n[post]\nmin_ev = 6\nmax_ev = 7.5\n").unwrap();
     let mut expected = set("post.exposure=3");
     expected.bounces = 4;
-    expected.post = Post { min_ev: 6.0, max_ev: 7.5, tint: [0.0, 0.0, 1.0], ..expected.post };
+    expected.post = Post { min_ev: 6.0, max_ev: 7.5, ..expected.post };
     assert_eq!(params, expected);
 }
 
@@ -200,35 +197,73 @@ fn profile_errors_name_file_and_key() {
 }
 
 #[test]
-fn listing_shows_key_value_and_type() {
-    let listed: Vec<_> = list_keys(&Params::default())
-        .unwrap()
-        .into_iter()
-        .map(|info| format!("{} = {} ({})", info.key, info.value, info.kind))
-        .collect();
+fn a_declaration_says_everything() {
+    let listed = serde_json::to_value(Params::knobs()).unwrap();
+    let keys: Vec<_> = Params::knobs().into_iter().map(|knob| knob.key).collect();
     assert_eq!(
-        listed,
+        keys,
         [
-            "bounces = 2 (integer)",
-            "camera.exposure = 1.0 (number)",
-            "label = \"plain\" (string)",
-            "post.bloom = true (boolean)",
-            "post.clamp = none (optional)",
-            "post.exposure = 0.1 (number)",
-            "post.max_ev = 4.0 (number)",
-            "post.min_ev = -4.0 (number)",
-            "post.operator = \"aces\" (string)",
-            "post.tint = [1.0, 1.0, 1.0] (array)",
-            "seed = 0 (integer)",
+            "bounces",
+            "camera.exposure",
+            "seed",
+            "post.exposure",
+            "post.min_ev",
+            "post.max_ev",
+            "post.operator",
+            "post.bloom",
+            "post.clamp"
         ]
     );
+    assert_eq!(
+        listed[4],
+        json!({
+            "key": "post.min_ev", "type": "number", "default": -4.0, "range": [-20.0, 20.0], "values": null, "unit": "EV",
+            "doc": "Least exposure.", "source": "Someone 1999, section 3", "structural": false,
+        })
+    );
+    assert_eq!(listed[0]["range"], json!([0, 255]));
+    assert_eq!((&listed[0]["type"], &listed[0]["source"]), (&json!("integer"), &Value::Null));
+    assert_eq!(listed[3]["default"], json!(0.1), "no noise digits of f32");
+    assert_eq!(
+        (&listed[6]["default"], &listed[6]["values"]),
+        (&json!("aces"), &json!(["aces", "none", "reinhard"]))
+    );
+    assert_eq!((&listed[7]["type"], &listed[7]["values"]), (&json!("boolean"), &json!([false, true])));
+    assert_eq!((&listed[8]["type"], &listed[8]["default"]), (&json!("optional number"), &Value::Null));
+}
+
+#[test]
+fn declarations_in_words() {
+    let words: Vec<_> = Params::knobs()
+        .iter()
+        .map(|k| format!("{} [{}] {}", k.default_text(), k.takes(), k.description()))
+        .collect();
+    assert_eq!(words[2], "0 [at least 0] Seed.");
+    assert_eq!(words[4], "-4 [-20 to 20 EV] Least exposure (Someone 1999, section 3).");
+    assert_eq!(words[5], "4 [at least -20 EV] Greatest exposure.");
+    assert_eq!(words[6], "aces [aces, none, reinhard] Curve. Structural.");
+    assert_eq!(words[7], "true [true, false] Whether there is bloom.");
+    assert_eq!(words[8], "none [1 to 10, or none] Limit. Structural.");
 }
 
 /// What is listed can be set: the listing is the documentation of `--set`.
 #[test]
-fn every_listed_key_takes_its_own_value() {
-    for info in list_keys(&Params::default()).unwrap() {
-        let value = info.value.trim_matches('"');
-        assert_eq!(set(&format!("{}={value}", info.key)), Params::default(), "{}", info.key);
+fn every_listed_key_takes_its_default() {
+    for knob in Params::knobs() {
+        assert_eq!(set(&format!("{}={}", knob.key, knob.default_text())), Params::default(), "{}", knob.key);
+    }
+}
+
+#[test]
+fn structural_knobs_are_told_from_those_of_a_frame() {
+    let default = Params::default();
+    for (assignment, key) in [
+        ("post.operator=none", Some("post.operator")),
+        ("post.clamp=2", Some("post.clamp")),
+        ("post.bloom=false", None),
+        ("bounces=1", None),
+    ] {
+        assert_eq!(default.structural_difference(&set(assignment)).as_deref(), key, "{assignment}");
+        assert_eq!(set(assignment).structural_difference(&set(assignment)), None);
     }
 }

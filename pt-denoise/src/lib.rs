@@ -12,40 +12,23 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
-use pt_core::settings::{InvalidValue, Validate, check_range};
-use pt_core::{ChannelImages, Device, Frame, Kernel, Result};
+use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
-    TRANSPARENT, VIEW_DIRECTION,
+    BASE_COLOR, COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
 use records::CompositePush;
 
-/// Knobs of the composite. They show parts of the light by themselves; every value but the default changes energy.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DenoiseParams {
-    /// Factor on the diffuse channel, 0 to 10.
-    pub scale_hf: f32,
-    /// Factor on the specular channel, 0 to 10.
-    pub scale_spec: f32,
-    /// Factor on the radiance of the transparent layer (its coverage stays), 0 to 10.
-    pub scale_overlay: f32,
-    /// Diffuse albedo that stands for every surface's own, 0 to 1; none: their own.
-    pub fixed_albedo: Option<f32>,
-}
-
-impl Default for DenoiseParams {
-    fn default() -> Self {
-        Self { scale_hf: 1.0, scale_spec: 1.0, scale_overlay: 1.0, fixed_albedo: None }
-    }
-}
-
-impl Validate for DenoiseParams {
-    fn validate(&self) -> std::result::Result<(), InvalidValue> {
-        check_range("scale_hf", self.scale_hf, 0.0..=10.0, "")?;
-        check_range("scale_spec", self.scale_spec, 0.0..=10.0, "")?;
-        check_range("scale_overlay", self.scale_overlay, 0.0..=10.0, "")?;
-        self.fixed_albedo.map_or(Ok(()), |albedo| check_range("fixed_albedo", albedo, 0.0..=1.0, ""))
+knobs! {
+    /// Knobs of the composite. They show parts of the light by themselves; every value but the default changes energy.
+    pub struct DenoiseParams {
+        /// Factor on the diffuse channel.
+        pub scale_hf: f32 = 1.0, in 0.0..=10.0;
+        /// Factor on the specular channel.
+        pub scale_spec: f32 = 1.0, in 0.0..=10.0;
+        /// Factor on the radiance of the transparent layer; its coverage stays.
+        pub scale_overlay: f32 = 1.0, in 0.0..=10.0;
+        /// Diffuse albedo that stands for every surface's own.
+        pub fixed_albedo: Option<f32> = None, in 0.0..=1.0;
     }
 }
 
@@ -57,43 +40,38 @@ pub struct Composite {
 }
 
 impl Composite {
-    /// Channels that it reads.
-    pub const READS: &[ChannelId] = &[
-        BASE_COLOR,
-        METALLIC_ROUGHNESS,
-        SHADING_POSITION,
-        VIEW_DIRECTION,
-        THROUGHPUT,
-        TRANSPARENT,
-        COLOR_HF,
-        COLOR_SPEC,
-    ];
-    /// Channels that it writes, on every pixel.
-    pub const WRITES: &[ChannelId] = &[COLOR];
+    /// What it touches besides the light that it is given; it writes every pixel.
+    pub const IO: StageIo = StageIo {
+        reads: &[BASE_COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, VIEW_DIRECTION, THROUGHPUT, TRANSPARENT],
+        writes: &[COLOR],
+        ..StageIo::of("composite")
+    };
 
     /// Creates the kernel.
     ///
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self { kernel: Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE)? })
+        let kernel = Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE, &[])?;
+        Self::IO.check([&kernel])?;
+        Ok(Self { kernel })
     }
 
-    /// Adds its pass to the frame.
+    /// Adds its pass to the frame; `light` may come from the lighting stages or from any denoiser.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        images: &ChannelImages,
+        inputs: &StageInputs<'_>,
+        light: SplitLight<'_>,
         params: &DenoiseParams,
     ) -> Result<()> {
-        let [width, height] = images.current(COLOR).extent();
-        frame
-            .pass("composite", &self.kernel)
-            .reads(images, Self::READS)
-            .writes(images, Self::WRITES)
+        inputs
+            .pass(frame, "composite", &self.kernel, &Self::IO)
+            .sample("light_hf", light.hf)
+            .sample("light_spec", light.spec)
             .push(&CompositePush {
                 scale_hf: params.scale_hf,
                 scale_spec: params.scale_spec,
@@ -101,6 +79,6 @@ impl Composite {
                 use_albedo: u32::from(params.fixed_albedo.is_some()),
                 albedo: params.fixed_albedo.unwrap_or(0.0),
             })
-            .dispatch([width, height, 1])
+            .dispatch(inputs.split_threads())
     }
 }

@@ -1,69 +1,54 @@
 //! Knobs.
 
-use pt_core::settings::{InvalidValue, Validate, check_range};
+use pt_core::knobs;
+use pt_core::random::RandomSource;
+pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
+use pt_shaders::{NamedEnum, named_enum};
 use pt_shaders::records::CameraRecord;
-use serde::{Deserialize, Serialize};
 
-/// Where in the pixel its ray goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Jitter {
-    /// The centre.
-    None,
-    /// One offset for the whole frame: Halton (2, 3), period 128. What temporal anti-aliasing wants.
-    Halton,
-    /// One offset for the whole frame: R2 sequence, period 128.
-    R2,
-    /// A random offset for every pixel: the box filter, when frames are averaged.
-    #[default]
-    Pixel,
-}
-
-/// Knobs of the G-buffer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GbufferParams {
-    /// `none`, `halton`, `r2` or `pixel`. Default `pixel`.
-    pub jitter: Jitter,
-    /// Depth of field with the camera's thin lens. Default true; without effect while the lens radius is 0.
-    pub depth_of_field: bool,
-    /// Thin lens radius in metres, instead of the camera's own. Range 0..1. Default: not set.
-    pub lens_radius: Option<f32>,
-    /// Distance in focus in metres, instead of the camera's own. Range 1e-3..1e6. Default: not set.
-    pub focus_distance: Option<f32>,
-    /// Bias on the texture level of detail, in mip levels; negative is sharper. Range -8..8, default 0.
-    pub texture_lod_bias: f32,
-    /// How many reflections and refractions are followed. Range 0..10, default 2: in and out of a glass. 0: mirrors and glass
-    /// are regular surfaces.
-    pub reflect_refract: u32,
-    /// Perceptual roughness below which a metal is a mirror and an interface of glass is smooth. Range 0..1, default 0.02.
-    pub mirror_roughness: f32,
-    /// Perceptual roughness up to which transmissive materials are seen through; the rest are regular surfaces without the
-    /// light that they transmit. Rough glass shows no highlights of punctual lights. Range 0..1, default 1.
-    pub glass_roughness: f32,
-    /// Whether reflection and refraction change fields from frame to frame, so that each pixel gets both. For averaged frames
-    /// without blending of the fields. Default false: what temporal filters want.
-    pub alternate_fields: bool,
-}
-
-/// Largest [`GbufferParams::reflect_refract`]: each pass draws from a random number dimension of its own.
-pub const MAX_REFLECT_REFRACT: u32 = 10;
-
-impl Default for GbufferParams {
-    fn default() -> Self {
-        Self {
-            jitter: Jitter::default(),
-            depth_of_field: true,
-            lens_radius: None,
-            focus_distance: None,
-            texture_lod_bias: 0.0,
-            reflect_refract: 2,
-            mirror_roughness: 0.02,
-            glass_roughness: 1.0,
-            alternate_fields: false,
-        }
+named_enum! {
+    /// Where in the pixel its ray goes.
+    pub enum Jitter {
+        /// The centre.
+        None = "none",
+        /// One offset for the whole frame: Halton (2, 3), period 128. What temporal anti-aliasing wants.
+        Halton = "halton",
+        /// One offset for the whole frame: R2 sequence, period 128.
+        R2 = "r2",
+        /// A random offset for every pixel: the box filter, when frames are averaged.
+        Pixel = "pixel",
     }
 }
+
+knobs! {
+    /// Knobs of the G-buffer.
+    pub struct GbufferParams {
+        /// Where in the pixel its ray goes: `pixel` is the box filter over averaged frames, `halton` and `r2` are what temporal
+        /// anti-aliasing wants.
+        pub jitter: Jitter = Jitter::Pixel, source "Halton 1960";
+        /// Whether the camera's thin lens gives depth of field; without effect while the lens radius is 0.
+        pub depth_of_field: bool = true, source "Cook et al. 1984";
+        /// Thin lens radius, instead of the camera's own.
+        pub lens_radius: Option<f32> = None, in 0.0..=1.0, unit "m", source "Cook et al. 1984";
+        /// Distance in focus, instead of the camera's own.
+        pub focus_distance: Option<f32> = None, in 1e-3..=1e6, unit "m", source "Cook et al. 1984";
+        /// Bias on the texture level of detail; negative is sharper.
+        pub texture_lod_bias: f32 = 0.0, in -8.0..=8.0, unit "mip levels";
+        /// How many reflections and refractions are followed: 2 is in and out of a glass, with 0 mirrors and glass are regular surfaces.
+        pub reflect_refract: u32 = 2, in 0..=MAX_REFLECT_REFRACT;
+        /// Perceptual roughness below which a metal is a mirror and an interface of glass is smooth.
+        pub mirror_roughness: f32 = 0.02, in 0.0..=1.0;
+        /// Perceptual roughness up to which transmissive materials are seen through; the rest are regular surfaces without the light
+        /// that they transmit.
+        pub glass_roughness: f32 = 1.0, in 0.0..=1.0, source "Walter et al. 2007";
+        /// Whether reflection and refraction change fields from frame to frame, so that each pixel gets both: for averaged frames without
+        /// `checkerboard.blend_split`.
+        pub alternate_fields: bool = false;
+        /// Where all stages of the frame take their random numbers from.
+        pub random: RandomSource = RandomSource::White, source "Heitz and Belcour 2019; Burley 2020";
+    }
+}
+
 
 impl GbufferParams {
     /// The camera with the lens that these knobs ask for.
@@ -74,21 +59,5 @@ impl GbufferParams {
             focus_distance: self.focus_distance.unwrap_or(camera.focus_distance),
             ..camera
         }
-    }
-}
-
-impl Validate for GbufferParams {
-    fn validate(&self) -> Result<(), InvalidValue> {
-        check_range("texture_lod_bias", self.texture_lod_bias, -8.0..=8.0, "mip levels")?;
-        check_range("reflect_refract", self.reflect_refract, 0..=MAX_REFLECT_REFRACT, "")?;
-        check_range("mirror_roughness", self.mirror_roughness, 0.0..=1.0, "")?;
-        check_range("glass_roughness", self.glass_roughness, 0.0..=1.0, "")?;
-        if let Some(radius) = self.lens_radius {
-            check_range("lens_radius", radius, 0.0..=1.0, "m")?;
-        }
-        if let Some(distance) = self.focus_distance {
-            check_range("focus_distance", distance, 1e-3..=1e6, "m")?;
-        }
-        Ok(())
     }
 }

@@ -39,7 +39,7 @@ fn check(file: &str, animation: AnimationChoice) {
         let mut scene = start.clone();
         let mut gpu = GpuScene::new(&device, &scene, backend).unwrap();
         let stage = PrimaryRays::new(&device, backend).unwrap();
-        let images = ChannelImages::new(&device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
+        let images = ChannelImages::alone(&device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
         let params = GbufferParams { jitter: Jitter::None, ..Default::default() };
         let mut recorder = Recorder::new(&device).unwrap();
@@ -51,7 +51,7 @@ fn check(file: &str, animation: AnimationChoice) {
             let mut frame = recorder.begin().unwrap();
             gpu.update(&mut frame, &scene).unwrap();
             uniforms.upload(&mut frame, &record).unwrap();
-            stage.record(&mut frame, &gpu, &uniforms, &images, &params).unwrap();
+            stage.record(&mut frame, &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images }, &params).unwrap();
             frame.submit().unwrap();
             recorder.finish().unwrap();
 

@@ -126,7 +126,7 @@ impl Rig {
         let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
         let primary = PrimaryRays::new(&self.device, self.backend).unwrap();
         let stage = ReflectRefract::new(&self.device, self.backend).unwrap();
-        let images = ChannelImages::new(&self.device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
+        let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&self.device, "frame_uniforms").unwrap();
         let mut recorder = Recorder::new(&self.device).unwrap();
         let texels = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
@@ -142,9 +142,10 @@ impl Rig {
             let mut frame = recorder.begin().unwrap();
             gpu.update(&mut frame, scene).unwrap();
             uniforms.upload(&mut frame, &record).unwrap();
-            primary.record(&mut frame, &gpu, &uniforms, &images, params).unwrap();
+            let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
+            primary.record(&mut frame, &inputs, params).unwrap();
             for bounce in 0..params.reflect_refract {
-                stage.record(&mut frame, &gpu, &uniforms, &images, params, bounce).unwrap();
+                stage.record(&mut frame, &inputs, params, bounce).unwrap();
             }
             frame.submit().unwrap();
             recorder.finish().unwrap();

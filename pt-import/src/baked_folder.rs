@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use pt_image::atomic_file::write_atomic;
+use pt_shaders::named_enum;
 
 use crate::dds::DdsTexture;
-use pt_scene::{one_line, read_file};
 use pt_scene::Texels;
 use pt_scene::{SceneError, TextureUsage};
+use pt_scene::{one_line, read_file};
+use pt_shaders::named_enum;
 
 /// Part of every name: another encoder, other settings or another layout of the file get another one.
 const ENCODER: &str = "pt bake 1, block_compression 0.11.0";
@@ -16,14 +18,14 @@ const ENCODER: &str = "pt bake 1, block_compression 0.11.0";
 const RESERVED: std::ops::Range<usize> = 32..76;
 const MARK: &[u8; 4] = b"ptbk";
 
-/// How long the encoder searches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// About a third of the time.
-    #[default]
-    Fast,
-    /// About 2 dB better on hard images.
-    Best,
+named_enum! {
+    /// How long the encoder searches.
+    pub enum Quality {
+        /// A third of the time.
+        Fast = "fast",
+        /// Some 2 dB better on hard images.
+        Best = "best",
+    }
 }
 
 /// A folder of baked textures.

@@ -3,6 +3,7 @@
 //! * [`LightLists`]: which lights a scene has and how likely each is picked; [`LightTables`]: the same on the GPU;
 //! * `lights.glsl`, `sampling.glsl`, `brdf.glsl` (in pt-shaders): the samplers, for every kernel that needs light;
 //! * [`DirectLighting`]: the pass, one candidate and one shadow ray for each kind of light;
+//! * [`light_powers`]: what each light of a scene gives in watts;
 //! * [`oracle`]: the same mathematics on the CPU.
 
 mod alias;
@@ -11,6 +12,7 @@ mod emissive;
 mod environment;
 mod lists;
 pub mod oracle;
+mod power;
 mod punctual;
 pub mod records;
 pub mod synthetic;
@@ -21,6 +23,7 @@ pub use alias::AliasTable;
 pub use direct::{DirectLighting, DirectParams};
 pub use emissive::EmissiveTriangle;
 pub use lists::LightLists;
+pub use power::{LightPower, light_powers};
 pub use tables::LightTables;
 
 mod kernels {

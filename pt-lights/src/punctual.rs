@@ -1,10 +1,10 @@
 //! Records of the punctual lights (KHR_lights_punctual): two groups, in each of which a light is picked by its power.
 
 use crate::luminance;
+use crate::power::solid_angle;
 use glam::Vec3;
 use pt_scene::{Light, LightKind};
 use pt_shaders::records::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightRecord};
-use std::f64::consts::PI;
 
 /// Resolution of [`LightRecord::cdf`]: the random numbers it is compared with are multiples of 2^-24.
 const STEPS: u64 = 1 << 24;
@@ -36,16 +36,7 @@ fn group(lights: &[&Light]) -> Vec<LightRecord> {
 
 /// Luminous power (point, spot) or illuminance (directional).
 fn weight(light: &Light) -> f64 {
-    let solid_angle = match light.kind {
-        LightKind::Directional => 1.0,
-        LightKind::Point => 4.0 * PI,
-        // Integral of the squared ramp between the cosines, and of the full cone inside.
-        LightKind::Spot { inner, outer } => {
-            let (inner, outer) = (f64::from(inner).cos(), f64::from(outer).cos());
-            2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0)
-        }
-    };
-    luminance(light.intensity) * solid_angle
+    luminance(light.intensity) * solid_angle(light.kind).unwrap_or(1.0)
 }
 
 /// Shares of 2^24 in proportion to the weights, none of them zero: the cdf can then be compared with 24-bit random numbers

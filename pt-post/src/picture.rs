@@ -1,6 +1,6 @@
 //! The finished picture as a file.
 
-use crate::params::Encoding;
+use crate::records::Encoding;
 use pt_core::ChannelImages;
 use pt_image::image_file::{
     ImageFileError, Layer, LayeredImage, OutputFormat, PixelLayout, srgb_decode, write_png, write_png_pq,

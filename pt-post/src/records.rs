@@ -1,7 +1,7 @@
 //! Records and constants that the kernels share with the host (`post_records.glsl`).
 
 use pt_shaders::glam::{UVec2, Vec2};
-use pt_shaders::gpu_struct;
+use pt_shaders::{gpu_struct, named_enum};
 
 /// Bins of the luminance histogram: 32 octaves, 8 bins each.
 pub const HISTOGRAM_BINS: u32 = 256;
@@ -41,41 +41,61 @@ pub const BLUR_MAX_RADIUS: u32 = 400;
 /// Side of the blue-noise tile that dithers the display codes.
 pub const NOISE_SIDE: u32 = 64;
 
-/// `TonemapPush::operator`: clamp.
-pub const TONEMAP_NONE: u32 = 0;
-/// `TonemapPush::operator`: Reinhard.
-pub const TONEMAP_REINHARD: u32 = 1;
-/// `TonemapPush::operator`: Narkowicz's ACES fit.
-pub const TONEMAP_ACES: u32 = 2;
-/// `TonemapPush::operator`: Hill's ACES fit.
-pub const TONEMAP_ACES_HILL: u32 = 3;
-/// `TonemapPush::operator`: AgX.
-pub const TONEMAP_AGX: u32 = 4;
-/// `TonemapPush::operator`: Khronos PBR Neutral.
-pub const TONEMAP_NEUTRAL: u32 = 5;
-/// `TonemapPush::operator`: noise-aware curve blended with Reinhard.
-pub const TONEMAP_NOISE_AWARE: u32 = 6;
+named_enum! {
+    /// Curve from exposed values to display values; `TONEMAP_*` in GLSL.
+    pub enum Tonemap: "TONEMAP" {
+        /// Narkowicz's fit of the ACES reference rendering (2015), per channel.
+        Aces = "aces",
+        /// Hill's fit of the ACES reference rendering and sRGB output transforms, with their desaturation.
+        AcesHill = "aces-hill",
+        /// AgX, base look (Sobotka 2022).
+        Agx = "agx",
+        /// Khronos PBR Neutral (2024): base colours stay what they are.
+        Neutral = "neutral",
+        /// Curve of least contrast distortion for the frame's histogram (Eilertsen et al. 2015), blended with Reinhard's.
+        NoiseAware = "noise-aware",
+        /// `x / (1 + x)` per channel (Reinhard et al. 2002, eq. 3).
+        Reinhard = "reinhard",
+        /// Clamp to 0..1.
+        None = "none",
+    }
+}
 
-/// `TonemapPush::encoding`: sRGB codes.
-pub const ENCODING_SRGB: u32 = 0;
-/// `TonemapPush::encoding`: PQ codes, Rec. 2020 primaries.
-pub const ENCODING_PQ: u32 = 1;
-/// `TonemapPush::encoding`: linear, 1 = 80 cd/m2, Rec. 709 primaries.
-pub const ENCODING_SCRGB: u32 = 2;
+named_enum! {
+    /// What the picture's codes mean; `ENCODING_*` in GLSL.
+    pub enum Encoding: "ENCODING" {
+        /// sRGB (IEC 61966-2-1), 8 bits: every display.
+        Srgb = "srgb",
+        /// PQ (SMPTE ST 2084) with Rec. 2020 primaries: HDR displays and files.
+        Pq = "pq",
+        /// Linear, Rec. 709 primaries, 1 = 80 cd/m2 (IEC 61966-2-2): HDR on a desktop.
+        Scrgb = "scrgb",
+    }
+}
 
-/// `TaaPush::space`: PQ codes of R, G, B.
-pub const SPACE_PQ: u32 = 0;
-/// `TaaPush::space`: luma and chroma of PQ codes.
-pub const SPACE_YCOCG: u32 = 1;
-/// `TaaPush::space`: linear R, G, B.
-pub const SPACE_RGB: u32 = 2;
+named_enum! {
+    /// In which space history is compared with the neighbourhood and blended; `SPACE_*` in GLSL.
+    pub enum ClipSpace: "SPACE" {
+        /// PQ codes of R, G, B: steps look alike at all luminances.
+        Pq = "pq",
+        /// Compared in luma and chroma (YCoCg) of the PQ codes: a tighter box along grey; blended in PQ.
+        Ycocg = "ycocg",
+        /// Linear R, G, B: blends keep energy, bright pixels dominate.
+        Rgb = "rgb",
+    }
+}
 
-/// `TaaPush::rectify`: history as it is.
-pub const RECTIFY_OFF: u32 = 0;
-/// `TaaPush::rectify`: each channel clamped.
-pub const RECTIFY_CLAMP: u32 = 1;
-/// `TaaPush::rectify`: moved towards the mean until it is inside.
-pub const RECTIFY_CLIP: u32 = 2;
+named_enum! {
+    /// What happens to history outside of the neighbourhood's box; `RECTIFY_*` in GLSL.
+    pub enum Rectify: "RECTIFY" {
+        /// Nothing: no aliasing, but moving things leave trails.
+        Off = "off",
+        /// Each channel is clamped.
+        Clamp = "clamp",
+        /// The colour moves towards the mean until it is inside: keeps its hue.
+        Clip = "clip",
+    }
+}
 
 gpu_struct! {
     /// The exposure of a frame.

@@ -23,10 +23,11 @@ pub mod records;
 pub use files::{Checkpoint, EstimateFile, ReferenceFileError, denoiser_inputs};
 pub use film::{Estimate, EstimatePixel, FilmState, MergeError};
 pub use identity::Identity;
-pub use oracle::sampler::SamplerKind;
-pub use params::{Heuristic, LightTypes, ReferenceParams, Strategy};
+pub use params::{LightTypes, ReferenceParams};
 pub use path_tracer::{Iterations, PathTracer, Tile};
 pub use progressive::Progressive;
+pub use pt_shaders::records::SamplerKind;
+pub use records::{Heuristic, Strategy};
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));

@@ -2,7 +2,7 @@ use crate::film::FilmState;
 use crate::kernels;
 use crate::oracle::albedo;
 use crate::oracle::interior::{CAPACITY, InteriorList};
-use crate::params::{Heuristic, ReferenceParams, Strategy};
+use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
@@ -91,15 +91,15 @@ impl PathTracer {
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
         let slot_bytes = SLOT_BYTES + if params.ray_cones { CONE_BYTES } else { 0 };
         let constants = [
-            scene.features(),
-            kinds(&params, lights),
-            params.sampler as u32,
-            u32::from(params.energy_compensation),
-            u32::from(params.ray_cones),
-            u32::from(sorts_by_material(device, scene)),
+            ("scene_features", scene.features().into()),
+            ("light_kinds", kinds(&params, lights).into()),
+            ("sampler_kind", params.sampler.code().into()),
+            ("energy_compensation", params.energy_compensation.into()),
+            ("ray_cones", params.ray_cones.into()),
+            ("sort_materials", sorts_by_material(device, scene).into()),
         ];
-        let compute = |code| Kernel::specialized::<PathPush>(device, code, &constants);
-        let trace = |code| Kernel::trace_specialized::<PathPush>(device, code, scene.backend(), &constants);
+        let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);
+        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(, &[]), &constants);
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,
@@ -204,7 +204,6 @@ impl PathTracer {
 
             let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass).read("bsdf_tables", &self.bsdf_tables);
-            let pass = lights.buffers().into_iter().fold(pass, pt_core::frame::Pass::addresses);
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.first_hit).push(&push);
             let groups = groups_of(read, offset_of!(SlotListRecord, shade_groups));
@@ -233,15 +232,8 @@ impl PathTracer {
             max_bounces: params.max_bounces,
             roulette_start: params.roulette_start,
             emission: u32::from(params.light_types.emissive),
-            heuristic: match params.heuristic {
-                Heuristic::Balance => records::HEURISTIC_BALANCE,
-                Heuristic::Power => records::HEURISTIC_POWER,
-            },
-            strategy: match params.strategy {
-                Strategy::Both => records::STRATEGY_BOTH,
-                Strategy::Lights => records::STRATEGY_LIGHTS,
-                Strategy::Bsdf => records::STRATEGY_BSDF,
-            },
+            heuristic: params.heuristic.code(),
+            strategy: params.strategy.code(),
             clamp: params.clamp,
             camera_solids: UVec4::from_array(self.camera_solids.map(|(word, _)| word)),
             camera_iors: Vec4::from_array(self.camera_solids.map(|(_, ior)| ior)),

@@ -1,19 +1,29 @@
 //! Records and constants that the kernels share with the host (`reference_records.glsl`).
 
 use pt_shaders::glam::{UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
-use pt_shaders::{GpuStruct, gpu_struct};
+use pt_shaders::{GpuStruct, gpu_struct, named_enum};
 
-/// `PathPush::heuristic`: shares in proportion to the densities.
-pub const HEURISTIC_BALANCE: u32 = 0;
-/// `PathPush::heuristic`: shares in proportion to their squares.
-pub const HEURISTIC_POWER: u32 = 1;
+named_enum! {
+    /// How weights are given to light sampling and BSDF sampling (Veach 1997, section 9.2.2); `HEURISTIC_*` in GLSL.
+    pub enum Heuristic: "HEURISTIC" {
+        /// In proportion to the densities.
+        Balance = "balance",
+        /// In proportion to their squares.
+        Power = "power",
+    }
+}
 
-/// `PathPush::strategy`: light sampling and BSDF sampling, weighted against each other.
-pub const STRATEGY_BOTH: u32 = 0;
-/// `PathPush::strategy`: what light sampling can find is found by it alone.
-pub const STRATEGY_LIGHTS: u32 = 1;
-/// `PathPush::strategy`: only delta lights are sampled.
-pub const STRATEGY_BSDF: u32 = 2;
+named_enum! {
+    /// Which strategies look for light; `STRATEGY_*` in GLSL.
+    pub enum Strategy: "STRATEGY" {
+        /// Light sampling and BSDF sampling, combined by the heuristic.
+        Both = "both",
+        /// Light sampling; BSDF sampling only where it alone can find the light (delta lobes, unlisted emission).
+        Lights = "lights",
+        /// BSDF sampling; light sampling only of delta lights.
+        Bsdf = "bsdf",
+    }
+}
 
 gpu_struct! {
     /// What a pixel has gathered.
@@ -127,16 +137,9 @@ gpu_struct! {
 /// GLSL of this module (`reference_records.glsl`).
 #[allow(dead_code, reason = "for the build script, which includes this file")]
 pub fn glsl() -> String {
-    let constants = [
-        ("HEURISTIC_BALANCE", HEURISTIC_BALANCE),
-        ("HEURISTIC_POWER", HEURISTIC_POWER),
-        ("STRATEGY_BOTH", STRATEGY_BOTH),
-        ("STRATEGY_LIGHTS", STRATEGY_LIGHTS),
-        ("STRATEGY_BSDF", STRATEGY_BSDF),
-        ("LIST_SHADOW", LIST_SHADOW),
-    ];
-    let mut text: String =
-        constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    let mut text = format!("const uint LIST_SHADOW = {LIST_SHADOW}u;\n");
+    text.push_str(&Heuristic::glsl());
+    text.push_str(&Strategy::glsl());
     for record in [
         FilmPixel::glsl(),
         FirstHitPixel::glsl(),

@@ -1,6 +1,6 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::args::{BackendChoice, CameraArgs, DeviceArgs};
+use pt_app::args::{CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
@@ -36,7 +36,7 @@ impl Frames {
     pub fn new(
         scene: Scene,
         camera: &Camera,
-        backend: BackendChoice,
+        backend: TraceBackend,
         size: [u32; 2],
         seed: u32,
         accumulate: bool,
@@ -48,7 +48,7 @@ impl Frames {
     pub fn with_params(
         scene: Scene,
         camera: &Camera,
-        backend: BackendChoice,
+        backend: TraceBackend,
         size: [u32; 2],
         seed: u32,
         accumulate: bool,
@@ -69,9 +69,8 @@ impl Frames {
         let mut frame = self.recorder.begin().unwrap();
         self.session.update(&mut frame, time, self.time).unwrap();
         self.time = time;
-        let (gpu, lights) = (&self.session.gpu, &self.session.lights);
         let camera = self.camera.at(time);
-        self.full.record(&mut frame, gpu, lights, &camera, self.seed, &self.params).unwrap();
+        self.full.record(&mut frame, &self.session.gpu, &camera, self.seed, None, &self.params).unwrap();
         frame.submit().unwrap();
     }
 

@@ -1,6 +1,5 @@
 //! The three ways to trace rays see one scene: at the same seed they give the same frames.
 
-use pt_app::args::BackendChoice;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{Metric, compare};
@@ -23,13 +22,7 @@ struct Seen {
 
 /// The second of two frames: instances have moved, top levels were rebuilt.
 fn see(scene: &Scene, size: [u32; 2], backend: TraceBackend) -> Seen {
-    let choice = match backend {
-        TraceBackend::Auto => BackendChoice::Auto,
-        TraceBackend::Compute => BackendChoice::Compute,
-        TraceBackend::RayQuery => BackendChoice::RayQuery,
-        TraceBackend::RtPipeline => BackendChoice::RtPipeline,
-    };
-    let mut frames = Frames::new(scene.clone(), &scene.default_camera(), choice, size, 7, false);
+    let mut frames = Frames::new(scene.clone(), &scene.default_camera(), backend, size, 7, false);
     assert!(backend == TraceBackend::Auto || frames.backend() == backend);
     frames.render(0.4);
     frames.render(0.5);

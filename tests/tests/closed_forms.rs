@@ -6,7 +6,7 @@
 //! exceeds in one of a thousand runs.
 
 use glam::{DVec2, DVec3};
-use pt_app::args::BackendChoice;
+use pt_core::trace::TraceBackend;
 use pt_reference::direct::{DirectLight, Quality};
 use pt_scene::{Camera, Projection, Scene};
 use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR};
@@ -49,7 +49,7 @@ fn to_blocks(pixels: &[[f64; 3]], size: [u32; 2], block: u32) -> Vec<[f64; 3]> {
 }
 
 fn accumulate(scene: Scene, camera: &Camera, size: [u32; 2], block: u32) -> Accumulated {
-    let mut frames = Frames::new(scene, camera, BackendChoice::Compute, size, 11, true);
+    let mut frames = Frames::new(scene, camera, TraceBackend::Compute, size, 11, true);
     let rgb = |image: pt_image::image_file::LinearImage| -> Vec<[f64; 3]> {
         image.pixels.iter().map(|p| p.map(f64::from)).collect()
     };

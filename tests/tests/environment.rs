@@ -1,7 +1,7 @@
 //! Where the light of an environment image comes from: an image with one bright spot lights one side of a box.
 
 use glam::{Affine3A, Quat, Vec2, Vec3, Vec4};
-use pt_app::args::BackendChoice;
+use pt_core::trace::TraceBackend;
 use pt_image::image_file::{Layer, LayeredImage};
 use pt_scene::{Camera, Environment, Instance, Material, Mesh, Scene};
 use pt_shaders::channels::FLAT_COLOR;
@@ -59,7 +59,7 @@ fn brightness(environment: &Environment) -> [f32; 4] {
         scene.validate().unwrap();
         // Narrow enough that the spot itself is not in the picture.
         let camera = Camera::look_at("corner", eye, Vec3::ZERO, 0.4);
-        let mut frames = Frames::new(scene, &camera, BackendChoice::Compute, [SIZE; 2], 3, false);
+        let mut frames = Frames::new(scene, &camera, TraceBackend::Compute, [SIZE; 2], 3, false);
         for _ in 0..4 {
             frames.render(0.0);
             let image = frames.image(FLAT_COLOR);

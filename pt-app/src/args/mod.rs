@@ -2,9 +2,14 @@
 
 mod camera;
 mod device;
+pub mod flags;
+mod frame;
+mod post;
 mod scene;
 pub mod values;
 
 pub use camera::{CameraArgs, CameraChoice, LookAt};
-pub use device::{BackendChoice, DeviceArgs};
+pub use device::DeviceArgs;
+pub use frame::FrameArgs;
+pub use post::PostArgs;
 pub use scene::{LoadArgs, SceneArgs};

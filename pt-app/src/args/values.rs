@@ -1,5 +1,18 @@
 //! Values of arguments.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use pt_shaders::{NamedEnum, NamedValue, UnknownName};
+
+/// One of the names of an enum; help lists them all.
+pub fn named<T: NamedEnum + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    one_of(T::NAMED).try_map(|name| -> Result<T, UnknownName> { T::from_name(&name) })
+}
+
+/// One of some names.
+pub fn one_of(values: &'static [NamedValue]) -> PossibleValuesParser {
+    PossibleValuesParser::new(values.iter().map(|value| PossibleValue::new(value.name).help(value.doc)))
+}
+
 /// Exactly `N` values with commas between them; `expected` says which.
 ///
 /// # Errors
@@ -53,5 +66,19 @@ pub fn assignment(text: &str) -> Result<String, String> {
     match text.split_once('=') {
         Some((key, _)) if !key.trim().is_empty() => Ok(text.into()),
         _ => Err("expected stage.key=value".into()),
+    }
+}
+
+/// A range of frames `A..B`: A and what follows, without B; not empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameRange(pub std::ops::Range<u32>);
+
+impl std::str::FromStr for FrameRange {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = |text: &str| text.parse().ok();
+        let range = text.split_once("..").and_then(|(a, b)| Some(parse(a)?..parse(b)?));
+        let range = range.ok_or("expected A..B, two numbers of frames, for example 0..8")?;
+        if range.is_empty() { Err(format!("{text} has no frames")) } else { Ok(Self(range)) }
     }
 }

@@ -1,8 +1,9 @@
 //! `pt bake`: a scene's textures compressed into a folder of DDS files.
 
+use crate::args::values::named;
 use crate::progress::Progress;
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use pt_import::Quality;
 use pt_import::bake::{BakedTexture, Outcome, bake};
 use serde_json::json;
@@ -19,8 +20,8 @@ pub struct BakeArgs {
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// How long the encoder searches; best takes three times as long and is some 2 dB better on hard images.
-    #[arg(long, value_name = "Q", value_enum, default_value_t = QualityChoice::Fast)]
-    pub quality: QualityChoice,
+    #[arg(long, value_name = "Q", value_parser = named::<Quality>(), default_value = Quality::Fast.name())]
+    pub quality: Quality,
     /// Most texels that an image may have.
     #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS)]
     pub max_texture_pixels: u64,
@@ -29,27 +30,14 @@ pub struct BakeArgs {
     pub json: bool,
 }
 
-/// How long the encoder searches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum QualityChoice {
-    /// A third of the time.
-    Fast,
-    /// Better on hard images.
-    Best,
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// A scene or an image that can't be read, a folder that can't be written.
 pub fn run(args: &BakeArgs, out: &mut impl Write) -> Result<bool> {
-    let quality = match args.quality {
-        QualityChoice::Fast => Quality::Fast,
-        QualityChoice::Best => Quality::Best,
-    };
     let started = Instant::now();
     let mut progress = None;
-    let textures = bake(&args.scene, &args.output, quality, args.max_texture_pixels, |_, total| {
+    let textures = bake(&args.scene, &args.output, args.quality, args.max_texture_pixels, |_, total| {
         progress.get_or_insert_with(|| Progress::counting(total as u32, "texture")).step();
     });
     if let Some(progress) = progress {

@@ -2,11 +2,14 @@
 
 pub mod bake;
 pub mod bench;
+pub mod capture;
 pub mod compare;
 pub mod info;
+pub mod knobs;
 pub mod merge;
 pub mod passes;
 pub mod reference;
 pub mod render;
+pub mod replay;
 pub mod scenes;
 pub mod sheet;

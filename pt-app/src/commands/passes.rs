@@ -1,13 +1,14 @@
 //! `pt passes`: the frame as a table.
 
-use crate::args::values::assignment;
-use crate::args::{BackendChoice, CameraArgs, DeviceArgs};
+use crate::args::values::{assignment, named};
+use crate::args::{CameraArgs, DeviceArgs};
 use crate::frame::FullFrame;
 use crate::params;
 use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
 use pt_core::Recorder;
+use pt_core::trace::TraceBackend;
 use pt_image::image_file::ImageSize;
 use std::io::Write;
 
@@ -30,8 +31,8 @@ pub struct PassesArgs {
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
     pub set: Vec<String>,
     /// How rays are traced.
-    #[arg(long, value_name = "B", value_enum, default_value_t = BackendChoice::Compute)]
-    pub backend: BackendChoice,
+    #[arg(long, value_name = "B", value_parser = named::<TraceBackend>(), default_value_t = TraceBackend::Compute)]
+    pub backend: TraceBackend,
     /// Vulkan device, by index or part of its name.
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
@@ -53,7 +54,7 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     for time in [0.0, 1.0 / 60.0] {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, 0.0)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), 0, &params)?;
+        full.record(&mut frame, &session.gpu, &session.camera.at(time), 0, None, &params)?;
         frame.submit()?;
     }
     recorder.finish()?;
@@ -67,8 +68,10 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
         let mebibytes = pass.bytes as f64 / f64::from(1 << 20);
         writeln!(
             out,
-            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {mebibytes:.1} MiB",
-            pass.name, pass.kernel
+            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {}{mebibytes:.1} MiB",
+            pass.name,
+            pass.kernel,
+            if pass.bytes_are_upper_bound { "at most " } else { "" },
         )?;
         if !pass.reads.is_empty() {
             writeln!(out, "     reads   {}", pass.reads.join(" "))?;

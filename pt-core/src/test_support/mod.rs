@@ -37,3 +37,13 @@ impl Drop for TestDevice {
         }
     }
 }
+
+/// Images of a frame of `size` that nobody has to write first.
+///
+/// # Panics
+/// When the device has not the memory.
+pub fn channel_images(device: &Device, size: [u32; 2], ids: impl IntoIterator<Item = ChannelId>) -> ChannelImages {
+    let mut plan = FramePlan::new(FrameSizes::same(size));
+    plan.given(ids);
+    plan.allocate(device).expect("the images of a test fit into memory")
+}

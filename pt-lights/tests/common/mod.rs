@@ -32,7 +32,7 @@ pub fn run_sampler<'a>(
     }
     let mut pass = frame.pass("samples", kernel).write("samples", &samples).push(push);
     if let Some(Uploaded { lights, gpu, .. }) = scene {
-        pass = lights.buffers().into_iter().fold(gpu.bind(pass), Pass::addresses);
+        pass = gpu.bind(pass);
     }
     bind(pass).dispatch([push.count, 1, 1]).unwrap();
     frame.submit().unwrap();

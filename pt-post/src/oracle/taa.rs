@@ -2,7 +2,8 @@
 
 use super::tone_map::{pq_decode, pq_encode};
 use super::{Image, Rgb, add, is_finite, mix, scaled, zip};
-use crate::taa::{ClipSpace, Rectify, TaaParams};
+use crate::records::{ClipSpace, Rectify};
+use crate::taa::TaaParams;
 use pt_shaders::records::SPLIT_FLAGS;
 
 /// One frame's input.

@@ -1,8 +1,9 @@
 //! `tonemap.comp`, `tonemap_codes.comp` and the curves.
 
 use super::{Rgb, is_finite, luminance, mix, scaled};
-use crate::params::{Encoding, PostParams, Tonemap};
+use crate::params::PostParams;
 use crate::records::{CURVE_BINS_PER_OCTAVE, MIN_LOG_LUMINANCE};
+use crate::records::{Encoding, Tonemap};
 
 /// How a frame is exposed.
 #[derive(Clone, Debug, Default)]

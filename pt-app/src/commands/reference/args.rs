@@ -1,16 +1,17 @@
 //! What `pt reference` takes.
 
-use crate::args::values::positive_f64;
+use crate::args::flags::{Flag, FlagSet, Flags};
+use crate::args::values::{assignment, positive_f64};
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
-use clap::{Args, ValueEnum};
+use crate::params::{ReferenceSettings, resolve_reference};
+use anyhow::{Result, ensure};
+use clap::Args;
+use pt_core::settings::{Knob, Knobs};
 use pt_image::image_file::ImageSize;
-use pt_reference::{Heuristic, LightTypes, ReferenceParams, SamplerKind, Strategy};
+use pt_reference::{ReferenceParams, SamplerKind};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
-
-/// Samples of a pixel unless told otherwise.
-const DEFAULT_SPP: u32 = 64;
 
 /// `pt reference`
 #[derive(Clone, Debug, Args)]
@@ -42,9 +43,9 @@ pub struct ReferenceArgs {
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Image")]
     pub size: ImageSize,
-    /// Samples of each pixel [default: 64]; with --spp-range those of the whole render, which --sampler blue-noise needs to know.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Image")]
-    pub spp: Option<u32>,
+    /// How many samples each pixel gets.
+    #[command(flatten)]
+    pub samples: Flags<Samples>,
     /// Only the samples with these indices, for `pt merge`: slices of one render, done anywhere, join to the whole.
     #[arg(long, value_name = "A..B", help_heading = "Image")]
     pub spp_range: Option<SampleRange>,
@@ -58,81 +59,85 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "WxH", help_heading = "Image")]
     pub tile: Option<ImageSize>,
 
-    /// Scattering events after the first hit, at most; 0: direct light only [default: no limit, Russian roulette ends paths]
-    #[arg(long, value_name = "B", help_heading = "Light transport")]
-    pub max_bounces: Option<u32>,
-    /// Scattering events before Russian roulette begins.
-    #[arg(long, value_name = "B", default_value_t = 3, help_heading = "Light transport")]
-    pub roulette_start: u32,
-    /// Light that counts: any of sun, positional, emissive, environment.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum, help_heading = "Light transport")]
-    pub light_types: Vec<LightType>,
-    /// Weights of multiple importance sampling.
-    #[arg(long, value_enum, default_value_t = HeuristicName::Power, help_heading = "Light transport")]
-    pub heuristic: HeuristicName,
-    /// Which strategies look for light: one alone shows what the other one is good for.
-    #[arg(long, value_enum, default_value_t = StrategyName::Both, help_heading = "Light transport")]
-    pub strategy: StrategyName,
-    /// Where random numbers come from.
-    #[arg(long, value_enum, default_value_t = SamplerName::Sobol, help_heading = "Light transport")]
-    pub sampler: SamplerName,
-    /// Give back what rough metals lose between their microfacets; without it the BSDF is that of glTF 2.0, appendix B.
-    #[arg(long, help_heading = "Light transport")]
-    pub energy_compensation: bool,
-    /// BIASED: filter textures over the footprint of a ray cone, as the real-time stages do [default: read at their finest level]
-    #[arg(long, help_heading = "Light transport")]
-    pub ray_cones: bool,
-    /// BIASED: largest radiance of a sample, per channel, against fireflies [default: no limit]
-    #[arg(long, value_name = "X", value_parser = positive_f64, help_heading = "Light transport")]
-    pub clamp: Option<f64>,
+    /// What light is followed, and how.
+    #[command(flatten)]
+    pub transport: Flags<Transport>,
+    /// Knobs to start from: a TOML file with a table [reference].
+    #[arg(long, value_name = "FILE", help_heading = "Light transport")]
+    pub profile: Option<String>,
+    /// Set one knob, after the profile and the flags above; may be repeated.
+    #[arg(long = "set", value_name = "reference.key=value", value_parser = assignment, help_heading = "Light transport")]
+    pub set: Vec<String>,
 
     /// Where it runs.
     #[command(flatten)]
     pub device: DeviceArgs,
 }
 
+/// The flag for the number of samples.
+pub struct Samples;
+
+impl FlagSet for Samples {
+    const HEADING: &'static str = "Image";
+    const FLAGS: &'static [Flag] = &[Flag {
+        note: "; with --spp-range those of the whole render",
+        ..Flag::new("spp", "reference.spp", "N")
+    }];
+
+    fn knobs() -> Vec<Knob> {
+        ReferenceSettings::knobs()
+    }
+}
+
+/// The flags for light transport.
+pub struct Transport;
+
+impl FlagSet for Transport {
+    const HEADING: &'static str = "Light transport";
+    const FLAGS: &'static [Flag] = &[
+        Flag::new("max-bounces", "reference.max_bounces", "B"),
+        Flag::new("roulette-start", "reference.roulette_start", "B"),
+        Flag { note: "Light that counts", ..Flag::new("light-types", "reference.light_types", "LIST") },
+        Flag::new("heuristic", "reference.heuristic", "HEURISTIC"),
+        Flag::new("strategy", "reference.strategy", "STRATEGY"),
+        Flag::new("sampler", "reference.sampler", "SAMPLER"),
+        Flag::new("energy-compensation", "reference.energy_compensation", ""),
+        Flag::new("ray-cones", "reference.ray_cones", ""),
+        Flag::new("clamp", "reference.clamp", "X"),
+    ];
+
+    fn knobs() -> Vec<Knob> {
+        ReferenceSettings::knobs()
+    }
+}
+
 impl ReferenceArgs {
-    /// The knobs of the path tracer.
-    pub fn params(&self) -> ReferenceParams {
-        let on = |kind| self.light_types.is_empty() || self.light_types.contains(&kind);
-        let defaults = ReferenceParams::default();
-        ReferenceParams {
-            max_bounces: self.max_bounces.unwrap_or(defaults.max_bounces),
-            roulette_start: self.roulette_start,
-            light_types: LightTypes {
-                sun: on(LightType::Sun),
-                positional: on(LightType::Positional),
-                emissive: on(LightType::Emissive),
-                environment: on(LightType::Environment),
-            },
-            heuristic: match self.heuristic {
-                HeuristicName::Balance => Heuristic::Balance,
-                HeuristicName::Power => Heuristic::Power,
-            },
-            strategy: match self.strategy {
-                StrategyName::Both => Strategy::Both,
-                StrategyName::Lights => Strategy::Lights,
-                StrategyName::Bsdf => Strategy::Bsdf,
-            },
-            spp: if self.sampler == SamplerName::BlueNoise {
-                self.spp.unwrap_or(self.samples().end)
-            } else {
-                1
-            },
-            sampler: match self.sampler {
-                SamplerName::Sobol => SamplerKind::Sobol,
-                SamplerName::BlueNoise => SamplerKind::BlueNoise,
-                SamplerName::Pcg => SamplerKind::Pcg,
-            },
-            energy_compensation: self.energy_compensation,
-            ray_cones: self.ray_cones,
-            clamp: self.clamp.map_or(defaults.clamp, |clamp| clamp as f32),
+    /// The knobs of the path tracer: those of the profile, then the flags, then the assignments.
+    ///
+    /// # Errors
+    /// An unknown profile, key or value; slices of a render whose sampler needs to know all its samples, without their number.
+    pub fn params(&self) -> Result<ReferenceParams> {
+        let over = |base| {
+            let sets = [&self.samples.sets[..], &self.transport.sets, &self.set].concat();
+            Ok::<_, anyhow::Error>(resolve_reference(base, self.profile.as_deref(), &sets)?.reference)
+        };
+        let default = ReferenceSettings::default();
+        let params = over(default.clone())?;
+        if params.sampler == SamplerKind::BlueNoise && self.spp_range.is_some() {
+            // Another default shows through where nobody has said how many there are.
+            let mut other = default;
+            other.reference.spp += 1;
+            ensure!(
+                over(other)?.spp == params.spp,
+                "--sampler blue-noise with --spp-range needs --spp, the samples of the whole render"
+            );
         }
+        Ok(params)
     }
 
     /// Indices of the samples asked for.
-    pub fn samples(&self) -> Range<u32> {
-        self.spp_range.as_ref().map_or(0..self.spp.unwrap_or(DEFAULT_SPP), |range| range.0.clone())
+    pub fn sample_range(&self, params: &ReferenceParams) -> Range<u32> {
+        self.spp_range.as_ref().map_or(0..params.spp, |range| range.0.clone())
     }
 }
 
@@ -142,7 +147,7 @@ pub struct SampleRange(pub Range<u32>);
 
 impl FromStr for SampleRange {
     type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
         let range =
             text.split_once("..").and_then(|(a, b)| Some(a.trim().parse().ok()?..b.trim().parse().ok()?));
         match range {
@@ -151,48 +156,4 @@ impl FromStr for SampleRange {
             None => Err("expected A..B, sample indices from 0, B excluded".into()),
         }
     }
-}
-
-/// Kinds of light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum LightType {
-    /// Directional lights.
-    Sun,
-    /// Point and spot lights.
-    Positional,
-    /// Surfaces that emit, unlit materials included.
-    Emissive,
-    /// The environment.
-    Environment,
-}
-
-/// Weights of multiple importance sampling.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum HeuristicName {
-    /// In proportion to the densities.
-    Balance,
-    /// In proportion to their squares.
-    Power,
-}
-
-/// Strategies that look for light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum StrategyName {
-    /// Both, weighted.
-    Both,
-    /// Light sampling.
-    Lights,
-    /// BSDF sampling.
-    Bsdf,
-}
-
-/// Sources of random numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SamplerName {
-    /// Owen-scrambled Sobol points.
-    Sobol,
-    /// The same with the error spread over pixels as blue noise.
-    BlueNoise,
-    /// Independent numbers.
-    Pcg,
 }

@@ -17,7 +17,12 @@ pub fn check_exr(path: &Path) -> Result<()> {
 }
 
 /// Writes an estimate, and beside it the inputs of a denoiser, unless it is to stay `alone`.
-pub fn write(path: &Path, file: &EstimateFile, metadata: BTreeMap<String, String>, alone: bool) -> Result<()> {
+pub fn write(
+    path: &Path,
+    file: &EstimateFile,
+    metadata: BTreeMap<String, String>,
+    alone: bool,
+) -> Result<()> {
     let mut image = file.to_image()?;
     image.metadata.extend(metadata);
     if !alone {

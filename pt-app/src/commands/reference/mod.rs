@@ -8,18 +8,16 @@ pub use args::{ReferenceArgs, SampleRange};
 
 use crate::session::{Session, fold_seed};
 use anyhow::{Result, bail, ensure};
-use args::SamplerName;
 use files::{check_exr, write};
-use pt_image::atomic_file::check_writable;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
+use pt_image::atomic_file::check_writable;
 use pt_image::image_file::ImageSize;
-use pt_core::settings::Validate;
-use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive};
+use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive, ReferenceParams, SamplerKind};
 use pt_scene::gpu::camera_record;
 use pt_shaders::records::FrameRecord;
-use std::collections::BTreeMap;
 use report::Report;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -33,18 +31,13 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.checkpoint {
         check_writable(path)?;
     }
-    ensure!(
-        args.sampler != SamplerName::BlueNoise || args.spp_range.is_none() || args.spp.is_some(),
-        "--sampler blue-noise with --spp-range needs --spp, the samples of the whole render"
-    );
+    let params = args.params()?;
     let mut scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
     scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
     for notice in &scene.notices {
         print_warning(notice);
     }
-    let params = args.params();
-    params.validate()?;
-    let samples = args.samples();
+    let samples = args.sample_range(&params);
     let size = [args.size.width, args.size.height];
     let mut session = Session::open(&args.device, &args.camera, scene)?;
     let identity = Identity::default()
@@ -54,7 +47,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         .with("time", args.scene.time)
         .with("size", format!("{}x{}", size[0], size[1]))
         .with("seed", args.seed)
-        .with("params", serde_json::to_string(&params)?);
+        .with("params", params_of_identity(&params)?);
     let record = |time: f64| camera_record(&session.camera.at(time), size);
     let frame = FrameRecord::new(
         record(args.scene.time),
@@ -64,8 +57,15 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         fold_seed(args.seed),
     );
     let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
-    let mut render =
-        Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, tile, samples.start)?;
+    let mut render = Progressive::new(
+        &session.device,
+        &session.gpu,
+        &session.lights,
+        frame,
+        params.clone(),
+        tile,
+        samples.start,
+    )?;
     let resumed = resume(args, &mut render, &identity, &samples)?;
 
     let started = Instant::now();
@@ -83,7 +83,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     if estimate.dropped > 0 {
         print_warning(&format!("{} non-finite samples dropped", estimate.dropped));
     }
-    if args.clamp.is_some() {
+    if params.clamp > 0.0 {
         print_warning("--clamp: samples were cut off, the image is biased");
     }
     let [rays, shadow_rays] = state.rays();
@@ -107,6 +107,13 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         session.gpu.backend(),
     )?;
     Ok(true)
+}
+
+/// The knobs that samples depend on. The number of samples does not count where a sampler has no use for it: renders of different
+/// lengths are slices of one.
+fn params_of_identity(params: &ReferenceParams) -> Result<String> {
+    let spp = if params.sampler == SamplerKind::BlueNoise { params.spp } else { 1 };
+    Ok(serde_json::to_string(&ReferenceParams { spp, ..params.clone() })?)
 }
 
 /// Loads the checkpoint if there is one to go on from; returns the index of the first sample that is still to be traced.

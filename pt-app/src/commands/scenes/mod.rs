@@ -1,6 +1,7 @@
 //! `pt scenes`: the built-in scenes, or what is in one scene.
 
 mod stats;
+mod text;
 
 use std::io::Write;
 use std::path::Path;
@@ -11,7 +12,8 @@ use pt_scene::BUILTIN;
 use serde_json::{Value, json};
 
 use crate::args::LoadArgs;
-use stats::{ExtensionStats, SceneStats, extension_line};
+use stats::{ExtensionStats, SceneStats};
+use text::extension_line;
 
 /// `pt scenes`
 #[derive(Clone, Debug, Args)]

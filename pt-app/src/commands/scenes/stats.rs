@@ -1,25 +1,10 @@
 //! `pt scenes --stats`: what is in a scene, as text or as JSON. The names of the JSON fields are stable.
-//!
-//! Powers are radiant fluxes in watts, with spectra weighted to one number by Rec. 709 luminance and KHR_lights_punctual
-//! intensities taken one to one with radiance:
-//!
-//! | light | power |
-//! |---|---|
-//! | emissive triangles | pi x area x mean radiance, for each side that emits |
-//! | point, intensity I | 4 pi I |
-//! | spot, intensity I | 2 pi I ((1 - cos inner) + (cos inner - cos outer) / 3): the integral of the squared linear falloff |
-//! | directional, illuminance E | pi r^2 E, what falls on the scene's bounding sphere of radius r |
-//! | environment, mean radiance L | 4 pi^2 r^2 L, what falls on that sphere from all sides |
 
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
-use std::io::Write;
 
-use anyhow::Result;
-use pt_lights::{LightLists, luminance};
 use pt_import::support;
-use pt_scene::{AlphaMode, Clusters, Environment, Light, LightKind, Material, Projection, Scene, Support, Texels, Texture};
-use pt_shaders::glam::Vec3;
+use pt_lights::{LightPower, light_powers};
+use pt_scene::{AlphaMode, Clusters, Material, Projection, Scene, Support, Texels, Texture};
 use serde::Serialize;
 
 /// Everything that `pt scenes --stats` says about a scene.
@@ -87,21 +72,6 @@ pub struct Textures {
     pub host_bytes: u64,
     /// On the device with all mip levels, bytes.
     pub gpu_bytes: u64,
-}
-
-/// A light and its power.
-#[derive(Clone, Debug, Serialize)]
-pub struct LightPower {
-    /// point, spot, directional, emissive or environment.
-    pub kind: &'static str,
-    /// Name from the file.
-    pub name: String,
-    /// Luminance of the intensity (candela), illuminance (lux), or mean radiance.
-    pub strength: f64,
-    /// Emitting triangles; 0 for lights that are none.
-    pub triangles: usize,
-    /// Watts.
-    pub power_w: f64,
 }
 
 /// A camera.
@@ -195,7 +165,7 @@ impl SceneStats {
             materials: scene.materials.len(),
             material_kinds: material_kinds(&scene.materials),
             textures: textures(&scene.textures),
-            lights: lights(scene),
+            lights: light_powers(scene),
             cameras: scene
                 .cameras
                 .iter()
@@ -233,91 +203,6 @@ impl SceneStats {
             notices: scene.notices.clone(),
         }
     }
-
-    /// Writes it for people.
-    ///
-    /// # Errors
-    /// A stream that cannot be written.
-    pub fn print(&self, out: &mut impl Write) -> Result<()> {
-        let mut line = |what: &str, text: String| writeln!(out, "{what:12} {text}");
-        line("scene", self.scene.clone())?;
-        match self.bounds {
-            Some([min, max]) => {
-                let size = Vec3::from(max) - Vec3::from(min);
-                line(
-                    "bounds",
-                    format!("{min:?} .. {max:?}, {:.4} x {:.4} x {:.4} m", size.x, size.y, size.z),
-                )?;
-            }
-            None => line("bounds", "none: no triangle".into())?,
-        }
-        let t = &self.triangles;
-        line(
-            "triangles",
-            format!("{} stored in {} meshes, {} with instances", t.stored, self.meshes, t.instanced),
-        )?;
-        line("", format!("{} emissive, {} masked or blended", t.emissive, t.masked))?;
-        line("instances", format!("{}, {} moving", self.instances, self.moving_instances))?;
-        let kinds: Vec<_> = self.material_kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
-        line("materials", format!("{}: {}", self.materials, kinds.join(", ")))?;
-        let x = &self.textures;
-        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-        let formats: Vec<_> = x.formats.iter().map(|(format, n)| format!("{n} {format}")).collect();
-        let bytes =
-            format!("{:.1} MiB on the host, {:.1} MiB on the device", mib(x.host_bytes), mib(x.gpu_bytes));
-        line("textures", format!("{}: {}; {bytes}", x.count, formats.join(", ")))?;
-        const SHOWN: usize = 16;
-        for light in self.lights.iter().take(SHOWN) {
-            let unit = match light.kind {
-                "point" | "spot" => "cd",
-                "directional" => "lux",
-                _ => "W/(sr m^2)",
-            };
-            let many =
-                if light.triangles > 0 { format!(", {} triangles", light.triangles) } else { String::new() };
-            let name = if light.name.is_empty() { String::new() } else { format!(" {}", light.name) };
-            let LightPower { kind, strength, power_w, .. } = light;
-            line("light", format!("{kind}{name}: {strength:.4} {unit}, {power_w:.4} W{many}"))?;
-        }
-        if self.lights.len() > SHOWN {
-            let rest: f64 = self.lights[SHOWN..].iter().map(|l| l.power_w).sum();
-            line("", format!("and {} weaker ones, together {rest:.4} W", self.lights.len() - SHOWN))?;
-        }
-        for c in &self.cameras {
-            let [p, f] = [c.position, c.forward].map(|v| format!("({:.3}, {:.3}, {:.3})", v[0], v[1], v[2]));
-            let path = if c.path_s > 0.0 { format!(", path of {} s", c.path_s) } else { String::new() };
-            line("camera", format!("{}: {} at {p}, looks along {f}{path}", c.name, c.projection))?;
-        }
-        for a in &self.animations {
-            let rests = if a.plays { "" } else { ", does not play" };
-            line("animation", format!("{}: {:.3} s, {} channels{rests}", a.name, a.duration_s, a.channels))?;
-        }
-        for (what, names) in [("scenes", &self.file_scenes), ("variants", &self.variants)] {
-            if names.len() > usize::from(what == "scenes") {
-                line(what, names.join(", "))?;
-            }
-        }
-        for e in &self.extensions {
-            line("extension", extension_line(e))?;
-        }
-        let c = &self.clusters;
-        line("clusters", format!("{}, {} with surfaces", c.count, c.occupied))?;
-        let [least, median, most] = c.triangles;
-        line("", format!("triangles in one: {least} to {most}, median {median}"))?;
-        let [least, median, most] = c.cell_size_m;
-        line("", format!("longest edge: {least:.3} to {most:.3} m, median {median:.3} m"))?;
-        let bars: Vec<_> = c.histogram.iter().map(|(n, count)| format!("<={n}: {count}")).collect();
-        line("", format!("by triangles: {}", bars.join("  ")))?;
-        for notice in &self.notices {
-            line("notice", notice.clone())?;
-        }
-        Ok(())
-    }
-}
-
-/// One line about an extension.
-pub fn extension_line(e: &ExtensionStats) -> String {
-    format!("{}: {}{}", e.name, e.status, if e.required { ", required" } else { "" })
 }
 
 fn material_kinds(materials: &[Material]) -> BTreeMap<&'static str, usize> {
@@ -359,122 +244,13 @@ fn textures(textures: &[Texture]) -> Textures {
     sum
 }
 
-fn lights(scene: &Scene) -> Vec<LightPower> {
-    let radius = scene.bounds().map_or(0.0, |b| 0.5 * f64::from(b.size().length()));
-    let mut lights: Vec<LightPower> = scene.lights.iter().map(|light| punctual(light, radius)).collect();
-    let mut by_instance: BTreeMap<u32, LightPower> = BTreeMap::new();
-    for t in LightLists::new(scene).emissives {
-        let instance = &scene.instances[t.instance as usize];
-        let mesh = &scene.meshes[instance.mesh as usize];
-        let material = &scene.materials[mesh.triangle_materials[t.triangle as usize] as usize];
-        let entry = by_instance.entry(t.instance).or_insert_with(|| LightPower {
-            kind: "emissive",
-            name: instance.name.clone(),
-            strength: 0.0,
-            triangles: 0,
-            power_w: 0.0,
-        });
-        entry.triangles += 1;
-        let sides = if material.double_sided { 2.0 } else { 1.0 };
-        entry.power_w += PI * t.weight * sides;
-        // The emitting area for now.
-        let corners = mesh.triangle(t.triangle as usize);
-        let [a, b, c] = corners.map(|p| instance.world_from_object.transform_point3(p).as_dvec3());
-        entry.strength += sides * 0.5 * (b - a).cross(c - a).length();
-    }
-    lights.extend(by_instance.into_values().map(|mut light| {
-        light.strength = light.power_w / (PI * light.strength);
-        light
-    }));
-    if !scene.environment.is_black() {
-        let mean = mean_radiance(&scene.environment);
-        lights.push(LightPower {
-            kind: "environment",
-            name: String::new(),
-            strength: mean,
-            triangles: 0,
-            power_w: 4.0 * (PI * radius).powi(2) * mean,
-        });
-    }
-    lights.sort_by(|a, b| b.power_w.total_cmp(&a.power_w));
-    lights
-}
-
-fn punctual(light: &Light, radius: f64) -> LightPower {
-    let strength = luminance(light.intensity);
-    let (kind, power) = match light.kind {
-        LightKind::Point => ("point", 4.0 * PI),
-        LightKind::Spot { inner, outer } => {
-            let (inner, outer) = (f64::from(inner).cos(), f64::from(outer).cos());
-            ("spot", 2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0))
-        }
-        LightKind::Directional => ("directional", PI * radius * radius),
-    };
-    LightPower { kind, name: light.name.clone(), strength, triangles: 0, power_w: power * strength }
-}
-
-/// Mean over the sphere.
-fn mean_radiance(environment: &Environment) -> f64 {
-    let (width, height) = (environment.image.width as usize, environment.image.height as usize);
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for (y, row) in environment.image.texels.chunks_exact(width).enumerate() {
-        let weight = (PI * y as f64 / height as f64).cos() - (PI * (y + 1) as f64 / height as f64).cos();
-        sum += weight * row.iter().map(|&t| luminance(t)).sum::<f64>() / width as f64;
-        weights += weight;
-    }
-    sum / weights * f64::from(environment.intensity)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use pt_scene::builtin;
-    use std::f32::consts::FRAC_PI_2;
 
     fn stats(name: &str) -> SceneStats {
         SceneStats::of(&builtin(name).unwrap(), 64)
-    }
-
-    fn light<'a>(stats: &'a SceneStats, kind: &str) -> &'a LightPower {
-        stats.lights.iter().find(|l| l.kind == kind).unwrap()
-    }
-
-    #[test]
-    fn powers_by_their_formulas() {
-        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-3, "{a} for {b}");
-        close(light(&stats("plane"), "point").power_w, 400.0 * PI);
-        // The lamp of the Cornell box: 0.13 m x 0.105 m.
-        let cornell = stats("cornell");
-        let lamp = light(&cornell, "emissive");
-        let radiance = luminance(Vec3::new(17.0, 12.0, 4.0));
-        close(lamp.strength, radiance);
-        close(lamp.power_w, PI * 0.13 * 0.105 * radiance);
-        // All four lamps have 40 W in each channel.
-        let veach = stats("veach");
-        assert_eq!(veach.lights.len(), 4);
-        veach.lights.iter().for_each(|l| close(l.power_w, 40.0));
-        // Radiance 1 from everywhere: pi of irradiance on the whole sphere.
-        let furnace = stats("furnace");
-        let [min, max] = furnace.bounds.unwrap().map(Vec3::from);
-        let radius = 0.5 * f64::from((max - min).length());
-        close(light(&furnace, "environment").strength, 1.0);
-        close(light(&furnace, "environment").power_w, PI * 4.0 * PI * radius * radius);
-        // A hemisphere of even light is half a point light.
-        let cone = Light::spot("s", Vec3::ZERO, Vec3::Y, FRAC_PI_2 - 1e-6, FRAC_PI_2, Vec3::ONE);
-        close(punctual(&cone, 1.0).power_w, 2.0 * PI);
-    }
-
-    #[test]
-    fn double_sided_lamps_count_twice() {
-        let mut scene = builtin("cornell").unwrap();
-        let once = SceneStats::of(&scene, 8);
-        scene.materials.iter_mut().filter(|m| m.is_emissive()).for_each(|m| m.double_sided = true);
-        let twice = SceneStats::of(&scene, 8);
-        let [once, twice] = [&once, &twice].map(|s| light(s, "emissive"));
-        assert!(
-            (twice.power_w / once.power_w - 2.0).abs() < 1e-9
-                && (twice.strength / once.strength - 1.0).abs() < 1e-9
-        );
     }
 
     #[test]

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use pt_image::image_file::{
-    ImageSize, ImageState, LinearImage, OutputFormat, PixelLayout, check_output, check_size, srgb_encode_8bit, write_png,
+    ImageSize, ImageState, LinearImage, OutputFormat, PixelLayout, check_output, check_size,
+    srgb_encode_8bit, write_png,
 };
-
 
 /// `pt sheet`
 #[derive(Clone, Debug, Args)]

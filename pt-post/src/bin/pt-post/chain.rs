@@ -1,6 +1,7 @@
 //! What `--chain` says.
 
 use pt_post::{BloomMode, PRESETS, PostParams, Tonemap, Upscale};
+use pt_shaders::NamedEnum;
 use std::str::FromStr;
 
 /// Which stages run. They have one order; the list names them in it.
@@ -83,10 +84,8 @@ fn no_value(name: &str, value: Option<&str>) -> Result<(), String> {
 }
 
 /// A knob's value by its name.
-pub fn named<T: serde::de::DeserializeOwned>(name: &str) -> Result<T, String> {
-    use serde::de::IntoDeserializer;
-    let text: serde::de::value::StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
-    T::deserialize(text).map_err(|error| error.to_string())
+pub fn named<T: NamedEnum>(name: &str) -> Result<T, String> {
+    T::from_name(name).map_err(|error| error.to_string())
 }
 
 /// A factor of 1 to 4, or the name of a preset.
@@ -124,7 +123,7 @@ mod tests {
             ("taa,taa", "once"),
             ("blur", "no stage"),
             ("", "no stage"),
-            ("tonemap=filmic", "unknown variant"),
+            ("tonemap=filmic", "unknown name"),
             ("tonemap,fsr", "factor"),
             ("tonemap,fsr=5", "1 to 4"),
             ("tonemap,fsr=NaN", "1 to 4"),

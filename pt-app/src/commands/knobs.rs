@@ -1,0 +1,44 @@
+//! `pt knobs`: everything that `--set` takes.
+
+use crate::params::all_knobs;
+use anyhow::{Result, ensure};
+use clap::Args;
+use pt_core::settings::Knob;
+use std::io::Write;
+
+/// `pt knobs`
+#[derive(Clone, Debug, Args)]
+pub struct KnobsArgs {
+    /// Only the knobs of this stage.
+    pub stage: Option<String>,
+    /// Print JSON instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A stage that has no knobs, standard output that cannot be written.
+pub fn run(args: &KnobsArgs, out: &mut impl Write) -> Result<bool> {
+    let mut knobs = all_knobs();
+    if let Some(stage) = &args.stage {
+        let mut stages: Vec<_> = knobs.iter().map(|knob| stage_of(knob).to_owned()).collect();
+        stages.dedup();
+        ensure!(stages.contains(stage), "{stage}: no stage with knobs; there are {}", stages.join(", "));
+        knobs.retain(|knob| stage_of(knob) == stage);
+    }
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&knobs)?)?;
+        return Ok(true);
+    }
+    for knob in &knobs {
+        writeln!(out, "{} = {}  [{}]", knob.key, knob.default_text(), knob.takes())?;
+        writeln!(out, "    {}", knob.description())?;
+    }
+    Ok(true)
+}
+
+fn stage_of(knob: &Knob) -> &str {
+    knob.key.split('.').next().unwrap_or_default()
+}
