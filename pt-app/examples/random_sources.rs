@@ -10,11 +10,11 @@ use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
+use pt_core::random::RandomSource;
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{Metric, compare};
-use pt_shaders::NamedEnum;
-use pt_core::random::RandomSource;
 use pt_import::LoadOptions;
+use pt_shaders::NamedEnum;
 
 const SCENES: [&str; 2] = ["cornell", "gallery"];
 const SIZE: [u32; 2] = [128, 96];
