@@ -4,7 +4,7 @@ mod common;
 
 use common::scene::{Uploaded, polygon};
 use glam::{Affine3A, DVec3, UVec2, Vec3};
-use pt_core::StageInputs;
+use pt_core::{FrameSizes, StageInputs};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
@@ -84,7 +84,7 @@ fn render_after(
     let mut uploaded = Uploaded::new(device, scene, backend);
     step(&mut uploaded.scene);
     let images =
-        ChannelImages::new(device, SIZE, DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied())
+        ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO])
             .unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms").unwrap();
     let count = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
