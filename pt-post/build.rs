@@ -2,6 +2,8 @@
 
 use pt_shaders::GpuStruct;
 
+#[path = "src/images.rs"]
+mod images;
 #[path = "src/records.rs"]
 mod records;
 use records::*;
@@ -50,5 +52,8 @@ fn main() {
     ] {
         header.push_str(&text);
     }
-    pt_shaders::compiler::Kernels::new().header("post_records.glsl", header).compile("shaders");
+    pt_shaders::compiler::Kernels::new()
+        .header("post_records.glsl", header)
+        .header("post_images.glsl", images::glsl())
+        .compile("shaders");
 }

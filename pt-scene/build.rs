@@ -8,6 +8,7 @@ mod deform_records;
 mod test_records;
 
 fn main() {
+    pt_test_data::declare();
     let kernels = pt_shaders::compiler::Kernels::new();
     kernels.header("deform_records.glsl", deform_records::glsl()).compile("shaders");
     let header = [test_records::MaterialCase::glsl(), test_records::MaterialResult::glsl()].concat();

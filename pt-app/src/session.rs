@@ -55,7 +55,7 @@ impl Session {
             let mut gpu = GpuScene::new(&device, &scene, backend)?;
             load.include(gpu.load_phases());
             let lights = LightTables::new(&device, &scene)?;
-            lights.fill(gpu.record_mut());
+            lights.attach(&mut gpu);
             load.mark("lights");
             let camera = join(camera);
             load.mark("automatic camera");

@@ -1,7 +1,7 @@
 //! The contract of the `pt` program: what it writes, that it repeats itself bit by bit, and how it refuses.
 
-use pt_image::image_file::{LayeredImage, LinearImage, Samples};
 use pt_core::trace::CLEARLY_FASTER;
+use pt_image::image_file::{LayeredImage, LinearImage, Samples};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;

@@ -12,8 +12,8 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
-use pt_core::{ChannelImages, Device, Frame, Kernel, Result, knobs};
-use pt_shaders::channels::{COLOR, ChannelId, FLAT_COLOR, FLAT_MOTION, MOTION};
+use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
+use pt_shaders::channels::{COLOR, FLAT_COLOR, FLAT_MOTION, MOTION};
 use records::InterleavePush;
 
 knobs! {
@@ -33,17 +33,18 @@ pub struct Interleave {
 }
 
 impl Interleave {
-    /// Channels that it reads.
-    pub const READS: &[ChannelId] = &[COLOR, MOTION];
-    /// Channels that it writes, on every pixel.
-    pub const WRITES: &[ChannelId] = &[FLAT_COLOR, FLAT_MOTION];
+    /// What it touches; it writes every pixel.
+    pub const IO: StageIo =
+        StageIo { reads: &[COLOR, MOTION], writes: &[FLAT_COLOR, FLAT_MOTION], ..StageIo::of("interleave") };
 
     /// Creates the kernel.
     ///
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self { kernel: Kernel::compute::<InterleavePush>(device, &kernels::INTERLEAVE)? })
+        let kernel = Kernel::compute::<InterleavePush>(device, &kernels::INTERLEAVE, &[])?;
+        Self::IO.check([&kernel])?;
+        Ok(Self { kernel })
     }
 
     /// Adds its pass to the frame.
@@ -53,15 +54,12 @@ impl Interleave {
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        images: &ChannelImages,
+        inputs: &StageInputs<'_>,
         params: &CheckerboardParams,
     ) -> Result<()> {
-        let [width, height] = images.size();
-        frame
-            .pass("interleave", &self.kernel)
-            .reads(images, Self::READS)
-            .writes(images, Self::WRITES)
+        inputs
+            .pass(frame, "interleave", &self.kernel, &Self::IO)
             .push(&InterleavePush { blend_split: u32::from(params.blend_split) })
-            .dispatch([width, height, 1])
+            .dispatch(inputs.flat_threads())
     }
 }

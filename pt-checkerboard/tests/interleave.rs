@@ -4,6 +4,7 @@ use pt_checkerboard::{CheckerboardParams, Interleave, oracle};
 use pt_core::split::{split_size, to_split};
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_shaders::channels::{COLOR, FLAT_COLOR, FLAT_MOTION, MOTION};
 
 type Texels = Vec<[f32; 4]>;
@@ -17,14 +18,13 @@ fn run(
     motion: &[[f32; 4]],
     params: &CheckerboardParams,
 ) -> (Texels, Vec<[f32; 2]>) {
-    let channels = [Interleave::READS, Interleave::WRITES].concat();
-    let images = ChannelImages::new(device, size, channels).unwrap();
+    let images = ChannelImages::alone(device, FrameSizes::same(size), &[Interleave::IO]).unwrap();
     images.current(COLOR).write(bytemuck::cast_slice(color)).unwrap();
     images.current(MOTION).write(bytemuck::cast_slice(motion)).unwrap();
     let stage = Interleave::new(device).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
     let mut frame = recorder.begin().unwrap();
-    stage.record(&mut frame, &images, params).unwrap();
+    stage.record(&mut frame, &StageInputs::new(&images), params).unwrap();
     frame.submit().unwrap();
     let read = |id| images.current(id).read_f32().unwrap();
     (read(FLAT_COLOR).as_chunks().0.to_vec(), read(FLAT_MOTION).as_chunks().0.to_vec())

@@ -6,7 +6,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ray
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer HitTable { Hit at[]; };
 layout(push_constant, scalar) uniform Push { RayListPush push; };
 
-uint ray_coverage_seed(uint index) { return coverage_seed(uvec2(index, 0u), 0u, push.seed); }
+uvec2 list_coverage(uint index) { return white_coverage(coverage_seed(uvec2(index, 0u), 0u, push.seed)); }
 
 // False outside of the list.
 bool list_index(out uint index) {

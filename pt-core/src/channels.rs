@@ -1,132 +1,99 @@
-//! The images of the frame contract ([`pt_shaders::channels`]) and histories.
+//! The images of a frame: channels of the frame contract and private images of stages ([`pt_shaders::channels`]).
 
 use crate::device::Device;
 use crate::error::{Error, Result};
+use crate::history::History;
 use crate::image::Image;
-use crate::split::split_size;
-use pt_shaders::channels::{ChannelId, ExtentClass};
-use std::collections::{BTreeMap, BTreeSet};
+use crate::sizes::FrameSizes;
+use pt_shaders::channels::{Channel, ChannelId};
+use std::collections::BTreeMap;
 
-/// A value of this frame and of the last one.
-#[derive(Clone, Debug)]
-pub struct History<T> {
-    current: T,
-    previous: T,
-}
-
-impl<T> History<T> {
-    /// Both at their start.
-    pub fn new(current: T, previous: T) -> Self {
-        Self { current, previous }
-    }
-
-    /// This frame's.
-    pub fn current(&self) -> &T {
-        &self.current
-    }
-
-    /// Last frame's.
-    pub fn previous(&self) -> &T {
-        &self.previous
-    }
-
-    /// Ends the frame: what was current becomes previous.
-    pub fn swap(&mut self) {
-        std::mem::swap(&mut self.current, &mut self.previous);
-    }
-}
+pub use pt_shaders::records::field_width;
 
 enum Slot {
     Single(Image),
     History(History<Image>),
 }
 
-/// Allocated channels.
+/// An image that was asked for and is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lacking {
+    /// The image.
+    pub channel: ChannelId,
+    /// Whether it was last frame's content.
+    pub previous: bool,
+}
+
+/// Allocated images. Made by [`FramePlan::allocate`](crate::plan::FramePlan::allocate) from what the stages declare.
 pub struct ChannelImages {
-    size: [u32; 2],
-    output_size: [u32; 2],
+    sizes: FrameSizes,
     slots: BTreeMap<ChannelId, Slot>,
+    /// Whether a frame has been recorded since the last reset.
+    has_frame: bool,
+    /// Whether the images hold what a frame before this one left.
+    has_history: bool,
 }
 
-pub use pt_shaders::records::field_width;
-
-/// Extent of a channel for a frame of `size` whose picture has `output_size`.
-pub fn extent(class: ExtentClass, size: [u32; 2], output_size: [u32; 2]) -> [u32; 2] {
-    match class {
-        ExtentClass::Split => split_size(size),
-        ExtentClass::Flat => size,
-        ExtentClass::Output => output_size,
-    }
-}
-
-fn channel_bytes(id: ChannelId, size: [u32; 2], output_size: [u32; 2]) -> u64 {
-    let channel = id.channel();
-    let [width, height] = extent(channel.extent, size, output_size).map(u64::from);
-    width * height * u64::from(channel.format.bytes()) * (1 + u64::from(channel.history))
+fn channel_bytes(id: ChannelId, sizes: FrameSizes, previous: bool) -> u64 {
+    let Channel { extent, format, .. } = id.channel();
+    let [width, height] = sizes.extent(*extent).map(u64::from);
+    width * height * u64::from(format.bytes()) * (1 + u64::from(previous))
 }
 
 impl ChannelImages {
-    /// Allocates `channels` (duplicates are fine) for a frame of `size` pixels, whose picture is as large.
+    /// Allocates images; the flag says whether last frame's content is kept too.
     ///
     /// # Errors
     /// More than the device's memory, before any of it is taken.
-    pub fn new(
+    pub(crate) fn allocate(
         device: &Device,
-        size: [u32; 2],
-        channels: impl IntoIterator<Item = ChannelId>,
+        sizes: FrameSizes,
+        images: impl IntoIterator<Item = (ChannelId, bool)>,
     ) -> Result<Self> {
-        Self::with_output(device, size, size, channels)
-    }
-
-    /// As [`ChannelImages::new`], for a picture of `output_size` pixels.
-    ///
-    /// # Errors
-    /// More than the device's memory, before any of it is taken.
-    pub fn with_output(
-        device: &Device,
-        size: [u32; 2],
-        output_size: [u32; 2],
-        channels: impl IntoIterator<Item = ChannelId>,
-    ) -> Result<Self> {
-        let channels: BTreeSet<_> = channels.into_iter().collect();
-        let bytes = channels.iter().map(|&id| channel_bytes(id, size, output_size)).sum::<u64>();
+        let images: BTreeMap<_, _> = images.into_iter().collect();
+        let bytes = images.iter().map(|(&id, &previous)| channel_bytes(id, sizes, previous)).sum::<u64>();
         let memory = device.info().memory_bytes;
         if bytes > memory {
             let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
+            let [width, height] = sizes.frame;
             return Err(Error::Unsupported(format!(
-                "a frame of {}x{} takes {:.1} GiB of images, the device has {:.1} GiB; ask for a smaller one",
-                size[0],
-                size[1],
+                "a frame of {width}x{height} takes {:.1} GiB of images, the device has {:.1} GiB; ask for a smaller one",
                 gib(bytes),
                 gib(memory)
             )));
         }
         let mut slots = BTreeMap::new();
-        for id in channels {
+        for (id, previous) in images {
             let channel = id.channel();
-            let extent = extent(channel.extent, size, output_size);
+            let extent = sizes.extent(channel.extent);
             let image = |name: &str| Image::new(device, name, channel.format, extent);
-            let slot = if channel.history {
-                Slot::History(History::new(image(channel.name)?, image(&format!("{}_prev", channel.name))?))
+            let name = id.full_name();
+            let slot = if previous {
+                Slot::History(History::new(image(&name)?, image(&format!("{name}_prev"))?))
             } else {
-                Slot::Single(image(channel.name)?)
+                Slot::Single(image(&name)?)
             };
             slots.insert(id, slot);
         }
-        Ok(Self { size, output_size, slots })
+        Ok(Self { sizes, slots, has_frame: false, has_history: false })
     }
 
     /// Full frame in pixels.
     pub fn size(&self) -> [u32; 2] {
-        self.size
+        self.sizes.frame
     }
 
     /// The picture in pixels.
     pub fn output_size(&self) -> [u32; 2] {
-        self.output_size
+        self.sizes.output
     }
 
-    /// Channels that are there, in table order.
+    /// All sizes of the frame.
+    pub fn sizes(&self) -> FrameSizes {
+        self.sizes
+    }
+
+    /// Images that are there: the frame contract in table order, then the private images of the stages.
     pub fn ids(&self) -> impl Iterator<Item = ChannelId> {
         self.slots.keys().copied()
     }
@@ -134,40 +101,77 @@ impl ChannelImages {
     /// This frame's image.
     ///
     /// # Panics
-    /// When the channel was not asked for in [`ChannelImages::new`]: a mistake in the frame's composition.
+    /// When no stage of the plan touches it. Passes use [`ChannelImages::get`], which reports that as an error.
     pub fn current(&self, id: ChannelId) -> &Image {
-        match self.slot(id) {
-            Slot::Single(image) => image,
-            Slot::History(history) => history.current(),
+        self.get(id).unwrap_or_else(|_| panic!("{} is not allocated", id.full_name()))
+    }
+
+    /// This frame's image, if it is there.
+    pub(crate) fn get(&self, id: ChannelId) -> std::result::Result<&Image, Lacking> {
+        match self.slots.get(&id) {
+            Some(Slot::Single(image)) => Ok(image),
+            Some(Slot::History(history)) => Ok(history.current()),
+            None => Err(Lacking { channel: id, previous: false }),
         }
     }
 
-    /// Last frame's image.
-    ///
-    /// # Panics
-    /// When the channel was not asked for or has no history.
-    pub fn previous(&self, id: ChannelId) -> &Image {
-        match self.slot(id) {
-            Slot::Single(_) => panic!("channel {} has no history", id.channel().name),
-            Slot::History(history) => history.previous(),
+    /// Last frame's image, if it is kept.
+    pub(crate) fn get_previous(&self, id: ChannelId) -> std::result::Result<&Image, Lacking> {
+        match self.slots.get(&id) {
+            Some(Slot::History(history)) => Ok(history.previous()),
+            _ => Err(Lacking { channel: id, previous: true }),
         }
     }
 
-    fn slot(&self, id: ChannelId) -> &Slot {
-        self.slots.get(&id).unwrap_or_else(|| panic!("channel {} is not allocated", id.channel().name))
-    }
-
-    /// Ends the frame: every history moves on.
-    pub fn swap(&mut self) {
-        for slot in self.slots.values_mut() {
-            if let Slot::History(history) = slot {
-                history.swap();
+    /// Begins a frame: what was current becomes previous.
+    pub fn begin_frame(&mut self) {
+        self.has_history = self.has_frame;
+        if self.has_frame {
+            for slot in self.slots.values_mut() {
+                if let Slot::History(history) = slot {
+                    history.swap();
+                }
             }
         }
+        self.has_frame = true;
+    }
+
+    /// Whether previous and carried images hold what the last frame left. Not so in the first frame and in the one after
+    /// [`ChannelImages::reset_history`]: a stage starts over there.
+    pub fn has_history(&self) -> bool {
+        self.has_history
+    }
+
+    /// Whether a frame has been recorded since the last reset: the next one will have a history.
+    pub fn has_frame(&self) -> bool {
+        self.has_frame
+    }
+
+    /// Forgets the frames so far: after a cut or a teleport of the camera. The one reset of all histories of all stages.
+    pub fn reset_history(&mut self) {
+        self.has_frame = false;
+    }
+
+    /// Says that histories were filled from outside with what a last frame left.
+    pub fn resume_history(&mut self) {
+        self.has_frame = true;
+    }
+
+    /// Images whose content the next frame reads: kept ones and carried ones.
+    pub fn histories(&self) -> impl Iterator<Item = ChannelId> {
+        use pt_shaders::channels::Lifetime;
+        let outlives = |(id, slot): (&ChannelId, &Slot)| {
+            let lives = matches!(slot, Slot::History(_)) || id.channel().lifetime == Lifetime::Carried;
+            lives.then_some(*id)
+        };
+        self.slots.iter().filter_map(outlives)
     }
 
     /// Bytes of all images.
     pub fn bytes(&self) -> u64 {
-        self.slots.keys().map(|&id| channel_bytes(id, self.size, self.output_size)).sum()
+        let bytes = |(&id, slot): (&ChannelId, &Slot)| {
+            channel_bytes(id, self.sizes, matches!(slot, Slot::History(_)))
+        };
+        self.slots.iter().map(bytes).sum()
     }
 }

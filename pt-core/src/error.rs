@@ -26,6 +26,30 @@ pub enum Error {
         /// What there is.
         available: String,
     },
+    /// The stages of a frame do not fit together.
+    #[error("stage \"{stage}\" reads \"{channel}\", {lacking}")]
+    NoWriter {
+        /// The stage that reads.
+        stage: String,
+        /// What it reads.
+        channel: String,
+        /// Who does not write it.
+        lacking: &'static str,
+    },
+    /// A stage declares an image that none of its kernels touches so.
+    #[error("stage \"{stage}\" declares \"{channel}\", which none of its kernels touches")]
+    Unused {
+        /// The stage.
+        stage: String,
+        /// The image.
+        channel: String,
+    },
+    /// A knob that decides on kernels, images or passes is another one than the stage was made with.
+    #[error("{key} changed: it decides on kernels, images or passes, so the frame has to be made anew")]
+    StructuralKnob {
+        /// Dotted name of the knob.
+        key: String,
+    },
     /// A validation run was asked for without the layers.
     #[error(
         "validation asked for, but VK_LAYER_KHRONOS_validation is not installed; run scripts/setup-vulkan.sh --tests"
@@ -57,6 +81,9 @@ pub enum Error {
         /// What disagrees.
         problem: String,
     },
+    /// A specialisation constant does not fit its kernel.
+    #[error(transparent)]
+    Constant(#[from] ConstantError),
     /// A pass is declared wrongly.
     #[error("pass \"{pass}\" (kernel {kernel}): {problem}")]
     Pass {
@@ -90,6 +117,43 @@ impl<T> VkContext<T> for std::result::Result<T, vk::Result> {
     fn context(self, call: &'static str) -> Result<T> {
         self.map_err(|result| Error::Vulkan { call, result })
     }
+}
+
+/// Why a specialisation constant does not fit its kernel.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ConstantError {
+    /// There is none of that name.
+    #[error("kernel {kernel} has no specialisation constant \"{constant}\"; it has: {declared}")]
+    Unknown {
+        /// Kernel name.
+        kernel: String,
+        /// Name that was given.
+        constant: String,
+        /// Names that there are.
+        declared: String,
+    },
+    /// It has another type.
+    #[error(
+        "kernel {kernel}: specialisation constant \"{constant}\" has type {declared}, the given value has type {given}"
+    )]
+    Type {
+        /// Kernel name.
+        kernel: String,
+        /// Name of the constant.
+        constant: String,
+        /// Type in GLSL.
+        declared: &'static str,
+        /// Type of the value.
+        given: &'static str,
+    },
+    /// It got two values.
+    #[error("kernel {kernel}: specialisation constant \"{constant}\" is given twice")]
+    Repeated {
+        /// Kernel name.
+        kernel: String,
+        /// Name of the constant.
+        constant: String,
+    },
 }
 
 /// Why an acceleration structure could not be built.

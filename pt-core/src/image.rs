@@ -298,6 +298,10 @@ impl Image {
         copy_region(0, 0, self.0.extent)
     }
 
+    pub(crate) fn handle(&self) -> vk::Image {
+        self.0.handle
+    }
+
     pub(crate) fn view(&self) -> vk::ImageView {
         self.0.view
     }

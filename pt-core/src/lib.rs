@@ -1,6 +1,7 @@
 //! Device, memory, kernels, the frame recorder, trace backends and captures: what every stage stands on.
 
 mod backend;
+pub mod blue_noise;
 pub mod buffer;
 pub mod capture;
 pub mod channels;
@@ -9,13 +10,19 @@ pub mod device;
 pub mod error;
 pub mod frame;
 pub mod harness;
+mod history;
 pub mod image;
+mod inputs;
 pub mod kernel;
 pub mod pack;
 pub mod phases;
+pub mod plan;
+pub mod random;
 pub mod rng;
 pub mod sampler;
 pub mod settings;
+mod sizes;
+pub mod sobol;
 pub mod split;
 pub mod test_support;
 pub mod texture;
@@ -26,10 +33,14 @@ mod kernels {
 }
 
 pub use buffer::{Buffer, Location};
-pub use channels::{ChannelImages, History};
+pub use channels::ChannelImages;
 pub use device::{Device, DeviceOptions};
 pub use error::{Error, Result};
 pub use frame::{Frame, Recorder};
+pub use history::History;
 pub use image::Image;
+pub use inputs::{SceneResources, SplitLight, StageInputs};
 pub use kernel::Kernel;
+pub use plan::{FramePlan, StageIo};
 pub use pt_shaders::{KnobType, glam, gpu_struct};
+pub use sizes::FrameSizes;

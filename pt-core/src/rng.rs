@@ -1,5 +1,7 @@
 //! Host twin of shaders/glsl/rng.glsl: random numbers as a pure function of (pixel, frame, dimension, seed).
 
+use pt_shaders::dimensions::DIM_COVERAGE;
+
 /// PCG-4D hash (Jarzynski and Olano 2020).
 pub fn pcg4d(mut v: [u32; 4]) -> [u32; 4] {
     let mix = |v: &mut [u32; 4]| {
@@ -22,18 +24,9 @@ pub fn pcg(v: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// Dimension of the coverage seed of a ray, to be added to that of the decision which the ray follows from.
-pub const DIM_COVERAGE: u32 = 64;
-
 /// The seed with which a ray decides about BLEND surfaces. Arguments as of [`random4`].
 pub fn coverage_seed(pixel: [u32; 2], frame: u32, dimension: u32, seed: u32) -> u32 {
     pcg4d([pixel[0] | pixel[1] << 16, frame, DIM_COVERAGE + dimension, seed])[0]
-}
-
-/// Number in [0, 1) for a ray with that seed and a triangle: it is there when its coverage is above.
-pub fn coverage_number(coverage_seed: u32, instance: u32, triangle: u32) -> f32 {
-    let bits = pcg(triangle.wrapping_add(pcg(instance.wrapping_add(coverage_seed))));
-    (bits >> 8) as f32 / 16_777_216.0
 }
 
 /// Four numbers in [0, 1) for a flat pixel, frame, dimension and seed.

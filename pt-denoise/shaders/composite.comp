@@ -6,6 +6,8 @@
 #include "reflectance.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
+layout(set = 2, binding = 0) uniform sampler2D light_hf;
+layout(set = 2, binding = 1) uniform sampler2D light_spec;
 layout(push_constant, scalar) uniform Push { CompositePush push; };
 
 void main() {
@@ -19,8 +21,8 @@ void main() {
         float metallic = imageLoad(ch_metallic_roughness, p).x;
         vec3 albedo = push.use_albedo != 0u ? vec3(push.albedo) : diffuse_albedo(base.rgb, metallic);
         vec3 f0 = specular_f0(base.rgb, metallic, base.a);
-        vec3 diffuse = imageLoad(ch_color_hf, p).rgb * albedo * push.scale_hf;
-        vec3 specular = imageLoad(ch_color_spec, p).rgb * demodulation(f0) * push.scale_spec;
+        vec3 diffuse = texelFetch(light_hf, p, 0).rgb * albedo * push.scale_hf;
+        vec3 specular = texelFetch(light_spec, p, 0).rgb * demodulation(f0) * push.scale_spec;
         color = (diffuse + specular) * imageLoad(ch_throughput, p).rgb;
     }
     vec4 overlay = imageLoad(ch_transparent, p);

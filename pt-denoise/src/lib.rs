@@ -12,10 +12,9 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
-use pt_core::{ChannelImages, Device, Frame, Kernel, Result, knobs};
+use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
-    TRANSPARENT, VIEW_DIRECTION,
+    BASE_COLOR, COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
 use records::CompositePush;
 
@@ -41,43 +40,38 @@ pub struct Composite {
 }
 
 impl Composite {
-    /// Channels that it reads.
-    pub const READS: &[ChannelId] = &[
-        BASE_COLOR,
-        METALLIC_ROUGHNESS,
-        SHADING_POSITION,
-        VIEW_DIRECTION,
-        THROUGHPUT,
-        TRANSPARENT,
-        COLOR_HF,
-        COLOR_SPEC,
-    ];
-    /// Channels that it writes, on every pixel.
-    pub const WRITES: &[ChannelId] = &[COLOR];
+    /// What it touches besides the light that it is given; it writes every pixel.
+    pub const IO: StageIo = StageIo {
+        reads: &[BASE_COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, VIEW_DIRECTION, THROUGHPUT, TRANSPARENT],
+        writes: &[COLOR],
+        ..StageIo::of("composite")
+    };
 
     /// Creates the kernel.
     ///
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self { kernel: Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE)? })
+        let kernel = Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE, &[])?;
+        Self::IO.check([&kernel])?;
+        Ok(Self { kernel })
     }
 
-    /// Adds its pass to the frame.
+    /// Adds its pass to the frame; `light` may come from the lighting stages or from any denoiser.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        images: &ChannelImages,
+        inputs: &StageInputs<'_>,
+        light: SplitLight<'_>,
         params: &DenoiseParams,
     ) -> Result<()> {
-        let [width, height] = images.current(COLOR).extent();
-        frame
-            .pass("composite", &self.kernel)
-            .reads(images, Self::READS)
-            .writes(images, Self::WRITES)
+        inputs
+            .pass(frame, "composite", &self.kernel, &Self::IO)
+            .sample("light_hf", light.hf)
+            .sample("light_spec", light.spec)
             .push(&CompositePush {
                 scale_hf: params.scale_hf,
                 scale_spec: params.scale_spec,
@@ -85,6 +79,6 @@ impl Composite {
                 use_albedo: u32::from(params.fixed_albedo.is_some()),
                 albedo: params.fixed_albedo.unwrap_or(0.0),
             })
-            .dispatch([width, height, 1])
+            .dispatch(inputs.split_threads())
     }
 }

@@ -2,10 +2,11 @@
 
 use pt_core::capture::read_layer;
 use pt_core::harness::save;
-use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::{Composite, DenoiseParams};
+use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
     TRANSPARENT, VIEW_DIRECTION,
@@ -99,8 +100,10 @@ fn composites_a_capture() {
 #[test]
 fn replays_a_frame() {
     let device = TestDevice::open();
+    let reads = [SplitLight::UNFILTERED.reads, Composite::IO.reads].concat();
     let images =
-        ChannelImages::new(&device, [33, 18], [Composite::READS, Composite::WRITES].concat()).unwrap();
+        ChannelImages::alone(&device, FrameSizes::same([33, 18]), &[SplitLight::UNFILTERED, Composite::IO])
+            .unwrap();
     let texels = images.current(COLOR).extent().iter().product::<u32>();
     let fill = |id: ChannelId, scale: f32| {
         let count = texels * id.channel().format.components();
@@ -123,12 +126,19 @@ fn replays_a_frame() {
     let stage = Composite::new(&device).unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
-    stage.record(&mut frame, &images, &DenoiseParams::default()).unwrap();
+    stage
+        .record(
+            &mut frame,
+            &StageInputs::new(&images),
+            SplitLight::unfiltered(&images),
+            &DenoiseParams::default(),
+        )
+        .unwrap();
     frame.submit().unwrap();
 
     let folder = tempfile::tempdir().unwrap();
     let metadata = [("seed".to_owned(), "7".to_owned())].into();
-    save(&folder.path().join("in.exr"), &device, &images, Composite::READS, metadata).unwrap();
+    save(&folder.path().join("in.exr"), &device, &images, &reads, metadata).unwrap();
     let done = pt_denoise(folder.path(), &["in.exr", "-o", "out.exr", "--frames", "1"]);
     assert!(done.status.success(), "{done:?}");
     let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();

@@ -6,6 +6,7 @@ use pt_core::frame::Uniforms;
 use pt_core::harness::bench;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
@@ -17,13 +18,17 @@ fn main() -> ExitCode {
         let camera = camera_record(&scene.default_camera(), size);
         let mut gpu = GpuScene::new(device, &scene, TraceBackend::Auto)?;
         let stage = PrimaryRays::new(device, gpu.backend())?;
-        let images = ChannelImages::new(device, size, PrimaryRays::WRITES.iter().copied())?;
+        let images = ChannelImages::alone(device, FrameSizes::same(size), &[PrimaryRays::IO])?;
         let uniforms = Uniforms::new(device, "frame_uniforms")?;
         Ok(move |frame: &mut Frame<'_>| {
             gpu.update(frame, &scene)?;
             let record = FrameRecord::new(camera, camera, size, frame.index(), 0);
             uniforms.upload(frame, &record)?;
-            stage.record(frame, &gpu, &uniforms, &images, &GbufferParams::default())
+            stage.record(
+                frame,
+                &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+                &GbufferParams::default(),
+            )
         })
     })
 }

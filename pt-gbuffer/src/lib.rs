@@ -15,7 +15,7 @@ pub mod records;
 mod reflect_refract;
 
 pub use jitter::{frame_jitter, halton, r2};
-pub use params::{GbufferParams, Jitter, MAX_REFLECT_REFRACT};
+pub use params::{GbufferParams, Jitter};
 pub use primary::PrimaryRays;
 pub use reflect_refract::ReflectRefract;
 

@@ -1,8 +1,10 @@
 //! Knobs.
 
 use pt_core::knobs;
-use pt_shaders::named_enum;
+use pt_core::random::RandomSource;
+pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
 use pt_shaders::records::CameraRecord;
+use pt_shaders::{NamedEnum, named_enum};
 
 named_enum! {
     /// Where in the pixel its ray goes.
@@ -42,11 +44,10 @@ knobs! {
         /// Whether reflection and refraction change fields from frame to frame, so that each pixel gets both: for averaged frames without
         /// `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
+        /// Where all stages of the frame take their random numbers from.
+        pub random: RandomSource = RandomSource::White, source "Heitz and Belcour 2019; Burley 2020";
     }
 }
-
-/// Largest [`GbufferParams::reflect_refract`]: each pass draws from a random number dimension of its own.
-pub const MAX_REFLECT_REFRACT: u32 = 10;
 
 impl GbufferParams {
     /// The camera with the lens that these knobs ask for.

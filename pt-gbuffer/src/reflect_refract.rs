@@ -1,11 +1,9 @@
 use crate::records::ReflectRefractPush;
 use crate::{GbufferParams, kernels};
-use pt_core::frame::Uniforms;
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Device, Frame, Kernel};
-use pt_scene::gpu::GpuScene;
-use pt_shaders::channels::{self, ChannelId};
-use pt_shaders::records::{FrameRecord, MASK_OPAQUE, MASK_TRANSMISSIVE};
+use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
+use pt_shaders::channels;
+use pt_shaders::records::{MASK_OPAQUE, MASK_TRANSMISSIVE};
 
 /// The reflect/refract stage: where the G-buffer holds a mirror or glass, what is seen in or through it takes its place.
 ///
@@ -19,30 +17,33 @@ pub struct ReflectRefract {
 }
 
 impl ReflectRefract {
-    /// Channels that the stage only reads.
-    pub const READS: &[ChannelId] = &[channels::RNG_SEED, channels::BOUNCE_THROUGHPUT];
-    /// Channels that the stage only writes, at replaced surfaces.
-    pub const WRITES: &[ChannelId] = &[channels::CLUSTER, channels::NORMAL, channels::VERTEX_NORMAL];
-    /// Channels that the stage reads and, at replaced surfaces, overwrites.
-    pub const UPDATES: &[ChannelId] = &[
-        channels::VISIBILITY,
-        channels::BARYCENTRICS,
-        channels::BASE_COLOR,
-        channels::METALLIC_ROUGHNESS,
-        channels::VIEW_DEPTH,
-        channels::MOTION,
-        channels::SHADING_POSITION,
-        channels::VIEW_DIRECTION,
-        channels::THROUGHPUT,
-        channels::TRANSPARENT,
-    ];
+    /// What the stage touches; it writes and updates at replaced surfaces only.
+    pub const IO: StageIo = StageIo {
+        reads: &[channels::RNG_SEED, channels::BOUNCE_THROUGHPUT],
+        writes: &[channels::CLUSTER, channels::NORMAL, channels::VERTEX_NORMAL],
+        updates: &[
+            channels::VISIBILITY,
+            channels::BARYCENTRICS,
+            channels::BASE_COLOR,
+            channels::METALLIC_ROUGHNESS,
+            channels::VIEW_DEPTH,
+            channels::MOTION,
+            channels::SHADING_POSITION,
+            channels::VIEW_DIRECTION,
+            channels::THROUGHPUT,
+            channels::TRANSPARENT,
+        ],
+        ..StageIo::of("reflect refract")
+    };
 
     /// Compiles the kernel for a trace backend.
     ///
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
-        Ok(Self { kernel: Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend)? })
+        let kernel = Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend, &[])?;
+        Self::IO.check([&kernel])?;
+        Ok(Self { kernel })
     }
 
     /// Records pass `bounce_index` of the [`GbufferParams::reflect_refract`] passes that follow the primary rays.
@@ -52,13 +53,10 @@ impl ReflectRefract {
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        uniforms: &Uniforms<FrameRecord>,
-        images: &ChannelImages,
+        inputs: &StageInputs<'_>,
         params: &GbufferParams,
         bounce_index: u32,
     ) -> pt_core::Result<()> {
-        let [width, height] = images.size();
         let last = bounce_index + 1 >= params.reflect_refract;
         let push = ReflectRefractPush {
             bounce: bounce_index,
@@ -68,15 +66,8 @@ impl ReflectRefract {
             glass_roughness: params.glass_roughness,
             alternate_fields: u32::from(params.alternate_fields),
         };
-        let pass = frame
-            .pass(&format!("reflect refract {}", bounce_index + 1), &self.kernel)
-            .read("frame_uniforms", uniforms.buffer());
-        scene
-            .bind(pass)
-            .reads(images, Self::READS)
-            .writes(images, Self::WRITES)
-            .updates(images, Self::UPDATES)
-            .push(&push)
-            .dispatch([2 * pt_core::channels::field_width(width), height, 1])
+        let name = format!("reflect refract {}", bounce_index + 1);
+        let pass = inputs.pass(frame, &name, &self.kernel, &Self::IO);
+        pass.touches_part().push(&push).dispatch(inputs.split_threads())
     }
 }

@@ -9,9 +9,10 @@ use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
-use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_import::LoadOptions;
+use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{AnimationChoice, Camera, Scene};
 use pt_shaders::channels;
 use pt_shaders::records::FrameRecord;
@@ -39,7 +40,7 @@ fn check(file: &str, animation: AnimationChoice) {
         let mut scene = start.clone();
         let mut gpu = GpuScene::new(&device, &scene, backend).unwrap();
         let stage = PrimaryRays::new(&device, backend).unwrap();
-        let images = ChannelImages::new(&device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
+        let images = ChannelImages::alone(&device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
         let params = GbufferParams { jitter: Jitter::None, ..Default::default() };
         let mut recorder = Recorder::new(&device).unwrap();
@@ -51,7 +52,13 @@ fn check(file: &str, animation: AnimationChoice) {
             let mut frame = recorder.begin().unwrap();
             gpu.update(&mut frame, &scene).unwrap();
             uniforms.upload(&mut frame, &record).unwrap();
-            stage.record(&mut frame, &gpu, &uniforms, &images, &params).unwrap();
+            stage
+                .record(
+                    &mut frame,
+                    &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+                    &params,
+                )
+                .unwrap();
             frame.submit().unwrap();
             recorder.finish().unwrap();
 

@@ -8,6 +8,7 @@ use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{Camera, Clusters, Instance, Projection, Scene};
@@ -57,14 +58,20 @@ fn check(backend: TraceBackend, orthographic: bool) {
 
     let mut gpu = GpuScene::new(&device, &scene, backend).unwrap();
     let stage = PrimaryRays::new(&device, gpu.backend()).unwrap();
-    let images = ChannelImages::new(&device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
+    let images = ChannelImages::alone(&device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
     let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
     let params = GbufferParams { jitter: Jitter::None, ..Default::default() };
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     gpu.update(&mut frame, &scene).unwrap();
     uniforms.upload(&mut frame, &frame_record).unwrap();
-    stage.record(&mut frame, &gpu, &uniforms, &images, &params).unwrap();
+    stage
+        .record(
+            &mut frame,
+            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+            &params,
+        )
+        .unwrap();
     frame.submit().unwrap();
     recorder.finish().unwrap();
 

@@ -1,7 +1,7 @@
 //! The stage program from a scene to a capture.
 
-use pt_image::image_file::{LayeredImage, Samples};
 use pt_gbuffer::PrimaryRays;
+use pt_image::image_file::{LayeredImage, Samples};
 use std::process::Command;
 
 #[test]
@@ -20,7 +20,7 @@ fn writes_the_g_buffer() {
 
     let capture = LayeredImage::read_exr(&folder.path().join("g.exr")).unwrap();
     assert_eq!((capture.width, capture.height), (33, 18));
-    for id in PrimaryRays::WRITES {
+    for id in PrimaryRays::IO.writes {
         assert!(capture.layer(id.channel().name).is_some(), "{}", id.channel().name);
     }
     // The Cornell box fills the middle of the picture, and is some metres away.

@@ -8,6 +8,7 @@ use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::oracle::{self, dielectric};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract};
 use pt_scene::gpu::{GpuScene, camera_record};
@@ -126,7 +127,7 @@ impl Rig {
         let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
         let primary = PrimaryRays::new(&self.device, self.backend).unwrap();
         let stage = ReflectRefract::new(&self.device, self.backend).unwrap();
-        let images = ChannelImages::new(&self.device, SIZE, PrimaryRays::WRITES.iter().copied()).unwrap();
+        let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&self.device, "frame_uniforms").unwrap();
         let mut recorder = Recorder::new(&self.device).unwrap();
         let texels = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
@@ -142,9 +143,10 @@ impl Rig {
             let mut frame = recorder.begin().unwrap();
             gpu.update(&mut frame, scene).unwrap();
             uniforms.upload(&mut frame, &record).unwrap();
-            primary.record(&mut frame, &gpu, &uniforms, &images, params).unwrap();
+            let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
+            primary.record(&mut frame, &inputs, params).unwrap();
             for bounce in 0..params.reflect_refract {
-                stage.record(&mut frame, &gpu, &uniforms, &images, params, bounce).unwrap();
+                stage.record(&mut frame, &inputs, params, bounce).unwrap();
             }
             frame.submit().unwrap();
             recorder.finish().unwrap();

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use pt_scene::glam::{Mat4, Quat, Vec3};
 use pt_import::{LoadOptions, load};
 use pt_scene::Scene;
+use pt_scene::glam::{Mat4, Quat, Vec3};
 
 /// A glTF file put together piece by piece.
 #[derive(Default)]

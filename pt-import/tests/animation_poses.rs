@@ -1,13 +1,11 @@
 //! Animated scenes of the shared test data: poses against values that another program computed.
 
-mod common;
-
 use std::path::Path;
 
-use common::shared;
-use pt_scene::glam::{Affine3A, DVec3, Quat, Vec3};
 use pt_import::{LoadOptions, load};
+use pt_scene::glam::{Affine3A, DVec3, Quat, Vec3};
 use pt_scene::{AnimationChoice, Scene};
+use pt_test_data::shared;
 
 fn at(path: &Path, animation: AnimationChoice, time: f64) -> Scene {
     load(path, &LoadOptions { animation, time, ..LoadOptions::default() }).unwrap()
@@ -214,8 +212,9 @@ const POSES: &[(&str, i32, f64, [f32; 3], [f32; 3], [f32; 3])] = &[
 ];
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn shared_scenes_take_their_poses() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     for (file, animation, time, low, high, mean) in POSES {
         let choice = usize::try_from(*animation).map_or(AnimationChoice::All, AnimationChoice::Index);
         let scene = at(&folder.join(file), choice.clone(), *time);
@@ -238,8 +237,9 @@ fn shared_scenes_take_their_poses() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn bounds_of_deformations_hold_every_vertex() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     for (file, animation, time, ..) in POSES {
         let choice = usize::try_from(*animation).map_or(AnimationChoice::All, AnimationChoice::Index);
         let scene = at(&folder.join(file), choice, *time);
@@ -257,8 +257,9 @@ fn bounds_of_deformations_hold_every_vertex() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn animations_are_chosen_by_name_index_or_all() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let fox = folder.join("Fox/Fox.glb");
     let playing =
         |choice| -> Vec<bool> { at(&fox, choice, 0.0).animations.iter().map(|a| a.plays).collect() };
@@ -285,8 +286,9 @@ fn animations_are_chosen_by_name_index_or_all() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn previous_transforms_are_the_last_ones_to_the_bit() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let file = folder.join("BoxAnimated/BoxAnimated.gltf");
     let mut scene = at(&file, AnimationChoice::Compatible, 0.0);
     let transforms =
@@ -311,8 +313,9 @@ fn previous_transforms_are_the_last_ones_to_the_bit() {
 /// Compressed meshes below animated nodes: sizes and bounds are those that the file tells of the original vertices, rotations those of
 /// its keys, interpolated by another program.
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_truck_of_draco_meshes_turns_its_wheels() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let file = folder.join("CesiumMilkTruck_Draco/CesiumMilkTruck.gltf");
     let upright = Affine3A::from_quat(Quat::from_array([0.5, -0.5, 0.5, 0.5]));
     for (time, [y, w]) in

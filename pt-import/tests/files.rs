@@ -4,18 +4,20 @@ mod common;
 
 use std::path::Path;
 
-use common::{scene_files, shared};
-use pt_scene::glam::{Vec2, Vec3};
+use common::scene_files;
 use pt_import::{LoadOptions, load, open};
+use pt_scene::glam::{Vec2, Vec3};
 use pt_scene::{LightKind, Scene, SceneError};
+use pt_test_data::shared;
 
 fn load_plain(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
     load(path, &LoadOptions { default_sky: false, ..LoadOptions::default() })
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn every_shared_scene_loads_or_is_refused_by_name() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let mut refused = Vec::new();
     let files = scene_files(&folder);
     assert!(files.len() >= 45);
@@ -46,8 +48,9 @@ fn every_shared_scene_loads_or_is_refused_by_name() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn cut_and_flipped_files_never_panic() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let temp = tempfile::tempdir().unwrap();
     for name in [
         "GeometryCameraLight/geometry-camera-light.glb",
@@ -123,8 +126,9 @@ fn an_unknown_optional_extension_is_noted_once() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn sparse_values_replace_their_vertices() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let scene = load_plain(folder.join("SimpleSparseAccessor/SimpleSparseAccessor.gltf")).unwrap();
     // By the file's documentation vertices 8, 10 and 12 are moved.
     let p = &scene.meshes[0].positions;
@@ -136,8 +140,9 @@ fn sparse_values_replace_their_vertices() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn computed_tangents_agree_with_those_of_a_file() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let file = folder.join("NormalTangentMirrorTest");
     let with = load_plain(file.join("NormalTangentMirrorTest.gltf")).unwrap();
     // The same scene with the TANGENT attributes taken out.
@@ -161,8 +166,9 @@ fn computed_tangents_agree_with_those_of_a_file() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn automatic_cameras_stand_inside_rooms_and_outside_objects() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let camera = |file: &str| {
         let scene = load_plain(folder.join(file)).unwrap();
         let bounds = scene.bounds().unwrap();
@@ -187,8 +193,9 @@ fn automatic_cameras_stand_inside_rooms_and_outside_objects() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn lights_and_cameras_come_from_their_nodes() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let scene = load_plain(folder.join("LightsPunctualLamp/LightsPunctualLamp.gltf")).unwrap();
     assert!(!scene.lights.is_empty());
     assert!(scene.lights.iter().any(|l| matches!(l.kind, LightKind::Spot { .. } | LightKind::Point)));
@@ -198,8 +205,9 @@ fn lights_and_cameras_come_from_their_nodes() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_texture_transform_scales_turns_and_moves_in_this_order() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let scene = load_plain(folder.join("TextureTransformTest/TextureTransformTest.gltf")).unwrap();
     let all = scene.materials.iter().find(|m| m.name == "All").unwrap().base_color_texture.unwrap();
     let (s, c) = 0.3f32.sin_cos();

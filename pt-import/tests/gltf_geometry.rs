@@ -3,9 +3,9 @@
 mod common;
 
 use common::gltf::{F32, Glb, I8, I16, U8, U16, U32, bytes};
-use pt_scene::glam::{Vec2, Vec3, Vec4};
 use pt_import::LoadOptions;
 use pt_scene::Scene;
+use pt_scene::glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
 
 const SQUARE: [f32; 12] = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.];

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use common::gltf::{Glb, I8, U8, bytes, plain, shared_scene};
-use common::shared;
-use pt_scene::glam::{Affine3A, Quat, Vec3};
 use pt_import::{EXTENSIONS, LoadOptions, load, load_bytes, open, support};
+use pt_scene::glam::{Affine3A, Quat, Vec3};
 use pt_scene::{Projection, Scene, SceneError, Support};
+use pt_test_data::shared;
 use serde_json::json;
 
 const TRIANGLE: [f32; 9] = [0., 0., 0., 1., 0., 0., 0., 1., 0.];
@@ -186,7 +186,12 @@ fn gpu_instances_are_placed_in_the_space_of_their_node() {
     assert_eq!(scene.instances.len(), 2);
     glb.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] = json!(0);
     assert!(glb.refusal().contains("nodes[0].extensions.EXT_mesh_gpu_instancing.attributes"));
-    let Some(scene) = shared_scene("SimpleInstancing/SimpleInstancing.gltf", &plain()) else { return };
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn the_instancing_sample_has_its_instances() {
+    let scene = shared_scene("SimpleInstancing/SimpleInstancing.gltf", &plain());
     assert_eq!((scene.instances.len(), scene.meshes.len()), (125, 1));
 }
 
@@ -209,7 +214,12 @@ fn cameras_keep_the_height_of_their_view() {
     );
     glb.json["cameras"][0]["perspective"]["yfov"] = json!(4.0);
     assert!(glb.refusal().contains("cameras[0].perspective.yfov: 4 is not between 0 and pi"));
-    let Some(scene) = shared_scene("Cameras/Cameras.gltf", &plain()) else { return };
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn the_cameras_sample_has_both_kinds() {
+    let scene = shared_scene("Cameras/Cameras.gltf", &plain());
     assert!(matches!(scene.cameras[0].projection, Projection::Perspective { .. }));
     assert!(matches!(scene.cameras[1].projection, Projection::Orthographic { .. }));
 }
@@ -263,9 +273,13 @@ fn meshes_that_differ_in_their_material_only_are_stored_once() {
     merged.merge_static("world");
     merged.validate().unwrap();
     assert_eq!(merged.meshes[0].triangle_materials, [3, 0, 1, 2]);
+}
 
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn spheres_of_many_materials_are_stored_once() {
     let file = "MetalRoughSpheresNoTextures/MetalRoughSpheresNoTextures.glb";
-    let Some(scene) = shared_scene(file, &plain()) else { return };
+    let scene = shared_scene(file, &plain());
     let s = scene.statistics();
     println!(
         "{} meshes, {} instances, {} triangles stored, {} instanced",
@@ -280,29 +294,30 @@ fn meshes_that_differ_in_their_material_only_are_stored_once() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn sample_models_of_single_features() {
-    let Some(scene) = shared_scene("MultipleScenes/MultipleScenes.gltf", &plain()) else { return };
+    let scene = shared_scene("MultipleScenes/MultipleScenes.gltf", &plain());
     assert_eq!(scene.scenes.len(), 2);
     assert_eq!(scene.statistics().instanced_triangles, 2, "the default scene shows the square");
     let options = LoadOptions { scene: Some("0".into()), ..plain() };
-    let other = shared_scene("MultipleScenes/MultipleScenes.gltf", &options).unwrap();
+    let other = shared_scene("MultipleScenes/MultipleScenes.gltf", &options);
     assert_eq!(other.statistics().instanced_triangles, 1);
-    let count = |file: &str| shared_scene(file, &plain()).map_or(0, |s| s.statistics().instanced_triangles);
+    let count = |file: &str| shared_scene(file, &plain()).statistics().instanced_triangles;
     assert_eq!(count("TriangleWithoutIndices/TriangleWithoutIndices.gltf"), 1);
     assert_eq!(count("BoxWithSpaces/Box With Spaces.gltf"), 12);
     assert_eq!(count("BoxVertexColors/BoxVertexColors.gltf"), 12);
-    let modes = shared_scene("MeshPrimitiveModes/MeshPrimitiveModes.gltf", &plain()).unwrap();
+    let modes = shared_scene("MeshPrimitiveModes/MeshPrimitiveModes.gltf", &plain());
     assert_eq!(
         modes.notices.iter().filter(|n| n.contains("points or lines")).count(),
         1,
         "{:?}",
         modes.notices
     );
-    let uv = shared_scene("MultiUVTest/MultiUVTest.gltf", &plain()).unwrap();
+    let uv = shared_scene("MultiUVTest/MultiUVTest.gltf", &plain());
     assert!(uv.meshes[0].uv0 != uv.meshes[0].uv1);
-    let colors = shared_scene("BoxVertexColors/BoxVertexColors.gltf", &plain()).unwrap();
+    let colors = shared_scene("BoxVertexColors/BoxVertexColors.gltf", &plain());
     assert!(colors.meshes[0].colors.iter().any(|c| c.x != c.y));
-    let negative = shared_scene("NegativeScaleTest/NegativeScaleTest.gltf", &plain()).unwrap();
+    let negative = shared_scene("NegativeScaleTest/NegativeScaleTest.gltf", &plain());
     let mirrored =
         negative.instances.iter().filter(|i| i.world_from_object.matrix3.determinant() < 0.0).count();
     assert!(mirrored > 0 && mirrored < negative.instances.len());
@@ -469,8 +484,9 @@ fn validator_errors(file: &Path) -> Vec<String> {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn invalid_files_are_refused_or_load_with_a_notice() {
-    let Some(folder) = shared("scenes_invalid") else { return };
+    let folder = shared("scenes_invalid");
     let files = common::scene_files(&folder);
     assert!(files.len() > 100);
     let mut wrong = Vec::new();

@@ -1,15 +1,12 @@
 //! Parameters that the sample models are known to have.
 
-mod common;
-
-use common::shared;
 use glam::{Affine2, Vec2, Vec3};
 use pt_import::{LoadOptions, load};
 use pt_scene::{AlphaMode, Material, Scene, TextureUsage};
+use pt_test_data::shared;
 
-fn model(file: &str) -> Option<Scene> {
-    let folder = shared("scenes")?;
-    Some(load(folder.join(file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")))
+fn model(file: &str) -> Scene {
+    load(shared("scenes").join(file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn material<'a>(scene: &'a Scene, name: &str) -> &'a Material {
@@ -20,21 +17,23 @@ fn material<'a>(scene: &'a Scene, name: &str) -> &'a Material {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn transforms_and_uv_sets() {
-    let Some(scene) = model("TextureTransformTest/TextureTransformTest.gltf") else { return };
+    let scene = model("TextureTransformTest/TextureTransformTest.gltf");
     let moved: Vec<_> = scene.materials.iter().filter_map(|m| m.base_color_texture).collect();
     assert_eq!(moved.iter().filter(|t| t.transform != Affine2::IDENTITY).count(), 6);
     let offset = moved.iter().find(|t| t.transform.translation == Vec2::new(0.5, 0.0));
     assert!(offset.is_some_and(|t| t.transform.transform_point2(Vec2::ZERO) == Vec2::new(0.5, 0.0)));
-    let Some(scene) = model("MultiUVTest/MultiUVTest.gltf") else { return };
+    let scene = model("MultiUVTest/MultiUVTest.gltf");
     let m = &scene.materials[0];
     let sets = [m.base_color_texture.unwrap().uv_set, m.emissive_texture.unwrap().uv_set];
     assert!(sets.contains(&0) && sets.contains(&1), "{sets:?}");
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn alpha_modes() {
-    let Some(scene) = model("AlphaBlendModeTest/AlphaBlendModeTest.gltf") else { return };
+    let scene = model("AlphaBlendModeTest/AlphaBlendModeTest.gltf");
     assert_eq!(material(&scene, "MatOpaque").alpha_mode, AlphaMode::Opaque);
     assert_eq!(material(&scene, "MatBlend").alpha_mode, AlphaMode::Blend);
     assert_eq!(material(&scene, "MatCutoffDefault").alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
@@ -53,15 +52,16 @@ fn alpha_modes() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn images_of_extensions() {
     for file in
         ["CesiumBox_WebP/CesiumBoxWebp-Required.gltf", "CesiumBox_WebP/CesiumBoxWebp-WithFallbackPNG.gltf"]
     {
-        let Some(scene) = model(file) else { return };
+        let scene = model(file);
         assert_eq!(scene.textures.len(), 1, "{file}");
         assert!(scene.textures[0].width > 1 && scene.textures[0].texel(0, 0)[3] == 1.0);
     }
-    let Some(scene) = model("AGI_KTX2/0.glb") else { return };
+    let scene = model("AGI_KTX2/0.glb");
     let t = &scene.textures[0];
     assert_eq!(t.usage, TextureUsage::Color);
     assert!(scene.materials[0].unlit);
@@ -72,22 +72,24 @@ fn images_of_extensions() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn volumes_and_transmission() {
-    let Some(scene) = model("AttenuationTest/AttenuationTest.gltf") else { return };
+    let scene = model("AttenuationTest/AttenuationTest.gltf");
     let volumes: Vec<_> = scene.materials.iter().filter(|m| m.thickness > 0.0).collect();
     assert!(!volumes.is_empty());
     assert!(volumes.iter().all(|m| m.transmission == 1.0));
     assert!(volumes.iter().any(|m| m.attenuation_distance.is_finite() && m.attenuation_color != Vec3::ONE));
     assert!(scene.materials.iter().any(|m| m.thickness_texture.is_some()));
-    let Some(scene) = model("TransmissionTest/TransmissionTest.gltf") else { return };
+    let scene = model("TransmissionTest/TransmissionTest.gltf");
     let textured: Vec<_> = scene.materials.iter().filter_map(|m| m.transmission_texture).collect();
     assert!(!textured.is_empty());
     assert!(textured.iter().all(|t| scene.textures[t.texture as usize].usage == TextureUsage::Data));
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn lobes() {
-    let Some(scene) = model("ClearCoatTest/ClearCoatTest.gltf") else { return };
+    let scene = model("ClearCoatTest/ClearCoatTest.gltf");
     let coats: Vec<_> = scene.materials.iter().filter_map(|m| m.lobes.as_ref()).collect();
     assert!(coats.iter().any(|l| l.clearcoat == 1.0 && l.clearcoat_texture.is_none()));
     assert!(coats.iter().any(|l| l.clearcoat_texture.is_some()));
@@ -96,14 +98,14 @@ fn lobes() {
     let named = |text: &str| scene.notices.iter().filter(|n| n.contains(text)).count();
     assert_eq!(named("clearcoat"), 1, "{:?}", scene.notices);
 
-    let Some(scene) = model("SpecularTest/SpecularTest.gltf") else { return };
+    let scene = model("SpecularTest/SpecularTest.gltf");
     let factors: Vec<f32> = scene.materials.iter().map(|m| m.specular).collect();
     assert!(factors.contains(&0.0) && factors.iter().any(|&f| f > 0.0 && f < 1.0), "{factors:?}");
     assert!(scene.materials.iter().any(|m| m.specular_texture.is_some()));
     assert!(scene.materials.iter().any(|m| m.specular_color_texture.is_some()));
     assert!(scene.materials.iter().any(|m| m.specular_color != Vec3::ONE));
 
-    let Some(scene) = model("AnisotropyStrengthTest/AnisotropyStrengthTest.gltf") else { return };
+    let scene = model("AnisotropyStrengthTest/AnisotropyStrengthTest.gltf");
     let mut strengths: Vec<f32> =
         scene.materials.iter().filter_map(|m| Some(m.lobes.as_ref()?.anisotropy_strength)).collect();
     strengths.sort_by(f32::total_cmp);
@@ -111,8 +113,9 @@ fn lobes() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn all_five_textures() {
-    let Some(scene) = model("DamagedHelmet/DamagedHelmet.gltf") else { return };
+    let scene = model("DamagedHelmet/DamagedHelmet.gltf");
     let m = &scene.materials[0];
     let usage = |slot: Option<pt_scene::TextureRef>| scene.textures[slot.unwrap().texture as usize].usage;
     assert_eq!(usage(m.base_color_texture), TextureUsage::Color);

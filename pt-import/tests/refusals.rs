@@ -3,9 +3,9 @@
 mod common;
 
 use common::gltf::{F32, Glb, bytes};
-use pt_scene::glam::Vec3;
 use pt_import::LoadOptions;
 use pt_scene::automatic_camera;
+use pt_scene::glam::Vec3;
 use serde_json::{Value, json};
 
 /// A triangle on node 0, of material 0.

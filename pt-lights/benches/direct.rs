@@ -5,6 +5,7 @@ use pt_core::frame::Uniforms;
 use pt_core::harness::{WARM_UP, measure};
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Result};
+use pt_core::{FrameSizes, StageInputs};
 use pt_lights::{AliasTable, DirectLighting, DirectParams, LightLists, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::FrameRecord;
@@ -40,17 +41,20 @@ fn host(criterion: &mut Criterion, name: &str, scene: &pt_scene::Scene) {
 fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBackend) -> Result<()> {
     let lights = LightTables::new(device, scene)?;
     let mut gpu = GpuScene::new(device, scene, backend)?;
-    lights.fill(gpu.record_mut());
+    lights.attach(&mut gpu);
     let stage = DirectLighting::new(device, backend)?;
-    let channels = DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied();
-    let images = ChannelImages::new(device, SIZE, channels)?;
+    let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO])?;
     synthetic::fill_surfaces(&images, scene)?;
     synthetic::fill_seeds(&images, 0)?;
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms")?;
     let times = measure(device, SIZE, WARM_UP, FRAMES, |frame| {
         gpu.update(frame, scene)?;
         uniforms.upload(frame, &bytemuck::Zeroable::zeroed())?;
-        stage.record(frame, &gpu, &lights, &uniforms, &images, &DirectParams::default())
+        stage.record(
+            frame,
+            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+            &DirectParams::default(),
+        )
     })?;
     print!("direct lighting of {name}, backend {backend}\n{times}");
     Ok(())

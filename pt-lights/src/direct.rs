@@ -1,14 +1,8 @@
-use crate::LightTables;
 use crate::records::DirectPush;
-use pt_core::channels::field_width;
-use pt_core::frame::{Pass, Uniforms};
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Device, Frame, Kernel, Result, knobs};
-use pt_scene::gpu::GpuScene;
-use pt_shaders::channels::{self, ChannelId};
-use pt_shaders::records::{
-    FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE,
-};
+use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
+use pt_shaders::channels;
+use pt_shaders::records::{KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE};
 
 knobs! {
     /// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.
@@ -44,53 +38,39 @@ pub struct DirectLighting {
 }
 
 impl DirectLighting {
-    /// Channels that the stage reads.
-    pub const READS: &[ChannelId] = &[
-        channels::RNG_SEED,
-        channels::BASE_COLOR,
-        channels::METALLIC_ROUGHNESS,
-        channels::NORMAL,
-        channels::VERTEX_NORMAL,
-        channels::SHADING_POSITION,
-        channels::VIEW_DIRECTION,
-    ];
-    /// Channels that the stage writes.
-    pub const WRITES: &[ChannelId] = &[channels::COLOR_HF, channels::COLOR_SPEC];
+    /// What the stage touches.
+    pub const IO: StageIo = StageIo {
+        reads: &[
+            channels::RNG_SEED,
+            channels::BASE_COLOR,
+            channels::METALLIC_ROUGHNESS,
+            channels::NORMAL,
+            channels::VERTEX_NORMAL,
+            channels::SHADING_POSITION,
+            channels::VIEW_DIRECTION,
+        ],
+        writes: &[channels::COLOR_HF, channels::COLOR_SPEC],
+        ..StageIo::of("direct lighting")
+    };
 
     /// Compiles the kernel for a trace backend.
     pub fn new(device: &Device, backend: TraceBackend) -> Result<Self> {
-        Ok(Self { kernel: Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, backend)? })
+        let kernel = Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, backend, &[])?;
+        Self::IO.check([&kernel])?;
+        Ok(Self { kernel })
     }
 
-    /// Records the pass. `scene` is the scene that `lights` were listed from.
+    /// Records the pass. The scene of `inputs` has its lights attached.
+    ///
+    /// # Errors
+    /// When the pass does not fit into the frame.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        lights: &LightTables,
-        uniforms: &Uniforms<FrameRecord>,
-        images: &ChannelImages,
+        inputs: &StageInputs<'_>,
         params: &DirectParams,
     ) -> Result<()> {
-        let pass = frame.pass("direct lighting", &self.kernel).read("frame_uniforms", uniforms.buffer());
-        Self::declare(scene.bind(pass), lights, images, params)
-    }
-
-    /// Declares what the pass touches besides scene and frame uniforms, and dispatches.
-    fn declare(
-        pass: Pass<'_, '_>,
-        lights: &LightTables,
-        images: &ChannelImages,
-        params: &DirectParams,
-    ) -> Result<()> {
-        let [width, height] = images.size();
-        lights
-            .buffers()
-            .into_iter()
-            .fold(pass, Pass::addresses)
-            .reads(images, Self::READS)
-            .writes(images, Self::WRITES)
-            .push(&params.push())
-            .dispatch([2 * field_width(width), height, 1])
+        let pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO);
+        pass.push(&params.push()).dispatch(inputs.split_threads())
     }
 }

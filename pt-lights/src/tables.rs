@@ -1,6 +1,7 @@
 use crate::lists::LightLists;
 use pt_core::{Buffer, Device, Frame, Location, Result};
 use pt_scene::Scene;
+use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{LightRecord, SceneRecord};
 
 /// The light lists of a scene on the GPU (`lights.glsl` reads them).
@@ -73,8 +74,16 @@ impl LightTables {
         record.environment_alias = self.environment_alias.address();
     }
 
-    /// All buffers, for `Pass::addresses`.
-    pub fn buffers(&self) -> [&Buffer; 5] {
-        [&self.lights, &self.emissives, &self.emissive_alias, &self.emissive_lookup, &self.environment_alias]
+    /// Gives the tables to the scene on the device: passes that bind the scene find the lights there.
+    pub fn attach(&self, gpu: &mut GpuScene) {
+        self.fill(gpu.record_mut());
+        let tables = [
+            &self.lights,
+            &self.emissives,
+            &self.emissive_alias,
+            &self.emissive_lookup,
+            &self.environment_alias,
+        ];
+        gpu.set_light_tables(tables.map(Buffer::clone).to_vec());
     }
 }

@@ -4,6 +4,7 @@ mod common;
 
 use common::scene::{Uploaded, polygon};
 use glam::{Affine3A, DVec3, UVec2, Vec3};
+use pt_core::StageInputs;
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
@@ -119,7 +120,8 @@ fn render_after(
         let Uploaded { scene, lights, gpu } = &mut uploaded;
         lights.update(&mut frame, scene, gpu.record_mut()).unwrap();
         gpu.update(&mut frame, scene).unwrap();
-        stage.record(&mut frame, &uploaded.gpu, &uploaded.lights, &uniforms, &images, params).unwrap();
+        let inputs = StageInputs { scene: Some(&uploaded.gpu), uniforms: Some(&uniforms), images: &images };
+        stage.record(&mut frame, &inputs, params).unwrap();
         frame.submit().unwrap();
         recorder.finish().unwrap();
         for (list, id) in [(&mut light.hf, COLOR_HF), (&mut light.spec, COLOR_SPEC)] {

@@ -5,8 +5,9 @@
 //! `pt bench post` gives the same passes in one table, beside the copy bandwidth.
 
 use criterion::{BenchmarkId, Criterion, Throughput};
+use pt_core::{ChannelImages, Device, DeviceOptions, Frame, Recorder, StageInputs, StageIo};
 use pt_image::image_file::ImageSize;
-use pt_core::{ChannelImages, Device, DeviceOptions, Frame, Recorder};
+use pt_post::images::DISPLAY_CODES;
 use pt_post::{
     Accumulate, Bloom, BloomMix, BloomMode, BloomParams, Encoding, Exposure, Fsr, PostParams, Taa, ToneMap,
     Tonemap, Upscale,
@@ -20,7 +21,7 @@ struct Stages {
     images: ChannelImages,
     accumulate: Accumulate,
     taa: Taa,
-    blooms: [(Bloom, BloomParams); 2],
+    bloom: Bloom,
     mix: BloomMix,
     exposure: Exposure,
     tone_map: ToneMap,
@@ -31,45 +32,55 @@ struct Stages {
 impl Stages {
     fn new(device: &Device, output_size: [u32; 2]) -> pt_core::Result<Self> {
         let params = PostParams { upscale: Upscale::Fsr1, render_scale: 1.0 / 1.5, ..PostParams::default() };
-        let size = params.render_size(output_size);
-        let channels = [Accumulate::READS, Accumulate::WRITES, &[FLAT_MOTION, DISPLAY]].concat();
-        let images = ChannelImages::with_output(device, size, output_size, channels)?;
+        let sizes = params.sizes(output_size);
+        let size = sizes.frame;
+        let motion = StageIo { reads: &[FLAT_MOTION], writes: &[DISPLAY], ..StageIo::of("frame") };
+        let blooms = [BloomMode::Gaussian, BloomMode::Chain].map(Bloom::io);
+        let stages = [
+            motion,
+            Accumulate::IO,
+            Taa::IO,
+            blooms[0],
+            blooms[1],
+            BloomMix::IO,
+            Fsr::io(size != output_size),
+        ];
+        let images = ChannelImages::alone(device, sizes, &stages)?;
         // Luminance over six orders of magnitude, neighbours apart: the histogram's atomics are spread as in a noisy frame.
         let pixels = size[0] as usize * size[1] as usize;
         let texels: Vec<[f32; 4]> = (0..pixels)
             .map(|i| [10f32.powf(((i * 7919) % 6007) as f32 / 1000.0 - 3.0), 0.5, 0.25, 1.0])
             .collect();
         images.current(FLAT_COLOR).write_f32(texels.as_flattened())?;
-        let bloom = |mode| {
-            Bloom::new(device, size).map(|bloom| (bloom, BloomParams { mode, ..BloomParams::default() }))
-        };
         let params = PostParams { tonemap: Tonemap::NoiseAware, ..params };
         Ok(Self {
             images,
-            accumulate: Accumulate::new(device, size)?,
-            taa: Taa::new(device, size)?,
-            blooms: [bloom(BloomMode::Gaussian)?, bloom(BloomMode::Chain)?],
-            mix: BloomMix::new(device, size)?,
+            accumulate: Accumulate::new(device)?,
+            taa: Taa::new(device)?,
+            bloom: Bloom::new(device)?,
+            mix: BloomMix::new(device)?,
             exposure: Exposure::new(device)?,
             tone_map: ToneMap::new(device, params.tonemap, Encoding::Srgb)?,
-            fsr: Fsr::new(device, size, output_size)?,
+            fsr: Fsr::new(device)?,
             params,
         })
     }
 
     fn record(&mut self, frame: &mut Frame<'_>) -> pt_core::Result<()> {
+        self.images.begin_frame();
         let Self { images, params, .. } = self;
-        self.accumulate.record(frame, images, frame.index() == 0)?;
+        let inputs = StageInputs::new(images);
+        self.accumulate.record(frame, &inputs)?;
         let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
-        self.taa.record(frame, color, motion, [0.125, -0.25], &params.taa)?;
-        let source = self.taa.resolved();
-        for (bloom, bloom_params) in &self.blooms {
-            let bloomed = bloom.record(frame, source, bloom_params)?;
-            self.mix.record(frame, bloomed)?;
+        let source = self.taa.record(frame, &inputs, color, motion, [0.125, -0.25], &params.taa)?;
+        for mode in [BloomMode::Gaussian, BloomMode::Chain] {
+            let bloom_params = BloomParams { mode, ..BloomParams::default() };
+            let bloomed = self.bloom.record(frame, images, source, &bloom_params)?;
+            self.mix.record(frame, images, bloomed)?;
         }
         self.exposure.record(frame, source, None, params)?;
-        self.tone_map.record(frame, source, &self.exposure, self.fsr.codes(), params)?;
-        self.fsr.record(frame, images.current(DISPLAY), params)
+        self.tone_map.record(frame, source, &self.exposure, images.current(DISPLAY_CODES), params)?;
+        self.fsr.record(frame, images, images.current(DISPLAY), params)
     }
 }
 

@@ -1,15 +1,15 @@
 // Running mean of the flat frames so far: mean += (x - mean) / n.
 //
 // In plain fp32 the correction vanishes beside the mean once n is large, so that small deviations are dropped and large
-// ones kept: the mean drifts. What rounding drops is therefore kept in `residual` (Knuth's two-sum; Neumaier 1974) and
+// ones kept: the mean drifts. What rounding drops is therefore kept in a second image (Knuth's two-sum; Neumaier 1974) and
 // mean + residual is updated instead: about 48 bits. A frame's non-finite pixel is left out of that pixel's mean.
 #include "channels.glsl"
 #include "finite.glsl"
+#include "post_images.glsl"
 #include "post_records.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(push_constant, scalar) uniform Push { AccumulatePush push; };
-layout(set = 2, binding = 0, rgba32f) uniform image2D residual;
 
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
@@ -22,7 +22,7 @@ void main() {
         vec4 old = imageLoad(ch_accumulated, p);
         mean = old.rgb;
         count = old.a;
-        rest = imageLoad(residual, p).rgb;
+        rest = imageLoad(im_accumulate_residual, p).rgb;
     }
     vec3 x = imageLoad(ch_flat_color, p).rgb;
     if (is_finite(x)) {
@@ -36,5 +36,5 @@ void main() {
         rest = error;
     }
     imageStore(ch_accumulated, p, vec4(mean, count));
-    imageStore(residual, p, vec4(rest, 0.0));
+    imageStore(im_accumulate_residual, p, vec4(rest, 0.0));
 }

@@ -1,5 +1,6 @@
 // Linear display values to the codes of an output.
 #include "post_records.glsl"
+#include "constants.glsl"
 #include "pq.glsl"
 
 // IEC 61966-2-1. Written so that 1 stays 1: less would be cut off to the next half float, and dithered white would not be white.
@@ -28,11 +29,11 @@ vec3 quantize(vec3 code, vec3 triangular) {
 
 #ifdef DITHERED
 // Triangular noise for red, green and blue as half floats; the last 16 bits are 0.
-layout(set = 2, binding = 8, scalar) readonly buffer blue_noise { uvec2 noise_tile[NOISE_SIDE * NOISE_SIDE]; };
+layout(set = 2, binding = 8, scalar) readonly buffer blue_noise { uvec2 noise_tile[BLUE_NOISE_SIDE * BLUE_NOISE_SIDE]; };
 
 vec3 to_8_bits(vec3 code, ivec2 p, bool dither) {
-    uvec2 at = uvec2(p) % NOISE_SIDE;
-    uvec2 halves = noise_tile[at.y * NOISE_SIDE + at.x];
+    uvec2 at = uvec2(p) % BLUE_NOISE_SIDE;
+    uvec2 halves = noise_tile[at.y * BLUE_NOISE_SIDE + at.x];
     vec3 noise = vec3(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y).x);
     return quantize(code, dither ? noise : vec3(0.0));
 }

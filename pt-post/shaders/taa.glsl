@@ -10,6 +10,7 @@
 #include "constants.glsl"
 #include "finite.glsl"
 #include "math.glsl"
+#include "post_images.glsl"
 #include "post_records.glsl"
 #include "pq.glsl"
 
@@ -20,9 +21,6 @@ layout(local_size_x = TAA_COLUMNS + 2) in;
 layout(push_constant, scalar) uniform Push { TaaPush push; };
 layout(set = 2, binding = 0) uniform sampler2D color;
 layout(set = 2, binding = 1) uniform sampler2D motion;
-layout(set = 2, binding = 2) uniform sampler2D history;
-layout(set = 2, binding = 3, rgba16) uniform writeonly image2D new_history;
-layout(set = 2, binding = 4, rgba16f) uniform writeonly image2D resolved;
 
 // A row of input texels: those of the pixels, as the output is never smaller, and one on either side; a thread each.
 const int TEXELS = int(TAA_COLUMNS) + 2;
@@ -78,7 +76,7 @@ vec3 sample_history(vec2 position, vec2 size, vec3 nearest) {
     vec3 sum = vec3(0.0);
     for (int y = 0; y < 3; ++y) {
         for (int x = 0; x < 3; ++x) {
-            sum += weight[x].x * weight[y].y * textureLod(history, vec2(at[x].x, at[y].y), 0.0).rgb;
+            sum += weight[x].x * weight[y].y * textureLod(tex_taa_history_prev, vec2(at[x].x, at[y].y), 0.0).rgb;
         }
     }
     return clamp(sum, 0.0, 1.0);
@@ -171,7 +169,7 @@ void resolve(ivec2 p, vec2 output_size, float near, Sums up, vec2 up_longest, Ro
     vec2 state = vec2(0.0);
     bool inside = all(greaterThan(previous, vec2(0.0))) && all(lessThan(previous, output_size));
     if (push.reset == 0u && inside) {
-        vec4 nearest = texelFetch(history, ivec2(previous), 0);
+        vec4 nearest = texelFetch(tex_taa_history_prev, ivec2(previous), 0);
         past = sample_history(previous, output_size, nearest.rgb);
         state = unpack_state(nearest.a);
     }
@@ -223,12 +221,12 @@ void resolve(ivec2 p, vec2 output_size, float near, Sums up, vec2 up_longest, Ro
     }
     vec3 blended = max(mix(past, centre, share), 0.0);
     vec3 code = codes ? min(blended, 1.0) : encode(blended);
-    imageStore(new_history, p, vec4(code, float(pack_state(total / greatest, deviation_now)) / 65535.0));
-    imageStore(resolved, p, vec4(codes ? decode(code) : blended, 1.0));
+    imageStore(im_taa_history, p, vec4(code, float(pack_state(total / greatest, deviation_now)) / 65535.0));
+    imageStore(im_resolved, p, vec4(codes ? decode(code) : blended, 1.0));
 }
 
 void main() {
-    ivec2 output_size = imageSize(resolved);
+    ivec2 output_size = imageSize(im_resolved);
     ivec2 input_size = textureSize(color, 0);
     vec2 scale = vec2(input_size) / vec2(output_size);
     ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(TAA_COLUMNS, TAA_ROWS);

@@ -1,9 +1,13 @@
 //! Bloom: the light that a lens scatters.
 
+use crate::images::{
+    BLOOM_1, BLOOM_2, BLOOM_3, BLOOM_4, BLOOM_5, BLOOM_6, BLOOM_7, BLOOM_8, BLOOM_9, BLOOM_10, BLOOM_BLUR,
+    BLOOM_QUARTER, BLOOMED,
+};
 use crate::kernels;
 use crate::records::{BLUR_MAX_RADIUS, BLUR_OUTPUTS, BlurPush, MixPush};
-use pt_core::{Device, Frame, Image, Kernel, Result, knobs};
-use pt_shaders::channels::Format;
+use pt_core::{ChannelImages, Device, Frame, Image, Kernel, Result, StageIo, knobs};
+use pt_shaders::channels::ChannelId;
 use pt_shaders::named_enum;
 
 named_enum! {
@@ -77,6 +81,10 @@ impl<'a> From<&'a Image> for Bloomed<'a> {
     }
 }
 
+/// Levels of the chain, each half as large as the one before.
+const CHAIN: [ChannelId; MAX_LEVELS as usize] =
+    [BLOOM_1, BLOOM_2, BLOOM_3, BLOOM_4, BLOOM_5, BLOOM_6, BLOOM_7, BLOOM_8, BLOOM_9, BLOOM_10];
+
 /// Spreads a share of the light of every pixel over its surroundings. Weights sum to 1: away from the border the sum over the
 /// image stays what it was.
 pub struct Bloom {
@@ -84,61 +92,65 @@ pub struct Bloom {
     blur_kernel: Kernel,
     down_kernel: Kernel,
     up_kernel: Kernel,
-    /// Quarter-resolution image and the one between the blurs.
-    quarter: [Image; 2],
-    chain: Vec<Image>,
-    height: u32,
 }
 
 impl Bloom {
-    /// Creates kernels and images for frames of `size`.
+    /// What it touches besides its source. The chain has as many levels as may be asked for.
+    pub fn io(mode: BloomMode) -> StageIo {
+        let writes: &[ChannelId] = match mode {
+            BloomMode::Off => &[],
+            BloomMode::Gaussian => &[BLOOM_QUARTER, BLOOM_BLUR],
+            BloomMode::Chain => const { &CHAIN },
+        };
+        StageIo { writes, ..StageIo::of("bloom") }
+    }
+
+    /// Creates the kernels.
     ///
     /// # Errors
     /// When the device refuses.
-    pub fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
-        let image = |name: &str, size| Image::new(device, name, Format::Rgba16F, size);
-        let quarter = size.map(|side| side.div_ceil(4));
-        let chain: Result<Vec<_>> = (1..)
-            .zip(chain_sizes(size, MAX_LEVELS))
-            .map(|(level, size)| image(&format!("bloom_{level}"), size))
-            .collect();
+    pub fn new(device: &Device) -> Result<Self> {
         Ok(Self {
-            quarter_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_QUARTER)?,
-            blur_kernel: Kernel::compute::<BlurPush>(device, &kernels::BLOOM_BLUR)?,
-            down_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_DOWN)?,
-            up_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_UP)?,
-            quarter: [image("bloom_quarter", quarter)?, image("bloom_blur", quarter)?],
-            chain: chain?,
-            height: size[1],
+            quarter_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_QUARTER, &[])?,
+            blur_kernel: Kernel::compute::<BlurPush>(device, &kernels::BLOOM_BLUR, &[])?,
+            down_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_DOWN, &[])?,
+            up_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_UP, &[])?,
         })
     }
 
-    /// Adds its passes to the frame and returns `source` with what they make of it.
+    /// Adds its passes to the frame and returns `source`, which has the resolved size, with what they make of it.
     ///
     /// # Errors
     /// When the passes do not fit into the frame.
     pub fn record<'a>(
-        &'a self,
+        &self,
         frame: &mut Frame<'_>,
+        images: &'a ChannelImages,
         source: &'a Image,
         params: &BloomParams,
     ) -> Result<Bloomed<'a>> {
         let glow = match params.mode {
             BloomMode::Off => return Ok(source.into()),
-            BloomMode::Gaussian => self.gaussian(frame, source, params)?,
-            BloomMode::Chain => self.chain(frame, source, params)?,
+            BloomMode::Gaussian => self.gaussian(frame, images, source, params)?,
+            BloomMode::Chain => self.chain(frame, images, source, params)?,
         };
         Ok(Bloomed { radiance: source, glow, share: params.intensity })
     }
 
-    fn gaussian(&self, frame: &mut Frame<'_>, source: &Image, params: &BloomParams) -> Result<&Image> {
-        let [quarter, between] = &self.quarter;
+    fn gaussian<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        images: &'a ChannelImages,
+        source: &Image,
+        params: &BloomParams,
+    ) -> Result<&'a Image> {
+        let [quarter, between] = [BLOOM_QUARTER, BLOOM_BLUR].map(|id| images.current(id));
         frame
             .pass("bloom quarter", &self.quarter_kernel)
             .sample("source", source)
             .write("target", quarter)
             .dispatch(threads(quarter))?;
-        let sigma = quarter_sigma(params.sigma, self.height);
+        let sigma = quarter_sigma(params.sigma, source.extent()[1]);
         for (name, vertical, from, to) in
             [("bloom blur x", 0, quarter, between), ("bloom blur y", 1, between, quarter)]
         {
@@ -153,64 +165,67 @@ impl Bloom {
         Ok(quarter)
     }
 
-    fn chain(&self, frame: &mut Frame<'_>, source: &Image, params: &BloomParams) -> Result<&Image> {
-        let levels = &self.chain[..self.chain.len().min(params.levels as usize)];
+    fn chain<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        images: &'a ChannelImages,
+        source: &Image,
+        params: &BloomParams,
+    ) -> Result<&'a Image> {
+        let count = chain_sizes(source.extent(), params.levels).len();
+        let level = |index: usize| images.current(CHAIN[index]);
         let mut from = source;
-        for (number, level) in (1..).zip(levels) {
+        for index in 0..count {
+            let level = level(index);
             frame
-                .pass(&format!("bloom down {number}"), &self.down_kernel)
+                .pass(&format!("bloom down {}", index + 1), &self.down_kernel)
                 .sample("source", from)
                 .write("target", level)
                 .dispatch(threads(level))?;
             from = level;
         }
-        for (level, pair) in levels.windows(2).enumerate().rev() {
+        for index in (0..count - 1).rev() {
             frame
-                .pass(&format!("bloom up {}", level + 1), &self.up_kernel)
-                .sample("lower", &pair[1])
-                .update("level", &pair[0])
+                .pass(&format!("bloom up {}", index + 1), &self.up_kernel)
+                .sample("lower", level(index + 1))
+                .update("level", level(index))
                 .push(&MixPush { share: params.spread })
-                .dispatch(threads(&pair[0]))?;
+                .dispatch(threads(level(index)))?;
         }
-        Ok(&levels[0])
+        Ok(level(0))
     }
 }
 
 /// A frame with its bloom as an image, for what cannot take [`Bloomed`].
 pub struct BloomMix {
     kernel: Kernel,
-    bloomed: Image,
 }
 
 impl BloomMix {
-    /// Creates the kernel and the image for frames of `size`.
+    /// What it touches besides its source.
+    pub const IO: StageIo = StageIo { writes: &[BLOOMED], ..StageIo::of("bloom mix") };
+
+    /// Creates the kernel.
     ///
     /// # Errors
     /// When the device refuses.
-    pub fn new(device: &Device, size: [u32; 2]) -> Result<Self> {
-        Ok(Self {
-            kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX)?,
-            bloomed: Image::new(device, "bloomed", Format::Rgba16F, size)?,
-        })
+    pub fn new(device: &Device) -> Result<Self> {
+        Ok(Self { kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX, &[])? })
     }
 
     /// Adds its pass to the frame.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
-    pub fn record(&self, frame: &mut Frame<'_>, source: Bloomed<'_>) -> Result<()> {
+    pub fn record(&self, frame: &mut Frame<'_>, images: &ChannelImages, source: Bloomed<'_>) -> Result<()> {
+        let target = images.current(BLOOMED);
         frame
             .pass("bloom mix", &self.kernel)
             .sample("radiance", source.radiance)
             .sample("glow", source.glow)
-            .write("target", &self.bloomed)
+            .write("target", target)
             .push(&MixPush { share: source.share })
-            .dispatch(threads(&self.bloomed))
-    }
-
-    /// Where the result is.
-    pub fn bloomed(&self) -> &Image {
-        &self.bloomed
+            .dispatch(threads(target))
     }
 }
 

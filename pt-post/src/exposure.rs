@@ -17,7 +17,6 @@ pub struct Exposure {
     exposure: Buffer,
     distribution: Buffer,
     curve: Buffer,
-    adapted: bool,
 }
 
 impl Exposure {
@@ -33,30 +32,24 @@ impl Exposure {
             metered_pixels: 0.0,
         };
         Ok(Self {
-            histogram_kernel: Kernel::compute::<HistogramPush>(device, &kernels::HISTOGRAM)?,
-            meter_kernel: Kernel::compute::<MeterPush>(device, &kernels::METER)?,
-            curve_kernel: Kernel::compute::<CurvePush>(device, &kernels::CURVE)?,
+            histogram_kernel: Kernel::compute::<HistogramPush>(device, &kernels::HISTOGRAM, &[])?,
+            meter_kernel: Kernel::compute::<MeterPush>(device, &kernels::METER, &[])?,
+            curve_kernel: Kernel::compute::<CurvePush>(device, &kernels::CURVE, &[])?,
             histogram: Buffer::from_slice(device, "histogram", &[0u32; 4 * HISTOGRAM_BINS as usize])?,
             exposure: Buffer::from_slice(device, "exposure", &[nothing_exposed])?,
             distribution: Buffer::from_slice(device, "distribution", &[0f32; CURVE_BINS as usize])?,
             curve: Buffer::from_slice(device, "curve", &[0f32; CURVE_BINS as usize + 1])?,
-            adapted: false,
         })
     }
 
-    /// Forgets what it has adapted to: the next frame is exposed as metered.
-    pub fn reset(&mut self) {
-        self.adapted = false;
-    }
-
     /// Adds its passes to the frame: "histogram" and "meter" (auto, or for the noise-aware curve) or an upload of the exposure,
-    /// then "tone curve" for the noise-aware curve. The frame is metered without its bloom, which moves light but keeps its sum. `dt`: seconds since the last frame; `None` or the first frame: no
-    /// adaptation. Negative steps count as 0.
+    /// then "tone curve" for the noise-aware curve. The frame is metered without its bloom, which moves light but keeps its sum. `dt`: seconds since the last frame; `None`: no
+    /// adaptation, as in the first frame. Negative steps count as 0.
     ///
     /// # Errors
     /// When the passes do not fit into the frame.
     pub fn record(
-        &mut self,
+        &self,
         frame: &mut Frame<'_>,
         radiance: &Image,
         dt: Option<f32>,
@@ -64,10 +57,9 @@ impl Exposure {
     ) -> Result<()> {
         let manual = params.exposure != ExposureMode::Auto;
         let noise_aware = params.tonemap == Tonemap::NoiseAware;
-        let dt = dt.filter(|_| self.adapted).map(|dt| if dt > 0.0 { dt } else { 0.0 });
+        let dt = dt.map(|dt| if dt > 0.0 { dt } else { 0.0 });
         let share = |speed: f32| dt.map_or(1.0, |dt| 1.0 - (-dt * speed).exp());
         let (adapt_up, adapt_down) = (share(params.speed_up), share(params.speed_down));
-        self.adapted = true;
         if manual && !noise_aware {
             let ev100 = params.fixed_ev100();
             let record = ExposureRecord {
@@ -137,6 +129,11 @@ impl Exposure {
     /// When the device fails.
     pub fn read_curve(&self) -> Result<Vec<f32>> {
         self.curve.read()
+    }
+
+    /// Buffers that the next frame adapts from.
+    pub fn state(&self) -> [&Buffer; 2] {
+        [&self.exposure, &self.curve]
     }
 
     pub(crate) fn buffer(&self) -> &Buffer {

@@ -1,11 +1,12 @@
 //! AMD FidelityFX Super Resolution 1: upscaling (EASU) and sharpening (RCAS) of display codes.
 
-use crate::blue_noise::noise_buffer;
+use crate::dither::noise_buffer;
+use crate::images::{DISPLAY_CODES, UPSCALED_CODES};
 use crate::kernels;
 use crate::params::{PostParams, Upscale};
 use crate::records::{EASU_ROWS, EasuPush, Encoding, RCAS_COLUMNS, RCAS_ROWS, RcasPush};
-use pt_core::{Buffer, Device, Frame, Image, Kernel, Result, knobs};
-use pt_shaders::channels::Format;
+use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Kernel, Result, StageIo, knobs};
+use pt_shaders::channels::{ChannelId, Format};
 
 /// Quality presets of FSR 1: name and factor between the sides of frame and picture.
 pub const PRESETS: &[(&str, f32)] =
@@ -30,53 +31,57 @@ pub struct Fsr {
     rcas_kernel: Kernel,
     rcas_codes_kernel: Kernel,
     blue_noise: Buffer,
-    codes: Image,
-    upscaled: Option<Image>,
 }
 
 impl Fsr {
-    /// Creates kernels and images for a frame of `size` and a picture of `output_size`.
+    /// What it touches: codes in, upscaled codes between its passes.
+    pub fn io(upscales: bool) -> StageIo {
+        let writes: &[ChannelId] = if upscales { &[DISPLAY_CODES, UPSCALED_CODES] } else { &[DISPLAY_CODES] };
+        StageIo { writes, ..StageIo::of("fsr") }
+    }
+
+    /// Creates the kernels.
     ///
     /// # Errors
     /// When the device refuses.
-    pub fn new(device: &Device, size: [u32; 2], output_size: [u32; 2]) -> Result<Self> {
-        let image = |name, size| Image::new(device, name, Format::Rgba16F, size);
+    pub fn new(device: &Device) -> Result<Self> {
         Ok(Self {
-            easu_kernel: Kernel::compute::<EasuPush>(device, &kernels::EASU)?,
-            rcas_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS)?,
-            rcas_codes_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS_CODES)?,
+            easu_kernel: Kernel::compute::<EasuPush>(device, &kernels::EASU, &[])?,
+            rcas_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS, &[])?,
+            rcas_codes_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS_CODES, &[])?,
             blue_noise: noise_buffer(device)?,
-            codes: image("display_codes", size)?,
-            upscaled: if size == output_size { None } else { Some(image("upscaled_codes", output_size)?) },
         })
     }
 
-    /// Where the tone map's codes go.
-    pub fn codes(&self) -> &Image {
-        &self.codes
-    }
-
-    /// What the codes of [`Fsr::codes`] have to be for an output of `encoding`: scRGB is linear, and made at the end.
+    /// What the codes in `display_codes` have to be for an output of `encoding`: scRGB is linear, and made at the end.
     pub fn input_encoding(encoding: Encoding) -> Encoding {
         if encoding == Encoding::Srgb { Encoding::Srgb } else { Encoding::Pq }
     }
 
-    /// Adds its passes to the frame: "easu" unless both sizes are the same, and "rcas" into `target`, whose format says
-    /// whether the picture is 8-bit sRGB or HDR.
+    /// Adds its passes to the frame: "easu" unless `display_codes` and `target` have one size, and "rcas" into `target`, whose
+    /// format says whether the picture is 8-bit sRGB or HDR.
     ///
     /// # Errors
     /// When the passes do not fit into the frame.
-    pub fn record(&self, frame: &mut Frame<'_>, target: &Image, params: &PostParams) -> Result<()> {
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        images: &ChannelImages,
+        target: &Image,
+        params: &PostParams,
+    ) -> Result<()> {
         let [width, height] = target.extent();
-        if let Some(upscaled) = &self.upscaled {
+        let mut source = images.current(DISPLAY_CODES);
+        if source.extent() != target.extent() {
+            let upscaled = images.current(UPSCALED_CODES);
             frame
                 .pass("easu", &self.easu_kernel)
-                .sample("source", &self.codes)
+                .sample("source", source)
                 .write("target", upscaled)
-                .push(&EasuPush { input_size: self.codes.extent().into() })
+                .push(&EasuPush { input_size: source.extent().into() })
                 .dispatch([width, height.div_ceil(EASU_ROWS), 1])?;
+            source = upscaled;
         }
-        let source = self.upscaled.as_ref().unwrap_or(&self.codes);
         let sharpen = params.upscale == Upscale::Fsr1 || params.fsr.sharpen;
         let push = RcasPush {
             strength: if sharpen { (-params.fsr.sharpness).exp2() } else { 0.0 },
@@ -90,10 +95,5 @@ impl Fsr {
         let pass = if eight_bits { pass.read("blue_noise", &self.blue_noise) } else { pass };
         let groups = [width.div_ceil(RCAS_COLUMNS), height.div_ceil(RCAS_ROWS)];
         pass.push(&push).dispatch([groups[0] * (RCAS_COLUMNS + 2), groups[1], 1])
-    }
-
-    /// The upscaled codes before sharpening, when it upscales.
-    pub fn upscaled(&self) -> Option<&Image> {
-        self.upscaled.as_ref()
     }
 }

@@ -4,8 +4,8 @@ use crate::bloom::BloomParams;
 use crate::fsr::FsrParams;
 use crate::records::{Encoding, Tonemap};
 use crate::taa::TaaParams;
-use pt_core::knobs;
 use pt_core::settings::{InvalidValue, check_range};
+use pt_core::{FrameSizes, knobs};
 use pt_shaders::named_enum;
 
 named_enum! {
@@ -154,6 +154,19 @@ impl PostParams {
     /// Whether codes are upscaled or sharpened after the tone map.
     pub fn uses_fsr(&self) -> bool {
         self.upscale == Upscale::Fsr1 || self.fsr.sharpen
+    }
+
+    /// Whether display codes are made larger.
+    pub fn upscales_codes(&self) -> bool {
+        self.upscale == Upscale::Fsr1 && self.render_scale != 1.0
+    }
+
+    /// Sizes of the frame for a picture of `output_size`.
+    pub fn sizes(&self, output_size: [u32; 2]) -> FrameSizes {
+        let frame = self.render_size(output_size);
+        // What comes before FSR 1 has the size of the frame, what comes after temporal upscaling that of the picture.
+        let resolved = if self.upscale == Upscale::Taau { output_size } else { frame };
+        FrameSizes { frame, resolved, output: output_size }
     }
 
     /// Size of the frame for a picture of `output_size`, at least one pixel.

@@ -1,9 +1,9 @@
 //! Temporal anti-aliasing and upscaling.
 
+use crate::images::{RESOLVED, TAA_HISTORY};
 use crate::kernels;
 use crate::records::*;
-use pt_core::{Device, Frame, History, Image, Kernel, Result, knobs};
-use pt_shaders::channels::Format;
+use pt_core::{Device, Frame, Image, Kernel, Result, StageInputs, StageIo, knobs};
 
 knobs! {
     /// Knobs of temporal anti-aliasing.
@@ -60,77 +60,55 @@ impl TaaParams {
     }
 }
 
-/// Blends this frame into the reprojected history; with an output larger than the input it upscales.
+/// Blends this frame into the reprojected history; with an output larger than the input it upscales. History counts where the
+/// images have one ([`ChannelImages::has_history`](pt_core::ChannelImages::has_history)), else the frame starts over.
 pub struct Taa {
     kernel: Kernel,
     /// For [`ClipSpace::Pq`].
     pq_kernel: Kernel,
-    history: History<Image>,
-    resolved: Image,
-    empty: bool,
 }
 
 impl Taa {
-    /// Creates the kernels and the images of `output_size`.
+    /// What it touches besides colour and motion.
+    pub const IO: StageIo =
+        StageIo { reads_previous: &[TAA_HISTORY], writes: &[TAA_HISTORY, RESOLVED], ..StageIo::of("taa") };
+
+    /// Creates the kernels.
     ///
     /// # Errors
     /// When the device refuses.
-    pub fn new(device: &Device, output_size: [u32; 2]) -> Result<Self> {
-        let image = |name, format| Image::new(device, name, format, output_size);
-        Ok(Self {
-            kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA)?,
-            pq_kernel: Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ)?,
-            history: History::new(
-                image("taa_history", Format::Rgba16Unorm)?,
-                image("taa_history_prev", Format::Rgba16Unorm)?,
-            ),
-            resolved: image("resolved", Format::Rgba16F)?,
-            empty: true,
-        })
+    pub fn new(device: &Device) -> Result<Self> {
+        let kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA, &[])?;
+        let pq_kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ, &[])?;
+        Self::IO.check([&kernel])?;
+        Self::IO.check([&pq_kernel])?;
+        Ok(Self { kernel, pq_kernel })
     }
 
-    /// Forgets history, as after a cut: the next frame starts over.
-    pub fn reset(&mut self) {
-        self.empty = true;
-    }
-
-    /// Adds its pass to the frame. `color`: linear radiance, a = checkerboard flags; `motion`: previous minus current screen
-    /// position in UV; `jitter`: where in its pixels the frame was sampled, from the centre, pixels.
+    /// Adds its pass to the frame and returns the anti-aliased frame. `color`: linear radiance, a = checkerboard flags; `motion`:
+    /// previous minus current screen position in UV; `jitter`: where in its pixels the frame was sampled, from the centre, pixels.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
-    pub fn record(
-        &mut self,
+    pub fn record<'a>(
+        &self,
         frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
         color: &Image,
         motion: &Image,
         jitter: [f32; 2],
         params: &TaaParams,
-    ) -> Result<()> {
-        self.history.swap();
-        let [width, height] = self.resolved.extent();
+    ) -> Result<&'a Image> {
+        let resolved = inputs.images.current(RESOLVED);
+        let [width, height] = resolved.extent();
         let groups = [width.div_ceil(TAA_COLUMNS), height.div_ceil(TAA_ROWS)];
         let kernel = if params.space == ClipSpace::Pq { &self.pq_kernel } else { &self.kernel };
-        frame
-            .pass("taa", kernel)
+        inputs
+            .pass(frame, "taa", kernel, &Self::IO)
             .sample("color", color)
             .sample("motion", motion)
-            .sample("history", self.history.previous())
-            .write("new_history", self.history.current())
-            .write("resolved", &self.resolved)
-            .push(&params.push(jitter, self.empty))
+            .push(&params.push(jitter, !inputs.images.has_history()))
             .dispatch([groups[0] * (TAA_COLUMNS + 2), groups[1], 1])?;
-        self.empty = false;
-        Ok(())
-    }
-
-    /// The anti-aliased frame: linear radiance, at most 10000 / `pq_scale`; finite and not negative everywhere.
-    pub fn resolved(&self) -> &Image {
-        &self.resolved
-    }
-
-    /// What the last frame left for the next: PQ codes; a = weight of what they hold and deviation (see `taa.comp`).
-    pub fn history(&self) -> &Image {
-        self.history.current()
+        Ok(resolved)
     }
 }

@@ -1,18 +1,19 @@
 //! Tone mapping.
 
 use crate::bloom::Bloomed;
-use crate::blue_noise::noise_buffer;
+use crate::dither::noise_buffer;
 use crate::exposure::Exposure;
 use crate::kernels;
 use crate::params::{ExposureMode, PostParams};
 use crate::records::{Encoding, TONEMAP_ROWS, Tonemap, TonemapPush};
-use pt_core::{Buffer, Device, Frame, Image, Kernel, Result};
+use pt_core::{Buffer, Device, Error, Frame, Image, Kernel, Result};
 use pt_shaders::channels::Format;
 
 /// Exposed radiance to the codes of a display.
 ///
 /// NaN and negative values are shown black, +infinity white, each channel by itself.
 pub struct ToneMap {
+    tonemap: Tonemap,
     picture_kernel: Kernel,
     codes_kernel: Kernel,
     blue_noise: Buffer,
@@ -25,9 +26,11 @@ impl ToneMap {
     /// When the device refuses.
     pub fn new(device: &Device, tonemap: Tonemap, encoding: Encoding) -> Result<Self> {
         let kernel = |code, encoding: Encoding| {
-            Kernel::specialized::<TonemapPush>(device, code, &[tonemap.code(), encoding.code()])
+            let constants = [("tonemap", tonemap.code().into()), ("encoding", encoding.code().into())];
+            Kernel::compute::<TonemapPush>(device, code, &constants)
         };
         Ok(Self {
+            tonemap,
             picture_kernel: kernel(&kernels::TONEMAP, Encoding::Srgb)?,
             codes_kernel: kernel(&kernels::TONEMAP_CODES, encoding)?,
             blue_noise: noise_buffer(device)?,
@@ -35,11 +38,10 @@ impl ToneMap {
     }
 
     /// Adds its pass to the frame. `target` has the size of `radiance`. Its format says what is stored: 8-bit codes are sRGB and
-    /// dithered; half floats are the codes of the encoding themselves. The curve is the one that the kernels were made for, whatever
-    /// `params` says.
+    /// dithered; half floats are the codes of the encoding themselves.
     ///
     /// # Errors
-    /// When the pass does not fit into the frame.
+    /// When the pass does not fit into the frame, or `params` ask for another curve than the kernels were made for.
     pub fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
@@ -48,6 +50,9 @@ impl ToneMap {
         target: &Image,
         params: &PostParams,
     ) -> Result<()> {
+        if params.tonemap != self.tonemap {
+            return Err(Error::StructuralKnob { key: "post.tonemap".into() });
+        }
         let bloomed = radiance.into();
         let [width, height] = target.extent();
         let picture = target.format() == Format::Rgba8Unorm;

@@ -1,7 +1,7 @@
 //! The running mean: kernel against oracle, oracle against the exact mean.
 
 use pt_core::test_support::TestDevice;
-use pt_core::{ChannelImages, Recorder};
+use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
 use pt_post::Accumulate;
 use pt_post::oracle::RunningMean;
 use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR};
@@ -26,29 +26,33 @@ fn skewed(index: usize) -> f32 {
 /// Runs the kernel over frames of texels; the first frame resets. Returns `accumulated`.
 fn run(
     device: &TestDevice,
-    images: &ChannelImages,
+    images: &mut ChannelImages,
     stage: &Accumulate,
     frames: &[Vec<[f32; 4]>],
 ) -> Vec<f32> {
     let mut recorder = Recorder::new(device).unwrap();
     for (index, texels) in frames.iter().enumerate() {
         images.current(FLAT_COLOR).write(bytemuck::cast_slice(texels)).unwrap();
+        if index == 0 {
+            images.reset_history();
+        }
+        images.begin_frame();
         let mut frame = recorder.begin().unwrap();
-        stage.record(&mut frame, images, index == 0).unwrap();
+        stage.record(&mut frame, &StageInputs::new(images)).unwrap();
         frame.submit().unwrap();
     }
     images.current(ACCUMULATED).read_f32().unwrap()
 }
 
 fn setup(device: &TestDevice) -> (ChannelImages, Accumulate) {
-    let channels = [Accumulate::READS, Accumulate::WRITES].concat();
-    (ChannelImages::new(device, SIZE, channels).unwrap(), Accumulate::new(device, SIZE).unwrap())
+    let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[Accumulate::IO]).unwrap();
+    (images, Accumulate::new(device).unwrap())
 }
 
 #[test]
 fn kernel_agrees_with_the_oracle() {
     let device = TestDevice::open();
-    let (images, stage) = setup(&device);
+    let (mut images, stage) = setup(&device);
     let sample = |frame: usize, pixel: usize, channel: usize| {
         if frame % 7 == 3 && pixel == 5 {
             return [f32::NAN, f32::INFINITY, 1.0][channel];
@@ -58,7 +62,7 @@ fn kernel_agrees_with_the_oracle() {
     let frames: Vec<Vec<[f32; 4]>> = (0..200)
         .map(|f| (0..PIXELS).map(|p| [sample(f, p, 0), sample(f, p, 1), sample(f, p, 2), 9.0]).collect())
         .collect();
-    let got = run(&device, &images, &stage, &frames);
+    let got = run(&device, &mut images, &stage, &frames);
     for pixel in 0..PIXELS {
         let counted = frames.iter().filter(|f| f[pixel][..3].iter().all(|v| v.is_finite()));
         assert_eq!(got[4 * pixel + 3], counted.clone().count() as f32);
@@ -74,10 +78,10 @@ fn kernel_agrees_with_the_oracle() {
 #[test]
 fn reset_forgets_everything() {
     let device = TestDevice::open();
-    let (images, stage) = setup(&device);
+    let (mut images, stage) = setup(&device);
     let frame = |value: f32| vec![[value, value, value, 1.0]; PIXELS];
-    run(&device, &images, &stage, &[frame(3.0), frame(0.1), frame(7e5)]);
-    let got = run(&device, &images, &stage, &[frame(0.3), frame(0.5)]);
+    run(&device, &mut images, &stage, &[frame(3.0), frame(0.1), frame(7e5)]);
+    let got = run(&device, &mut images, &stage, &[frame(0.3), frame(0.5)]);
     let mean = (0.3f32 + 0.5) / 2.0;
     assert!(got.chunks_exact(4).all(|t| t == [mean, mean, mean, 2.0]), "{got:?}");
 }

@@ -5,17 +5,20 @@ mod common;
 use common::gpu::{download, largest_difference, random_hdr, run, upload};
 use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
+use pt_core::{ChannelImages, FrameSizes};
+use pt_post::images::BLOOMED;
 use pt_post::{Bloom, BloomMix, BloomMode, BloomParams, oracle};
 
 fn bloomed(device: &TestDevice, source: &oracle::Image, params: &BloomParams) -> oracle::Image {
     let image = upload(device, source, 1.0);
-    let bloom = Bloom::new(device, source.size).unwrap();
-    let mix = BloomMix::new(device, source.size).unwrap();
+    let stages = [Bloom::io(params.mode), BloomMix::IO];
+    let images = ChannelImages::alone(device, FrameSizes::same(source.size), &stages).unwrap();
+    let (bloom, mix) = (Bloom::new(device).unwrap(), BloomMix::new(device).unwrap());
     run(device, |frame| {
-        let bloomed = bloom.record(frame, &image, params).unwrap();
-        mix.record(frame, bloomed).unwrap();
+        let bloomed = bloom.record(frame, &images, &image, params).unwrap();
+        mix.record(frame, &images, bloomed).unwrap();
     });
-    download(mix.bloomed())
+    download(images.current(BLOOMED))
 }
 
 fn of(mode: BloomMode, intensity: f32) -> BloomParams {

@@ -5,8 +5,9 @@ mod common;
 use common::gpu::{download, largest_difference, random_codes, run, upload_as};
 use common::pictures::zone_plate;
 use proptest::test_runner::TestRunner;
-use pt_core::Image;
 use pt_core::test_support::TestDevice;
+use pt_core::{ChannelImages, FrameSizes, Image};
+use pt_post::images::{DISPLAY_CODES, UPSCALED_CODES};
 use pt_post::oracle::{self, easu, rcas};
 use pt_post::{Encoding, Fsr, FsrParams, PostParams, Upscale};
 use pt_shaders::channels::Format;
@@ -18,6 +19,11 @@ fn params(fsr: FsrParams) -> PostParams {
     PostParams { upscale: Upscale::Fsr1, encoding: Encoding::Pq, dither: false, fsr, ..PostParams::default() }
 }
 
+fn fsr_images(device: &TestDevice, size: [u32; 2], output: [u32; 2]) -> ChannelImages {
+    let sizes = FrameSizes { frame: size, resolved: size, output };
+    ChannelImages::alone(device, sizes, &[Fsr::io(size != output)]).unwrap()
+}
+
 /// Codes in, upscaled codes and sharpened codes out.
 fn upscale(
     device: &TestDevice,
@@ -25,13 +31,15 @@ fn upscale(
     output_size: [u32; 2],
     params: &PostParams,
 ) -> (Option<oracle::Image>, oracle::Image) {
-    let fsr = Fsr::new(device, codes.size, output_size).unwrap();
+    let fsr = Fsr::new(device).unwrap();
+    let images = fsr_images(device, codes.size, output_size);
     let texels: Vec<f32> =
         codes.pixels.iter().flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 1.0]).collect();
-    fsr.codes().write_f32(&texels).unwrap();
+    images.current(DISPLAY_CODES).write_f32(&texels).unwrap();
     let target = Image::new(device, "target", Format::Rgba16F, output_size).unwrap();
-    run(device, |frame| fsr.record(frame, &target, params).unwrap());
-    (fsr.upscaled().map(download), download(&target))
+    run(device, |frame| fsr.record(frame, &images, &target, params).unwrap());
+    let upscaled = (codes.size != output_size).then(|| download(images.current(UPSCALED_CODES)));
+    (upscaled, download(&target))
 }
 
 #[test]
@@ -120,12 +128,13 @@ fn slanted_edges_are_smoother_than_bilinear() {
 fn eight_bit_output_is_rounded() {
     let device = TestDevice::open();
     let codes = random_codes(&mut TestRunner::deterministic(), [21, 10]);
-    let fsr = Fsr::new(&device, codes.size, codes.size).unwrap();
+    let fsr = Fsr::new(&device).unwrap();
+    let images = fsr_images(&device, codes.size, codes.size);
     let source = upload_as(&device, &codes, 1.0, Format::Rgba16F);
-    fsr.codes().write_f32(&source.read_f32().unwrap()).unwrap();
+    images.current(DISPLAY_CODES).write_f32(&source.read_f32().unwrap()).unwrap();
     let target = Image::new(&device, "target", Format::Rgba8Unorm, codes.size).unwrap();
     let knobs = PostParams { encoding: Encoding::Srgb, ..params(FsrParams::default()) };
-    run(&device, |frame| fsr.record(frame, &target, &knobs).unwrap());
+    run(&device, |frame| fsr.record(frame, &images, &target, &knobs).unwrap());
     let want = rcas(&codes, 0.5, false);
     let got = download(&target);
     assert!(largest_difference(&got, &want, false) <= 0.501 / 255.0);

@@ -6,8 +6,9 @@ use common::gpu::{download, random_hdr, run, upload};
 use common::pictures::to_codes;
 use common::quality::quality;
 use proptest::test_runner::TestRunner;
-use pt_core::Image;
 use pt_core::test_support::TestDevice;
+use pt_core::{ChannelImages, FrameSizes, Image, StageInputs};
+use pt_post::images::{RESOLVED, TAA_HISTORY};
 use pt_post::oracle::{self, Filter, TaaFrame, TaaOracle, resample};
 use pt_post::{ClipSpace, Rectify, Taa, TaaParams};
 use pt_shaders::channels::Format;
@@ -16,14 +17,16 @@ type Motion = Vec<[f64; 2]>;
 
 struct Bench {
     device: TestDevice,
+    images: ChannelImages,
     taa: Taa,
 }
 
 impl Bench {
     fn new(output_size: [u32; 2]) -> Self {
         let device = TestDevice::open();
-        let taa = Taa::new(&device, output_size).unwrap();
-        Self { device, taa }
+        let images = ChannelImages::alone(&device, FrameSizes::same(output_size), &[Taa::IO]).unwrap();
+        let taa = Taa::new(&device).unwrap();
+        Self { device, images, taa }
     }
 
     fn next(
@@ -39,8 +42,17 @@ impl Bench {
         let values: Vec<f32> = motion.iter().flatten().map(|v| *v as f32).collect();
         moving.write_f32(&values).unwrap();
         let jitter = jitter.map(|v| v as f32);
-        run(&self.device, |frame| self.taa.record(frame, &image, &moving, jitter, params).unwrap());
-        download(self.taa.resolved())
+        self.images.begin_frame();
+        let inputs = StageInputs::new(&self.images);
+        run(&self.device, |frame| {
+            self.taa.record(frame, &inputs, &image, &moving, jitter, params).unwrap();
+        });
+        download(self.images.current(RESOLVED))
+    }
+
+    /// What the last frame left for the next.
+    fn history(&self) -> Vec<f32> {
+        self.images.current(TAA_HISTORY).read_f32().unwrap()
     }
 }
 
@@ -127,7 +139,7 @@ fn kernel_agrees_with_the_oracle() {
                     "{size:?} -> {output_size:?}, {space:?} {rectify:?}, frame {frame}: {difference}"
                 );
                 // The kernel's rounding is not carried on.
-                oracle.set_history(&bench.taa.history().read_f32().unwrap());
+                oracle.set_history(&bench.history());
             }
         }
     }
@@ -321,7 +333,7 @@ fn broken_frames_leave_nothing_behind() {
         let result = bench.next(&frame, 1, &nan_motion, [0.1, -0.2], &params);
         assert!(result.pixels.iter().flatten().all(|v| (0.0..=10_001.0).contains(v)));
     }
-    bench.taa.reset();
+    bench.images.reset_history();
     let after = bench.next(&clean, 1, &still(size), [0.0; 2], &params);
     assert!(largest_code_difference(&after, &plain) < 5e-4);
 }
@@ -341,7 +353,7 @@ fn broken_pixels_do_not_stay_in_history() {
         let mut bench = Bench::new(size);
         for frame in [&broken, &missing, &broken] {
             bench.next(frame, 1, &still(size), [0.0; 2], &params);
-            let history = bench.taa.history().read_f32().unwrap();
+            let history = bench.history();
             assert!(history.iter().all(|v| (0.0..=1.0).contains(v)));
         }
         let mut last = None;

@@ -50,7 +50,7 @@ fn main() -> Result<()> {
     let device = Device::open(&DeviceOptions::default())?;
     let mut gpu = GpuScene::new(&device, &scene, TraceBackend::Compute)?;
     let lights = LightTables::new(&device, &scene)?;
-    lights.fill(gpu.record_mut());
+    lights.attach(&mut gpu);
     let mut stage = Stage { device, scene, gpu, lights };
 
     let truth = stage.render(SamplerKind::Sobol, 1000, 64 << LOG2_SPP)?;

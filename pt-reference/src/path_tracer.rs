@@ -6,7 +6,7 @@ use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
-use pt_core::{Buffer, Device, Frame, Kernel, Location, Result};
+use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
@@ -91,15 +91,15 @@ impl PathTracer {
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
         let slot_bytes = SLOT_BYTES + if params.ray_cones { CONE_BYTES } else { 0 };
         let constants = [
-            scene.features(),
-            kinds(&params, lights),
-            params.sampler.code(),
-            u32::from(params.energy_compensation),
-            u32::from(params.ray_cones),
-            u32::from(sorts_by_material(device, scene)),
+            ("scene_features", scene.features().into()),
+            ("light_kinds", kinds(&params, lights).into()),
+            ("sampler_kind", params.sampler.code().into()),
+            ("energy_compensation", params.energy_compensation.into()),
+            ("ray_cones", params.ray_cones.into()),
+            ("sort_materials", sorts_by_material(device, scene).into()),
         ];
-        let compute = |code| Kernel::specialized::<PathPush>(device, code, &constants);
-        let trace = |code| Kernel::trace_specialized::<PathPush>(device, code, scene.backend(), &constants);
+        let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);
+        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(), &constants);
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,
@@ -204,7 +204,6 @@ impl PathTracer {
 
             let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass).read("bsdf_tables", &self.bsdf_tables);
-            let pass = lights.buffers().into_iter().fold(pass, pt_core::frame::Pass::addresses);
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.first_hit).push(&push);
             let groups = groups_of(read, offset_of!(SlotListRecord, shade_groups));

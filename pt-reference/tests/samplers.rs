@@ -6,10 +6,11 @@ use common::records::{ListPush, SamplerCase};
 use common::{kernels, run};
 use glam::UVec4;
 use pt_core::rng::pcg4d;
+use pt_core::sobol::sobol;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::{Buffer, Kernel, Location};
-use pt_reference::oracle::sampler::{Sampler, SamplerKind, sobol};
+use pt_reference::oracle::sampler::{Sampler, SamplerKind};
 use std::f64::consts::TAU;
 
 const KINDS: [SamplerKind; 3] = [SamplerKind::Pcg, SamplerKind::Sobol, SamplerKind::BlueNoise];
@@ -23,7 +24,7 @@ fn sample(kind: SamplerKind, pixel: [u32; 2], index: u32, dimension: u32, seed: 
 #[test]
 fn kernel_equals_the_twin() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<ListPush>(&device, &kernels::SAMPLER_CASES).unwrap();
+    let kernel = Kernel::compute::<ListPush>(&device, &kernels::SAMPLER_CASES, &[]).unwrap();
     let cases: Vec<SamplerCase> = (0..30_000u32)
         .map(|i| {
             let [a, b, c, d] = pcg4d([i, 1, 2, 3]);

@@ -1,6 +1,7 @@
 //! The division of space into clusters: invariants on the host, and the kernel against the host to the bit.
 
 use proptest::prelude::*;
+use pt_core::SceneResources;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Recorder};
@@ -155,7 +156,7 @@ fn the_kernel_agrees_to_the_bit() {
     let device = TestDevice::open();
     let scene = builtin("lamps").unwrap();
     let mut gpu = GpuScene::new(&device, &scene, TraceBackend::Compute).unwrap();
-    let kernel = Kernel::compute::<()>(&device, &kernels::CLUSTER_OF).unwrap();
+    let kernel = Kernel::compute::<()>(&device, &kernels::CLUSTER_OF, &[]).unwrap();
     for target in [Clusters::DEFAULT, 1, Clusters::MAX] {
         let clusters = Clusters::new(&scene, target);
         if target != Clusters::DEFAULT {

@@ -1,19 +1,17 @@
 //! Deforming meshes on the device: the kernel against its host twin, and previous vertices against last frame's current ones.
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use common::shared;
 use pt_core::Recorder;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
+use pt_import::{LoadOptions, load};
 use pt_scene::animation::{Deformation, Influence, MorphDelta, Skin};
 use pt_scene::glam::{Affine3A, Quat, Vec3, Vec4};
 use pt_scene::gpu::GpuScene;
-use pt_import::{LoadOptions, load};
 use pt_scene::{AnimationChoice, Instance, Material, Mesh, Scene};
+use pt_test_data::shared;
 
 /// A strip along +Y of 2 x 64 vertices with two joints, one at each end, and a morph target that bulges it.
 fn strip() -> Scene {
@@ -154,8 +152,9 @@ fn a_twisted_strip_on_every_backend() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn shared_scenes() {
-    let Some(folder) = shared("scenes") else { return };
+    let folder = shared("scenes");
     let device = TestDevice::open();
     for file in [
         "Fox/Fox.glb",

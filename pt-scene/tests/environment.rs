@@ -1,11 +1,10 @@
 //! Lat-long environments: orientation, rotation, files.
 
-mod common;
-
 use std::f32::consts::FRAC_PI_2;
 
 use pt_scene::glam::{Vec2, Vec3};
 use pt_scene::{Environment, EnvironmentImage, default_sky};
+use pt_test_data::shared;
 
 /// Each texel tells where it is: R = column, G = row.
 fn chart(width: u32, height: u32) -> Environment {
@@ -49,8 +48,9 @@ fn direction_inverts_uv() {
 }
 
 #[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn hdr_files_load() {
-    let Some(folder) = common::shared("environments") else { return };
+    let folder = shared("environments");
     let e = Environment::load(folder.join("royal_esplanade_1k.hdr")).unwrap();
     assert_eq!((e.image.width, e.image.height), (1024, 512));
     assert!(!e.is_black());

@@ -4,11 +4,15 @@ mod common;
 
 use common::records::{MaterialCase, MaterialResult};
 use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
+use pt_core::SceneResources;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Location, Recorder};
 use pt_scene::gpu::GpuScene;
-use pt_scene::{AlphaMode, BlockFormat, Filter, Instance, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Texels, Texture, TextureRef, TextureUsage, Wrap, linear_from_srgb};
+use pt_scene::{
+    AlphaMode, BlockFormat, Filter, Instance, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Texels,
+    Texture, TextureRef, TextureUsage, Wrap, linear_from_srgb,
+};
 use pt_shaders::records::{FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM, FEATURE_VERTEX_COLOR};
 
 #[allow(dead_code, reason = "each test program uses a part")]
@@ -57,7 +61,9 @@ fn samples(device: &TestDevice, scene: &Scene, at: &[Vec2], footprint: f32) -> V
     let results = Buffer::new(device, "results", size, Location::Device).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
     let [general, specialized]: [Vec<MaterialResult>; 2] = [u32::MAX, gpu.features()].map(|features| {
-        let kernel = Kernel::specialized::<()>(device, &kernels::MATERIAL_SAMPLES, &[features]).unwrap();
+        let kernel =
+            Kernel::compute::<()>(device, &kernels::MATERIAL_SAMPLES, &[("scene_features", features.into())])
+                .unwrap();
         let mut frame = recorder.begin().unwrap();
         gpu.update(&mut frame, scene).unwrap();
         let pass = frame.pass("materials", &kernel).read("cases", &cases).write("results", &results);

@@ -1,5 +1,6 @@
 // Random numbers as a pure function of (pixel, frame, dimension, seed): PCG-4D of Jarzynski and Olano 2020,
-// "Hash Functions for GPU Rendering". The host twin is pt_core::rng.
+// "Hash Functions for GPU Rendering". The host twin is pt_core::rng. What stages draw from is random.glsl.
+#include "dimensions.glsl"
 
 uvec4 pcg4d(uvec4 v) {
     v = v * 1664525u + 1013904223u;
@@ -15,23 +16,11 @@ uvec4 pcg4d(uvec4 v) {
     return v;
 }
 
-// Dimensions: every decision that draws numbers has one of its own.
-const uint DIM_PIXEL = 0u;       // x, y: position in the pixel; z, w: position on the lens
-// One candidate of each kind of light. x: which light; y: second number of its alias table; z, w: point on it.
-const uint DIM_SUN = 1u;
-const uint DIM_POSITIONAL = 2u;
-const uint DIM_EMISSIVE = 3u;
-const uint DIM_ENVIRONMENT = 4u;
-// Reflection or refraction number i draws from DIM_REFLECT_REFRACT + i; i < 10. x: which lobe; y, z: microfacet normal.
-const uint DIM_REFLECT_REFRACT = 32u;
-
 // Four words of 32 random bits. `key`: x = flat pixel (x | y << 16), y = frame (channel rng_seed).
 uvec4 random4_bits(uvec2 key, uint dimension, uint seed) { return pcg4d(uvec4(key, dimension, seed)); }
 
-// Every ray decides with a number of its own which BLEND surfaces are there for it: dimension DIM_COVERAGE + that of the decision
-// which the ray follows from.
-const uint DIM_COVERAGE = 64u;
-
+// Every ray decides with a number of its own which BLEND surfaces are there for it. `dimension`: that of the decision which the ray
+// follows from.
 uint coverage_seed(uvec2 key, uint dimension, uint seed) { return random4_bits(key, DIM_COVERAGE + dimension, seed).x; }
 
 // PCG of the same paper, for hashes that are nested.

@@ -83,13 +83,18 @@ Sampler make_sampler(uint kind, uvec2 pixel, uint sample_index, uint seed, uint 
     return s;
 }
 
+// Point `index` of Sobol's sequence with its order and its values scrambled.
+uvec4 scrambled_sobol(uint index, uvec4 seeds) {
+    uvec4 x = sobol(owen_scramble(index, pcg(seeds.x ^ seeds.w)));
+    return uvec4(owen_scramble(x.x, seeds.x), owen_scramble(x.y, seeds.y), owen_scramble(x.z, seeds.z), owen_scramble(x.w, seeds.w));
+}
+
 uvec4 sample_bits(inout Sampler s) {
     uvec4 seeds = pcg4d(uvec4(s.scramble, s.dimension, s.kind, s.kind == SAMPLER_PCG ? s.index : 0u));
     s.dimension++;
     if (s.kind == SAMPLER_PCG) return seeds;
-    // The order of the points (which, for the blue noise, is the order of the pixels too), then their values.
-    uvec4 x = sobol(owen_scramble(s.index, pcg(seeds.x ^ seeds.w)));
-    return uvec4(owen_scramble(x.x, seeds.x), owen_scramble(x.y, seeds.y), owen_scramble(x.z, seeds.z), owen_scramble(x.w, seeds.w));
+    // For the blue noise the order of the points is the order of the pixels too.
+    return scrambled_sobol(s.index, seeds);
 }
 
 vec4 sample_4d(inout Sampler s) { return unit_from_bits(sample_bits(s)); }

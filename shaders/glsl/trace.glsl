@@ -1,7 +1,7 @@
 // Finding hits. A kernel that traces (`*.trace`) includes this header and is compiled once for each backend; it sees
 //
-//     Hit trace_closest(Ray ray, uint mask, uint coverage_seed)     nearest hit in [t_min, t_max]; instance == NONE: nothing
-//     bool trace_occluded(Ray ray, uint mask, uint coverage_seed)   whether there is any
+//     Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage)     nearest hit in [t_min, t_max]; instance == NONE: nothing
+//     bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage)   whether there is any
 //     uvec2 launch_id()   position in the launch; compute launches round up to whole workgroups, so main() returns when it
 //                         lies outside of the extent
 //
@@ -9,13 +9,13 @@
 // triangle, t and the barycentrics come from triangle_intersection().
 //
 // Triangles from first_masked on are there with the probability of their coverage(): MASK materials for all rays or none, BLEND
-// materials for a share of them (stochastic transparency: Enderton et al. 2010), so that the mean over `coverage_seed`s is the
-// "over" operator, in whatever order the surfaces stand. The number that decides is a function of seed, instance and triangle
-// alone: it does not depend on the order of traversal, which differs between backends, nor on how often a triangle is met. Rays
-// that are to be independent of each other need seeds of their own: rng.glsl makes them. A kernel that defines TRACE_OPAQUE
+// materials for a share of them (stochastic transparency: Enderton et al. 2010), so that the mean over rays is the
+// "over" operator, in whatever order the surfaces stand. The number that decides is a function of `ray_coverage`, instance and
+// triangle alone: it does not depend on the order of traversal, which differs between backends, nor on how often a triangle is met. Rays
+// that are to be independent of each other need values of their own: random_coverage() of random.glsl, white_coverage(). A kernel that defines TRACE_OPAQUE
 // before takes every triangle for covered.
 #include "scene.glsl"
-#include "rng.glsl"
+#include "blue_noise.glsl"
 
 // Sums and products in a fixed order, so that every backend's kernel computes the same bits.
 vec3 fixed_cross(vec3 a, vec3 b) {
@@ -62,15 +62,14 @@ Hit triangle_hit(Ray ray, uint instance, uint triangle) {
 }
 
 // Whether a ray stops at the point `bary` of a masked triangle.
-bool is_covered(MeshRecord mesh, uint instance, uint triangle, vec2 bary, uint coverage_seed) {
-    uint bits = pcg(triangle + pcg(instance + coverage_seed));
-    return float(bits >> 8u) * (1.0 / 16777216.0) < coverage(mesh, triangle, bary);
+bool is_covered(MeshRecord mesh, uint instance, uint triangle, vec2 bary, uvec2 ray_coverage) {
+    return coverage_number(ray_coverage, instance, triangle) < coverage(mesh, triangle, bary);
 }
 
 // The same for a ray that a driver's traversal is on; the driver's own barycentrics may have other bits.
-bool is_hit_covered(Ray ray, uint instance, uint triangle, uint coverage_seed) {
+bool is_hit_covered(Ray ray, uint instance, uint triangle, uvec2 ray_coverage) {
     vec2 bary = triangle_hit(ray, instance, triangle).barycentrics;
-    return is_covered(scene_mesh(scene_instance(instance).mesh), instance, triangle, bary, coverage_seed);
+    return is_covered(scene_mesh(scene_instance(instance).mesh), instance, triangle, bary, ray_coverage);
 }
 
 // Drivers number the primitives of each geometry from 0: geometry 0 is [0, first_masked), geometry 1 the masked rest.
@@ -82,11 +81,11 @@ uint mesh_triangle(uint instance, uint geometry, uint primitive) {
 const Hit MISS = Hit(NONE, NONE, vec2(0.0), 0.0);
 
 #ifdef TRACE_COMPUTE
-#include "trace_compute.glsl"
+#include "trace/compute.glsl"
 #endif
 #ifdef TRACE_RAY_QUERY
-#include "trace_ray_query.glsl"
+#include "trace/ray_query.glsl"
 #endif
 #ifdef TRACE_RT_PIPELINE
-#include "trace_rt_pipeline.glsl"
+#include "trace/rt_pipeline.glsl"
 #endif

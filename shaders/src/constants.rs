@@ -76,6 +76,9 @@ gpu_constants! {
     pub const SKY_DISTANCE: f32 = 1e4;
     /// Channel `cluster`: there is no surface.
     pub const NO_CLUSTER: u32 = 0xffff;
+
+    /// Side of the blue-noise mask in texels; a power of two. Its ranks fill 12 bits.
+    pub const BLUE_NOISE_SIDE: u32 = 64;
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! * [`named_enum!`]: an enum has its names and its GLSL constants from one declaration;
 //! * [`channels`]: the frame contract, i.e. every screen-space image that crosses a stage seam;
 //! * [`gpu_constants!`]: the same for constants, [`constants`]: those that several crates share;
+//! * [`dimensions`]: which decision draws which random numbers;
 //! * [`records`]: the records that several crates share (camera, frame, scene tables);
 //! * `compiler` (feature of the same name, for build scripts): GLSL to SPIR-V with includes, errors as file:line.
 //!
@@ -13,6 +14,8 @@ pub mod channels;
 #[cfg(feature = "compiler")]
 pub mod compiler;
 pub mod constants;
+pub mod dimensions;
+pub mod format;
 pub mod gpu_constants;
 pub mod gpu_struct;
 mod kernel_code;

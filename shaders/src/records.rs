@@ -41,8 +41,10 @@ gpu_struct! {
         pub frame_index: u32,
         /// Seed of the run.
         pub seed: u32,
+        /// Where random numbers come from: `RANDOM_*`.
+        pub random: u32,
         /// Alignment.
-        pub pad: [u32; 3],
+        pub pad: [u32; 2],
     }
 }
 
@@ -52,7 +54,7 @@ pub const fn field_width(width: u32) -> u32 {
 }
 
 impl FrameRecord {
-    /// A frame of `size` pixels, seen by `camera` and, in the last frame, by `camera_prev`.
+    /// A frame of `size` pixels, seen by `camera` and, in the last frame, by `camera_prev`. Its random numbers are white noise.
     pub fn new(
         camera: CameraRecord,
         camera_prev: CameraRecord,
@@ -61,7 +63,8 @@ impl FrameRecord {
         seed: u32,
     ) -> Self {
         let field_width = field_width(size[0]);
-        Self { camera, camera_prev, size: size.into(), field_width, frame_index, seed, pad: [0; 3] }
+        let random = RandomSource::White.code();
+        Self { camera, camera_prev, size: size.into(), field_width, frame_index, seed, random, pad: [0; 2] }
     }
 }
 
@@ -99,6 +102,8 @@ gpu_struct! {
         pub tlas: u64,
         /// `ClusterNode[]`, the root first.
         pub clusters: u64,
+        /// `uint[BLUE_NOISE_SIDE * BLUE_NOISE_SIDE]`: a blue-noise mask, ranks in the upper 12 bits.
+        pub blue_noise: u64,
         /// Number of instances.
         pub instance_count: u32,
         /// Number of punctual lights.
@@ -115,6 +120,8 @@ gpu_struct! {
         pub environment_intensity: f32,
         /// How many of the punctual lights are directional.
         pub sun_count: u32,
+        /// Alignment.
+        pub pad: [u32; 2],
     }
 }
 
@@ -370,6 +377,18 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Where the random numbers of a frame come from; `RANDOM_*` in GLSL.
+    pub enum RandomSource: "RANDOM" {
+        /// A hash: pixels, frames and dimensions are independent.
+        White = "white",
+        /// A blue-noise mask across the pixels: less of the error is left after a blur. Frames are independent.
+        BlueNoise = "blue-noise",
+        /// A scrambled Sobol sequence over the frames, moved by the mask from pixel to pixel: means of frames converge faster too.
+        Sobol = "sobol",
+    }
+}
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {
@@ -458,6 +477,7 @@ table! {
 pub fn glsl() -> String {
     let mut text = String::from("#include \"constants.glsl\"\n");
     text.push_str(&SamplerKind::glsl());
+    text.push_str(&RandomSource::glsl());
     text.push_str(&declarations());
     text
 }

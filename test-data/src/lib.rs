@@ -32,7 +32,10 @@ pub fn declare() {
     let there = folder().is_dir();
     if there {
         // One file stands for all: Cargo searches a watched folder to its last file.
-        println!("cargo::rerun-if-changed={}", folder().join("environments/royal_esplanade_1k.hdr").display());
+        println!(
+            "cargo::rerun-if-changed={}",
+            folder().join("environments/royal_esplanade_1k.hdr").display()
+        );
     } else {
         println!("cargo::rerun-if-env-changed={REQUIRE}");
     }

@@ -69,9 +69,8 @@ impl Frames {
         let mut frame = self.recorder.begin().unwrap();
         self.session.update(&mut frame, time, self.time).unwrap();
         self.time = time;
-        let (gpu, lights) = (&self.session.gpu, &self.session.lights);
         let camera = self.camera.at(time);
-        self.full.record(&mut frame, gpu, lights, &camera, self.seed, &self.params).unwrap();
+        self.full.record(&mut frame, &self.session.gpu, &camera, self.seed, None, &self.params).unwrap();
         frame.submit().unwrap();
     }
 

@@ -5,6 +5,7 @@ use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, FrameSizes, StageInputs};
 use pt_core::{Device, Recorder};
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{Metric, compare};
@@ -63,21 +64,24 @@ fn shoot(scene: &str, count: u32, seconds_per_frame: f64) -> Vec<Shot> {
 
 /// What the stage makes of the frames, one after the other.
 fn resolve_all(device: &Device, shots: &[Shot], params: &TaaParams) -> Vec<Image> {
-    let mut taa = Taa::new(device, SIZE).unwrap();
+    let taa = Taa::new(device).unwrap();
+    let mut images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[Taa::IO]).unwrap();
     let color = pt_core::Image::new(device, "color", Format::Rgba32F, SIZE).unwrap();
     let motion = pt_core::Image::new(device, "motion", Format::Rg32F, SIZE).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
-    let next = |shot: &Shot| {
+    let mut next = |shot: &Shot| {
         // Alpha holds the pixel's flags: a surface that neither reflects nor refracts.
         let texels: Vec<f32> =
             shot.color.pixels.iter().flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 1.0]).collect();
         color.write_f32(&texels).unwrap();
         motion.write_f32(shot.motion.as_flattened()).unwrap();
         let mut frame = recorder.begin().unwrap();
-        taa.record(&mut frame, &color, &motion, shot.jitter, params).unwrap();
+        images.begin_frame();
+        let inputs = StageInputs::new(&images);
+        taa.record(&mut frame, &inputs, &color, &motion, shot.jitter, params).unwrap();
         frame.submit().unwrap();
         recorder.finish().unwrap();
-        let texels = taa.resolved().read_f32().unwrap();
+        let texels = images.current(RESOLVED).read_f32().unwrap();
         let pixels = texels.chunks_exact(4).map(|c| [c[0], c[1], c[2]].map(f64::from)).collect();
         Image { size: SIZE, pixels }
     };

@@ -54,7 +54,7 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     for time in [0.0, 1.0 / 60.0] {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, 0.0)?;
-        full.record(&mut frame, &session.gpu, &session.lights, &session.camera.at(time), 0, &params)?;
+        full.record(&mut frame, &session.gpu, &session.camera.at(time), 0, None, &params)?;
         frame.submit()?;
     }
     recorder.finish()?;
@@ -68,8 +68,10 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
         let mebibytes = pass.bytes as f64 / f64::from(1 << 20);
         writeln!(
             out,
-            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {mebibytes:.1} MiB",
-            pass.name, pass.kernel
+            "{number:2} {}  [{}]  {x}x{y}x{z} threads, {}{mebibytes:.1} MiB",
+            pass.name,
+            pass.kernel,
+            if pass.bytes_are_upper_bound { "at most " } else { "" },
         )?;
         if !pass.reads.is_empty() {
             writeln!(out, "     reads   {}", pass.reads.join(" "))?;

@@ -9,10 +9,11 @@ use clap::Parser;
 use pt_checkerboard::study::{Scheme, SplitSurface};
 use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::StageArgs;
-use pt_image::image_file::LinearImage;
-use pt_image::metrics::{Metric, compare};
 use pt_core::split::to_split;
 use pt_core::{ChannelImages, console};
+use pt_core::{FrameSizes, StageInputs};
+use pt_image::image_file::LinearImage;
+use pt_image::metrics::{Metric, compare};
 use pt_shaders::channels::{COLOR, FLAT_COLOR};
 use std::io::Write;
 use std::path::PathBuf;
@@ -61,10 +62,11 @@ fn run(args: &Args, out: &mut impl Write) -> Result<bool> {
     let texels: Vec<[f32; 4]> = image.pixels.iter().map(|c| [c[0], c[1], c[2], flags]).collect();
 
     let device = args.stage.open_device()?;
-    let images = ChannelImages::new(&device, size, [Interleave::READS, Interleave::WRITES].concat())?;
+    let images = ChannelImages::alone(&device, FrameSizes::same(size), &[Interleave::IO])?;
     images.current(COLOR).write_f32(to_split(&texels, size, [0.0; 4]).as_flattened())?;
     let stage = Interleave::new(&device)?;
-    let times = args.stage.measure(&device, size, |frame| stage.record(frame, &images, &params))?;
+    let inputs = StageInputs::new(&images);
+    let times = args.stage.measure(&device, size, |frame| stage.record(frame, &inputs, &params))?;
     write!(out, "{times}")?;
 
     let flat = images.current(FLAT_COLOR).read_f32()?;

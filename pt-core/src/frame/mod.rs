@@ -1,6 +1,7 @@
 //! The frame recorder. A pass says what it reads and what it writes; barriers, timestamps, debug labels and the pass
 //! table follow from that one declaration.
 
+mod copies;
 mod hazards;
 mod pass;
 mod recorder;

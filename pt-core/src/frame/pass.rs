@@ -4,14 +4,14 @@ use super::hazards::Touch;
 use super::recorder::Frame;
 use super::resource::{Keep, PassInfo, Resource};
 use crate::buffer::Buffer;
-use crate::channels::ChannelImages;
+use crate::channels::{ChannelImages, Lacking};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::kernel::{Binding, BindingKind, Kernel};
+use crate::plan::StageIo;
 use crate::texture::TextureTable;
 use ash::vk;
 use pt_shaders::GpuStruct;
-use pt_shaders::channels::ChannelId;
 use std::collections::BTreeMap;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +33,7 @@ pub struct Pass<'f, 'r> {
     addressed: Vec<(Resource, Use)>,
     textures: Option<TextureTable>,
     push: Vec<u8>,
+    touches_part: bool,
     problem: Option<String>,
 }
 
@@ -53,6 +54,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             addressed: Vec::new(),
             textures: None,
             push: Vec::new(),
+            touches_part: false,
             problem: None,
         }
     }
@@ -84,24 +86,40 @@ impl<'f, 'r> Pass<'f, 'r> {
         self.bind(name, image.into(), Use::Sample)
     }
 
-    /// Channels that the kernel only reads.
-    pub fn reads(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
-        channels.iter().fold(self, |pass, &id| pass.read(&id.glsl_name(), images.current(id)))
+    /// Images that the stage's declaration names, as far as the kernel has a binding for them: `ch_NAME` or `im_NAME` for texels,
+    /// `tex_NAME` to sample, each with `_prev` for the last frame's content.
+    pub fn touches(mut self, images: &ChannelImages, io: &StageIo) -> Self {
+        for (ids, how) in [(io.reads, Use::Read), (io.writes, Use::Write), (io.updates, Use::Update)] {
+            for &id in ids {
+                self = self.channel(images.get(id), &id.glsl_name(), &id.glsl_sampler(), how);
+            }
+        }
+        for &id in io.reads_previous {
+            let (image, sampler) = (id.glsl_name_prev(), id.glsl_sampler_prev());
+            self = self.channel(images.get_previous(id), &image, &sampler, Use::Read);
+        }
+        self
     }
 
-    /// Last frame's content of channels that the kernel reads.
-    pub fn reads_previous(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
-        channels.iter().fold(self, |pass, &id| pass.read(&id.glsl_name_prev(), images.previous(id)))
-    }
-
-    /// Channels that the kernel only writes.
-    pub fn writes(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
-        channels.iter().fold(self, |pass, &id| pass.write(&id.glsl_name(), images.current(id)))
-    }
-
-    /// Channels that the kernel reads and writes.
-    pub fn updates(self, images: &ChannelImages, channels: &[ChannelId]) -> Self {
-        channels.iter().fold(self, |pass, &id| pass.update(&id.glsl_name(), images.current(id)))
+    fn channel(
+        mut self,
+        image: std::result::Result<&Image, Lacking>,
+        texels: &str,
+        sampler: &str,
+        how: Use,
+    ) -> Self {
+        let name = match (self.kernel.has_binding(texels), self.kernel.has_binding(sampler)) {
+            (false, false) => return self,
+            (true, _) => texels,
+            (false, true) => sampler,
+        };
+        match image {
+            Ok(image) => self.bind(name, image.into(), if name == sampler { Use::Sample } else { how }),
+            Err(lacking) => {
+                self.problem.get_or_insert(lacking.into());
+                self
+            }
+        }
     }
 
     /// A buffer that the kernel reads through its device address.
@@ -131,6 +149,12 @@ impl<'f, 'r> Pass<'f, 'r> {
     /// The bindless textures.
     pub fn textures(mut self, table: &TextureTable) -> Self {
         self.textures = Some(table.clone());
+        self
+    }
+
+    /// Only some threads read and write what is bound: [`PassInfo::bytes`] is an upper bound.
+    pub fn touches_part(mut self) -> Self {
+        self.touches_part = true;
         self
     }
 
@@ -180,11 +204,8 @@ impl<'f, 'r> Pass<'f, 'r> {
         let sets = self.write_descriptors(&device)?;
 
         let names = |keep: &dyn Fn(Use) -> bool| {
-            self.bound
-                .iter()
-                .filter(|(_, (_, how))| keep(*how))
-                .map(|(name, _)| name.clone())
-                .collect::<Vec<_>>()
+            let kept = self.bound.values().filter(|(_, how)| keep(*how));
+            kept.map(|(resource, _)| resource.name().to_owned()).collect::<Vec<_>>()
         };
         let moved = |how: Use| if how == Use::Update { 2 } else { 1 };
         let info = PassInfo {
@@ -194,6 +215,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             reads: names(&|how| how != Use::Write),
             writes: names(&|how| matches!(how, Use::Write | Use::Update)),
             bytes: self.bound.values().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
+            bytes_are_upper_bound: self.touches_part || groups.is_some(),
         };
         let mut keep: Vec<_> = self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
         keep.push(Keep::Kernel(self.kernel.clone()));

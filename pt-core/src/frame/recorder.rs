@@ -287,6 +287,7 @@ impl<'r> Frame<'r> {
             reads: Vec::new(),
             writes: vec![buffer.name().into()],
             bytes: bytes.len() as u64,
+            bytes_are_upper_bound: false,
         };
         let keep = [Keep::Buffer(buffer.clone()), Keep::Buffer(staging.clone())];
         self.encode(info, &touches, keep, |raw, cmd| {
@@ -310,6 +311,7 @@ impl<'r> Frame<'r> {
             reads: vec![buffer.name().into()],
             writes: vec![to.name().into()],
             bytes: buffer.size(),
+            bytes_are_upper_bound: false,
         };
         let region = [vk::BufferCopy::default().size(buffer.size())];
         let keep = [Keep::Buffer(buffer.clone()), Keep::Buffer(to.clone())];

@@ -20,6 +20,8 @@ pub struct PassInfo {
     pub writes: Vec<String>,
     /// Bytes that it moves when it touches every texel of its images and every byte of its buffers once.
     pub bytes: u64,
+    /// Whether it touches fewer than that, as many as the frame needs.
+    pub bytes_are_upper_bound: bool,
 }
 
 impl PassInfo {
@@ -63,6 +65,13 @@ impl Resource {
         match self {
             Self::Image(image) => image.id(),
             Self::Buffer(buffer) => buffer.id(),
+        }
+    }
+
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Image(image) => image.name(),
+            Self::Buffer(buffer) => buffer.name(),
         }
     }
 

@@ -34,6 +34,8 @@ pub struct PassRow {
     pub time: Spread,
     /// Bytes that it moves, as [`PassInfo::bytes`].
     pub bytes: u64,
+    /// As [`PassInfo::bytes_are_upper_bound`].
+    pub bytes_are_upper_bound: bool,
     /// Threads that it starts; 0 when it runs no kernel.
     pub threads: u64,
 }
@@ -47,6 +49,7 @@ impl PassRow {
                 pass: info.name.clone(),
                 time: Spread::of(same.map(|p| p.ms).collect()),
                 bytes: info.bytes,
+                bytes_are_upper_bound: info.bytes_are_upper_bound,
                 threads: if info.runs_kernel() {
                     info.extent.into_iter().map(u64::from).product()
                 } else {
@@ -57,14 +60,21 @@ impl PassRow {
         table.iter().enumerate().map(row).collect()
     }
 
-    /// 10^9 bytes a second at the median time; `None` where the time is too short for the device's clock.
+    /// 10^9 bytes a second at the median time; `None` where the time is too short for the device's clock or the bytes are not known.
     pub fn gb_per_s(&self) -> Option<f64> {
-        self.per_ms(self.bytes).map(|rate| rate * 1e-6)
+        let bytes = if self.bytes_are_upper_bound { 0 } else { self.bytes };
+        self.per_ms(bytes).map(|rate| rate * 1e-6)
     }
 
     /// Million threads a second at the median time: for a pass of one ray a thread, Mrays/s.
     pub fn mthreads_per_s(&self) -> Option<f64> {
         self.per_ms(self.threads).map(|rate| rate * 1e-3)
+    }
+
+    /// Bytes in MiB, as tables show them: behind `<=` when they are an upper bound.
+    pub fn mebibytes(&self) -> String {
+        let bound = if self.bytes_are_upper_bound { "<= " } else { "" };
+        format!("{bound}{:.2}", self.bytes as f64 / f64::from(1 << 20))
     }
 
     fn per_ms(&self, count: u64) -> Option<f64> {
@@ -109,13 +119,13 @@ impl fmt::Display for StageTimes {
         )?;
         let rate = |value: Option<f64>| value.map_or("-".into(), |v| format!("{v:.1}"));
         for row in &self.passes {
-            let mebibytes = row.bytes as f64 / f64::from(1 << 20);
             writeln!(
                 f,
-                "{:<name$}  {:>10.4}  {:>10.4}  {mebibytes:>10.2}  {:>8}  {:>10}",
+                "{:<name$}  {:>10.4}  {:>10.4}  {:>10}  {:>8}  {:>10}",
                 row.pass,
                 row.time.median_ms,
                 row.time.p95_ms,
+                row.mebibytes(),
                 rate(row.gb_per_s()),
                 rate(row.mthreads_per_s()),
             )?;
@@ -168,9 +178,12 @@ mod tests {
     #[test]
     fn rates_are_at_the_median() {
         let time = Spread { median_ms: 2.0, p95_ms: 9.0 };
-        let row = PassRow { pass: "p".into(), time, bytes: 4_000_000, threads: 1000 };
+        let row =
+            PassRow { pass: "p".into(), time, bytes: 4_000_000, bytes_are_upper_bound: false, threads: 1000 };
         assert_eq!(row.gb_per_s(), Some(2.0));
         assert_eq!(row.mthreads_per_s(), Some(0.5));
-        assert_eq!(PassRow { time: Spread::default(), ..row }.gb_per_s(), None);
+        assert_eq!(PassRow { time: Spread::default(), ..row.clone() }.gb_per_s(), None);
+        let bounded = PassRow { bytes_are_upper_bound: true, ..row };
+        assert_eq!((bounded.gb_per_s(), bounded.mebibytes()), (None, "<= 3.81".into()));
     }
 }

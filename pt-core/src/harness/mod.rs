@@ -8,7 +8,7 @@ mod copy;
 mod measure;
 
 pub use bench::bench;
-pub use copy::copy_bandwidth;
+pub use copy::{CopyBandwidth, copy_bandwidth};
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
 use crate::capture::{self, CaptureError, keys};
@@ -16,6 +16,8 @@ use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
 use crate::error::Error;
 use crate::frame::Frame;
+use crate::inputs::StageInputs;
+use crate::plan::StageIo;
 use crate::settings::{Knobs, SettingsError, apply_sets};
 use pt_image::atomic_file::check_writable;
 use pt_image::image_file::{ImageFileError, Layer, LayeredImage, OutputFormat};
@@ -120,32 +122,35 @@ pub struct ReplayArgs {
 }
 
 /// Runs a stage on a capture: loads the channels that it reads, records it again and again, prints the table, and writes
-/// what it wrote. `set_up` makes the stage; what it returns records one frame.
+/// what they wrote. `stages`: what they touch; `set_up` makes the stage, and what it returns records one frame.
 ///
 /// # Errors
 /// An unknown knob, a file that can't be read or written or lacks a channel, a device that can't do it.
 pub fn replay<P, R>(
     args: &ReplayArgs,
-    reads: &[ChannelId],
-    writes: &[ChannelId],
+    stages: &[StageIo],
     out: &mut impl Write,
     set_up: impl FnOnce(&Device, [u32; 2], P) -> Result<R, Error>,
 ) -> Result<(), HarnessError>
 where
     P: Knobs,
-    R: FnMut(&mut Frame<'_>, &ChannelImages) -> Result<(), Error>,
+    R: FnMut(&mut Frame<'_>, &StageInputs<'_>) -> Result<(), Error>,
 {
     let params = args.stage.params()?;
     args.output.as_deref().map_or(Ok(()), check_output)?;
     let recorded = LayeredImage::read_exr(&args.capture)?;
     let device = args.stage.open_device()?;
-    let images = capture::load(&device, &recorded, reads, writes)
+    let images = capture::load(&device, &recorded, stages)
         .map_err(|problem| HarnessError::Capture { path: args.capture.clone(), problem })?;
     let mut record = set_up(&device, images.size(), params)?;
-    let times = args.stage.measure(&device, images.size(), |frame| record(frame, &images))?;
+    let times =
+        args.stage.measure(&device, images.size(), |frame| record(frame, &StageInputs::new(&images)))?;
     write!(out, "{times}")?;
     match &args.output {
-        Some(path) => save(path, &device, &images, writes, recorded.metadata),
+        Some(path) => {
+            let writes: Vec<_> = stages.iter().flat_map(|io| io.writes).copied().collect();
+            save(path, &device, &images, &writes, recorded.metadata)
+        }
         None => Ok(()),
     }
 }
@@ -176,7 +181,7 @@ pub fn save(
     let [width, height] = images.size();
     let mut file = LayeredImage::new(width, height)?;
     for &id in channels {
-        file.layers.push(capture::read_layer(images, id)?);
+        file.layers.push(capture::read_layer(images, id)?.0);
     }
     let picture = |layer: &Layer| {
         let plane = |name| layer.channels.iter().find(|channel| channel.name == name).cloned();

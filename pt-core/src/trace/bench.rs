@@ -10,6 +10,7 @@ use crate::frame::Recorder;
 use crate::rng::random4;
 use glam::Vec3;
 use pt_shaders::records::{CameraRecord, Hit, NONE, Ray};
+use std::time::Instant;
 
 const VISIBILITY: Visibility = Visibility { mask: ALL, seed: 0 };
 
@@ -41,19 +42,27 @@ pub struct BenchRow {
 pub struct BenchOptions {
     /// Width and height of the primary rays' image; every kind has as many rays.
     pub size: [u32; 2],
-    /// Timed windows; all backends take turns within one.
+    /// Timed windows of each backend and kind.
     pub windows: u32,
     /// Seed of the random directions.
     pub seed: u32,
 }
 
-impl Default for BenchOptions {
-    fn default() -> Self {
-        Self { size: [640, 360], windows: 7, seed: 0 }
-    }
+/// Size with as many rays as it takes to fill the device: a CPU, and a large GPU, which is not full for the last of its waves.
+pub fn default_size(device: &Device) -> [u32; 2] {
+    if device.info().kind == "cpu" { [640, 360] } else { [3840, 2160] }
 }
 
-/// Times the same rays on every available backend and on the CPU. Alpha is left out on all sides.
+/// A device is warm when this many batches in a row were no faster than the best before by more than a share of it.
+const STEADY_BATCHES: u32 = 3;
+const STEADY_SHARE: f64 = 0.02;
+/// Shortest batch. A GPU needs tenths of a second to raise its clock.
+const BATCH_MS: f64 = 50.0;
+/// Most seconds until a device is taken for warm.
+const WARM_UP_S: f64 = 5.0;
+
+/// Times the same rays on every available backend and on the CPU. Alpha is left out on all sides. The device is measured in one go, each
+/// backend once its rate is steady and its windows back to back, so that its clock does not fall while the CPU traces; the CPU after it.
 ///
 /// # Errors
 /// When a backend can't be set up.
@@ -65,29 +74,17 @@ pub fn bench(
     options: BenchOptions,
 ) -> Result<Vec<BenchRow>> {
     let native = NativeRays::new(meshes, instances, camera, options.size, options.seed)?;
-    let mut runs: Vec<Run> = Vec::new();
+    let windows = options.windows.max(1);
+    let info = device.info();
+    let mut rows = Vec::new();
     for backend in TraceBackend::available(device) {
         let mut run = Run::new(device, meshes, instances, backend)?;
         for list in &native.lists {
-            run.add(list)?;
-        }
-        runs.push(run);
-    }
-    let mut native_rates = vec![Vec::new(); native.lists.len()];
-    for _ in 0..options.windows.max(1) {
-        for (list, rates) in native.lists.iter().zip(&mut native_rates) {
-            rates.push(native.mrays_per_s(list.kind, list.rays.len()));
-            for run in &mut runs {
-                run.time(list.kind)?;
-            }
-        }
-    }
-    let info = device.info();
-    let mut rows = Vec::new();
-    for run in runs {
-        for (timed, list) in run.lists.iter().zip(&native.lists) {
+            let mut timed = run.add(list)?;
+            run.warm_up(&mut timed)?;
+            run.time(&mut timed, windows)?;
             rows.push(BenchRow {
-                backend: run.backend.name(),
+                backend: backend.name(),
                 kind: list.kind,
                 mrays_per_s: best(&timed.rates),
                 median_mrays_per_s: median(&timed.rates),
@@ -99,7 +96,8 @@ pub fn bench(
             });
         }
     }
-    for (list, rates) in native.lists.iter().zip(native_rates) {
+    for list in &native.lists {
+        let rates: Vec<_> = (0..windows).map(|_| native.mrays_per_s(list.kind, list.rays.len())).collect();
         rows.push(BenchRow {
             backend: "native",
             kind: list.kind,
@@ -157,15 +155,15 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
     let mut runs = Vec::new();
     for backend in available {
         let mut run = Run::new(device, meshes, instances, backend)?;
-        run.add(&list)?;
-        runs.push(run);
+        let timed = run.add(&list)?;
+        runs.push((backend, run, timed));
     }
     for _ in 0..CHOICE_ROUNDS {
-        for run in &mut runs {
-            run.time(list.kind)?;
+        for (_, run, timed) in &mut runs {
+            run.time(timed, 1)?;
         }
     }
-    let rates: Vec<_> = runs.iter().map(|run| (run.backend, best(&run.lists[0].rates))).collect();
+    let rates: Vec<_> = runs.iter().map(|(backend, _, timed)| (*backend, best(&timed.rates))).collect();
     Ok(Choice { backend: preferred(&rates), mrays_per_s: rates, missing })
 }
 
@@ -190,19 +188,19 @@ fn choice_ray(i: u32, low: Vec3, high: Vec3) -> Ray {
     Ray { origin, t_min: 0.0, direction: direction.normalize_or(Vec3::Y), t_max: f32::MAX }
 }
 
-/// One backend with the rays that it has to trace.
+/// One backend.
 struct Run {
-    backend: TraceBackend,
     scene: RayScene,
     recorder: Recorder,
-    lists: Vec<Timed>,
 }
 
+/// Rays that it traces, and how fast it was.
 struct Timed {
-    kind: RayKind,
+    query: Query,
     rays: Buffer,
     results: Buffer,
     launch: [u32; 2],
+    /// Million rays a second.
     rates: Vec<f64>,
     hits: Vec<Hit>,
 }
@@ -219,41 +217,57 @@ impl Run {
         let mut frame = recorder.begin()?;
         scene.place(&mut frame, instances)?;
         frame.submit()?;
-        Ok(Self { backend, scene, recorder, lists: Vec::new() })
+        recorder.finish()?;
+        Ok(Self { scene, recorder })
     }
 
     /// Uploads the rays and traces them once: drivers compile at the first dispatch.
-    fn add(&mut self, list: &RayList) -> Result<()> {
+    fn add(&mut self, list: &RayList) -> Result<Timed> {
         let device = self.recorder.device().clone();
         let count = list.rays.len() as u32;
-        let rays = Buffer::from_slice(&device, "rays", &list.rays)?;
         let size = u64::from(count) * size_of::<Hit>() as u64;
-        let results = Buffer::new(&device, "hits", size, Location::Device)?;
-        let launch = [count, LAUNCH_WIDTH.min(count)];
-        self.lists.push(Timed {
-            kind: list.kind,
-            rays,
-            results,
-            launch,
+        let mut timed = Timed {
+            query: list.kind.query(),
+            rays: Buffer::from_slice(&device, "rays", &list.rays)?,
+            results: Buffer::new(&device, "hits", size, Location::Device)?,
+            launch: [count, LAUNCH_WIDTH.min(count)],
             rates: Vec::new(),
             hits: Vec::new(),
-        });
-        self.time(list.kind)?;
-        if let Some(timed) = self.lists.last_mut() {
-            timed.hits = timed.results.read()?;
+        };
+        self.time(&mut timed, 1)?;
+        timed.hits = timed.results.read()?;
+        timed.rates.clear();
+        Ok(timed)
+    }
+
+    /// Traces until the rate does not rise any more.
+    fn warm_up(&mut self, timed: &mut Timed) -> Result<()> {
+        let started = Instant::now();
+        let (mut fastest, mut steady, mut launches) = (0.0f64, 0, 1);
+        while steady < STEADY_BATCHES && started.elapsed().as_secs_f64() < WARM_UP_S {
             timed.rates.clear();
+            self.time(timed, launches)?;
+            let rate = median(&timed.rates);
+            steady = if rate > fastest * (1.0 + STEADY_SHARE) { 0 } else { steady + 1 };
+            fastest = fastest.max(rate);
+            let ms = f64::from(timed.launch[0]) / (rate * 1e3);
+            launches = (BATCH_MS / ms).clamp(1.0, 1000.0) as u32;
         }
+        timed.rates.clear();
         Ok(())
     }
 
-    fn time(&mut self, kind: RayKind) -> Result<()> {
-        let Some(timed) = self.lists.iter_mut().find(|l| l.kind == kind) else { return Ok(()) };
-        self.recorder.finish()?;
-        let mut frame = self.recorder.begin()?;
-        self.scene.trace(&mut frame, kind.query(), &timed.rays, &timed.results, timed.launch, VISIBILITY)?;
-        frame.submit()?;
-        let ms: f64 = self.recorder.finish()?.iter().flat_map(|f| &f.passes).map(|p| p.ms).sum();
-        timed.rates.push(f64::from(timed.launch[0]) / (ms * 1e3));
+    /// Traces the rays `launches` times, without a pause of the device.
+    fn time(&mut self, timed: &mut Timed, launches: u32) -> Result<()> {
+        for _ in 0..launches {
+            let mut frame = self.recorder.begin()?;
+            let Timed { query, rays, results, launch, .. } = &*timed;
+            self.scene.trace(&mut frame, *query, rays, results, *launch, VISIBILITY)?;
+            frame.submit()?;
+        }
+        let frames = self.recorder.finish()?;
+        let ms = frames.iter().map(|frame| frame.passes.iter().map(|pass| pass.ms).sum::<f64>());
+        timed.rates.extend(ms.map(|ms| f64::from(timed.launch[0]) / (ms * 1e3)));
         Ok(())
     }
 }

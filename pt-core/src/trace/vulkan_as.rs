@@ -135,6 +135,7 @@ impl DriverStructures {
             reads: vec![self.instances.name().into()],
             writes: vec![self.top.buffer.name().into()],
             bytes: self.instances.size() + self.top.buffer.size(),
+            bytes_are_upper_bound: true,
         };
         let keep = [self.instances.clone(), self.top.buffer.clone(), self.scratch.clone()];
         let geometry = [top_geometry(&self.instances)];
@@ -203,6 +204,7 @@ impl DriverStructures {
             reads: geometry.iter().map(|b| b.name().into()).collect(),
             writes: vec!["bottom-level structure".into()],
             bytes: geometry.iter().map(|b| b.size()).sum(),
+            bytes_are_upper_bound: true,
         };
         frame.encode_other(info, &touches, &keep, |_, cmd| {
             // SAFETY: recording; geometry and flags are those of the builds but for the positions; scratch ranges do not overlap

@@ -4,7 +4,7 @@
 
 use clap::Parser;
 use pt_core::harness::{HarnessError, ReplayArgs, replay};
-use pt_core::{ChannelImages, Frame, console};
+use pt_core::{Frame, SplitLight, StageInputs, console};
 use pt_denoise::{Composite, DenoiseParams};
 use std::process::ExitCode;
 
@@ -18,16 +18,13 @@ struct Args {
 
 fn main() -> ExitCode {
     console::program(|args: &Args, out| {
-        replay(
-            &args.replay,
-            Composite::READS,
-            Composite::WRITES,
-            out,
-            |device, _, params: DenoiseParams| {
-                let stage = Composite::new(device)?;
-                Ok(move |frame: &mut Frame<'_>, images: &ChannelImages| stage.record(frame, images, &params))
-            },
-        )?;
+        let stages = [SplitLight::UNFILTERED, Composite::IO];
+        replay(&args.replay, &stages, out, |device, _, params: DenoiseParams| {
+            let stage = Composite::new(device)?;
+            Ok(move |frame: &mut Frame<'_>, inputs: &StageInputs<'_>| {
+                stage.record(frame, inputs, SplitLight::unfiltered(inputs.images), &params)
+            })
+        })?;
         Ok::<_, HarnessError>(true)
     })
 }

@@ -7,10 +7,11 @@ use clap::Parser;
 use pt_core::capture::keys;
 use pt_core::frame::Uniforms;
 use pt_core::harness::{StageArgs, check_output, save};
-use pt_image::image_file::ImageSize;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
+use pt_image::image_file::ImageSize;
 use pt_import::LoadOptions;
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
@@ -64,13 +65,20 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let device = args.stage.open_device()?;
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let stage = PrimaryRays::new(&device, gpu.backend())?;
-    let images = ChannelImages::new(&device, size, PrimaryRays::WRITES.iter().copied())?;
+    let images = ChannelImages::alone(&device, FrameSizes::same(size), &[PrimaryRays::IO])?;
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
         gpu.update(frame, &scene)?;
-        let record = FrameRecord::new(camera, camera, size, frame.index(), args.seed);
+        let record = FrameRecord {
+            random: params.random.code(),
+            ..FrameRecord::new(camera, camera, size, frame.index(), args.seed)
+        };
         uniforms.upload(frame, &record)?;
-        stage.record(frame, &gpu, &uniforms, &images, &params)
+        stage.record(
+            frame,
+            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+            &params,
+        )
     })?;
     write!(out, "{times}")?;
     let rate = times.pass("primary rays").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);
@@ -88,7 +96,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
             (keys::VERSION, env!("CARGO_PKG_VERSION").into()),
         ];
         let metadata = metadata.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
-        save(path, &device, &images, PrimaryRays::WRITES, metadata)?;
+        save(path, &device, &images, PrimaryRays::IO.writes, metadata)?;
     }
     Ok(())
 }

@@ -282,3 +282,23 @@ impl LayeredImage {
             .map_err(|reason| ImageFileError::Decode { path: path.into(), reason })
     }
 }
+
+/// Images of different sizes as named parts of one EXR: its bytes, as [`LayeredImage::write_exr`] writes a single one. A single image
+/// becomes a single-part file.
+///
+/// # Errors
+/// What is wrong with the images.
+pub fn encode_exr_parts(parts: &[(String, LayeredImage)]) -> Result<Vec<u8>, String> {
+    match parts {
+        [(_, image)] => exr_file::encode(image),
+        _ => exr_file::encode_parts(parts),
+    }
+}
+
+/// The parts of an EXR from its bytes, each with its name; a single-part file has one without a name.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn decode_exr_parts(bytes: &[u8]) -> Result<Vec<(String, LayeredImage)>, String> {
+    exr_file::decode_parts(bytes)
+}

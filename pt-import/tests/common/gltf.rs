@@ -1,8 +1,8 @@
 //! Small glTF files made in code.
 
-use super::shared;
 use pt_import::{LoadOptions, load, load_bytes};
 use pt_scene::{Scene, SceneError};
+use pt_test_data::shared;
 use serde_json::{Value, json};
 
 pub const U8: u32 = 5121;
@@ -133,6 +133,6 @@ pub fn plain() -> LoadOptions {
 }
 
 /// A file of the shared scenes.
-pub fn shared_scene(file: &str, options: &LoadOptions) -> Option<Scene> {
-    Some(load(shared("scenes")?.join(file), options).unwrap_or_else(|e| panic!("{e}")))
+pub fn shared_scene(file: &str, options: &LoadOptions) -> Scene {
+    load(shared("scenes").join(file), options).unwrap_or_else(|e| panic!("{e}"))
 }

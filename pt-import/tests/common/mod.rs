@@ -6,16 +6,6 @@ pub mod textured;
 
 use std::path::{Path, PathBuf};
 
-/// The folder with test data beside the workspace; `None`, with a printed line, where it is missing.
-pub fn shared(folder: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(folder);
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
-
 /// Every .gltf and .glb below a folder, sorted.
 pub fn scene_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();

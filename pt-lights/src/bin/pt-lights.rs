@@ -9,9 +9,10 @@ use pt_core::frame::Uniforms;
 use pt_core::harness::Spread;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Recorder, console};
+use pt_core::{FrameSizes, StageInputs};
+use pt_import::LoadOptions;
 use pt_lights::{DirectLighting, DirectParams, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
-use pt_import::LoadOptions;
 use pt_scene::{Environment, Scene};
 use pt_shaders::channels::COLOR_HF;
 use pt_shaders::records::FrameRecord;
@@ -61,7 +62,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     report_lists(&lights, started.elapsed().as_secs_f64() * 1e3, out)?;
 
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
-    lights.fill(gpu.record_mut());
+    lights.attach(&mut gpu);
     let stage = DirectLighting::new(&device, gpu.backend())?;
     let off = DirectParams { sun: false, positional: false, emissive: false, environment: false };
     let kinds = [
@@ -118,8 +119,7 @@ fn estimate(
     params: &DirectParams,
 ) -> Result<Estimate> {
     let size = [args.side; 2];
-    let channels = DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied();
-    let images = ChannelImages::new(device, size, channels)?;
+    let images = ChannelImages::alone(device, FrameSizes::same(size), &[DirectLighting::IO])?;
     synthetic::fill_surfaces(&images, scene)?;
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms")?;
     let mut recorder = Recorder::new(device)?;
@@ -130,7 +130,8 @@ fn estimate(
         let mut frame = recorder.begin()?;
         gpu.update(&mut frame, scene)?;
         uniforms.upload(&mut frame, &FrameRecord { seed: args.seed, ..bytemuck::Zeroable::zeroed() })?;
-        stage.record(&mut frame, gpu, lights, &uniforms, &images, params)?;
+        let inputs = StageInputs { scene: Some(&*gpu), uniforms: Some(&uniforms), images: &images };
+        stage.record(&mut frame, &inputs, params)?;
         frame.submit()?;
         let timings = recorder.finish()?;
         times.extend(timings.iter().filter_map(|t| t.passes.last()).map(|pass| pass.ms));

@@ -18,7 +18,7 @@ impl Uploaded {
     pub fn new(device: &TestDevice, scene: Scene, backend: TraceBackend) -> Self {
         let lights = LightTables::new(device, &scene).unwrap();
         let mut gpu = GpuScene::new(device, &scene, backend).unwrap();
-        lights.fill(gpu.record_mut());
+        lights.attach(&mut gpu);
         Self { scene, lights, gpu }
     }
 }

@@ -61,8 +61,7 @@ pub fn text(size: [u32; 2]) -> Image {
 
 /// A crop of a photographed environment, exposed and compressed by Reinhard's curve.
 pub fn natural() -> Image {
-    let photo =
-        LinearImage::read(&pt_test_data::shared("environments/royal_esplanade_1k.hdr")).unwrap();
+    let photo = LinearImage::read(&pt_test_data::shared("environments/royal_esplanade_1k.hdr")).unwrap();
     Image::from_fn([256, 160], |x, y| {
         let c = photo.pixels[((y + 180) * photo.width + x + 300) as usize];
         c.map(|v| f64::from(v) * 0.8 / (1.0 + f64::from(v) * 0.8))

@@ -27,7 +27,7 @@ impl<'a> Stage<'a> {
     pub fn on(device: &'a TestDevice, scene: Scene, backend: TraceBackend) -> Self {
         let mut gpu = GpuScene::new(device, &scene, backend).unwrap();
         let lights = LightTables::new(device, &scene).unwrap();
-        lights.fill(gpu.record_mut());
+        lights.attach(&mut gpu);
         Self { device, scene, gpu, lights }
     }
 

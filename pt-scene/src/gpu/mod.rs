@@ -15,12 +15,13 @@ mod kernels {
 use crate::{Clusters, Scene};
 use deform::{Change, DeformingMeshes};
 use glam::{UVec3, Vec2, Vec3};
+use pt_core::blue_noise::mask_buffer;
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::phases::{Phase, Phases};
 use pt_core::texture::TextureTable;
 use pt_core::trace::bench::{Choice, choose};
 use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
-use pt_core::{Buffer, Device, Frame, Location, Result};
+use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
 use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
 use std::thread::{self, Scope};
 
@@ -45,6 +46,8 @@ pub struct GpuScene {
     clusters: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
+    /// The same of the lights; another crate fills them.
+    light_tables: Vec<Buffer>,
 }
 
 /// The scene's meshes as the acceleration structures take them.
@@ -179,6 +182,8 @@ impl GpuScene {
         let clusters = Clusters::new(scene, Clusters::DEFAULT);
         let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
         record.clusters = clusters.address();
+        let blue_noise = mask_buffer(device)?;
+        record.blue_noise = blue_noise.address();
         phases.mark("clusters");
         let textures = textures::table(device, scene, textures)?;
         phases.mark("textures: mips and upload");
@@ -206,7 +211,9 @@ impl GpuScene {
                 mesh_buffer.clone(),
                 material_buffer,
                 lobe_buffer,
+                blue_noise,
             ],
+            light_tables: Vec::new(),
             mesh_buffer,
             index_buffer,
         })
@@ -240,6 +247,11 @@ impl GpuScene {
     /// The record that kernels see, for tables that other crates add.
     pub fn record_mut(&mut self) -> &mut SceneRecord {
         &mut self.record
+    }
+
+    /// Sets the buffers that the light addresses of the record point to.
+    pub fn set_light_tables(&mut self, tables: Vec<Buffer>) {
+        self.light_tables = tables;
     }
 
     /// Uses another division into clusters than the default one; before the first frame.
@@ -315,15 +327,17 @@ impl GpuScene {
     pub fn read_instances(&self) -> Result<Vec<InstanceRecord>> {
         self.instances.read()
     }
+}
 
-    /// Binds everything that `scene.glsl` and `trace.glsl` need.
-    pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
+impl SceneResources for GpuScene {
+    fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         let pass = pass
             .read("scene_uniforms", self.uniforms.buffer())
             .textures(&self.textures)
             .addresses(&self.instances)
             .addresses(&self.clusters);
-        let pass = self.tables.iter().fold(pass, |pass, table| pass.addresses(table));
+        let tables = self.tables.iter().chain(&self.light_tables);
+        let pass = tables.fold(pass, |pass, table| pass.addresses(table));
         let pass = match &self.deforming {
             Some(deforming) => deforming.bind(pass),
             None => pass,

@@ -4,9 +4,9 @@ use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
+use pt_core::trace::{NativeRays, RayKind};
 use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_image::image_file::ImageSize;
-use pt_core::trace::{NativeRays, RayKind};
 use pt_reference::{FilmState, Progressive, ReferenceParams};
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
 use pt_shaders::records::FrameRecord;
@@ -37,6 +37,9 @@ pub struct BenchPathArgs {
     /// Scattering events after the first hit, at most.
     #[arg(long, value_name = "B", default_value_t = 8)]
     pub max_bounces: u32,
+    /// Scattering events before Russian roulette begins.
+    #[arg(long, value_name = "K", default_value_t = ReferenceParams::default().roulette_start)]
+    pub roulette_start: u32,
     /// Timed windows; the median counts.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub windows: u32,
@@ -54,15 +57,32 @@ struct Window {
     pass_ms: BTreeMap<String, f64>,
     /// Nearest hits, shadow rays.
     rays: [f64; 2],
-    /// Of the CPU, for each of [`RayKind::ALL`].
-    native_mrays_per_s: [f64; 4],
-    /// Seconds that the CPU takes for as many rays.
-    native_seconds: f64,
+    native: NativeTimes,
+}
+
+/// The CPU's traversal of as many rays.
+struct NativeTimes {
+    /// For each of [`RayKind::ALL`].
+    mrays_per_s: [f64; 4],
+    seconds: f64,
+}
+
+impl NativeTimes {
+    /// `counts`: rays of each of [`RayKind::ALL`].
+    fn of(native: &NativeRays, counts: [f64; 4]) -> Self {
+        // A rate needs a ray, though a mean of few rays may be less than one.
+        let traced = counts.map(|count| count.clamp(1.0, MOST_NATIVE_RAYS) as usize);
+        let mrays_per_s = [0, 1, 2, 3].map(|i| native.mrays_per_s(RayKind::ALL[i], traced[i]));
+        // A scene that no ray hits has no further rays.
+        let kinds = counts.iter().zip(mrays_per_s).filter(|(_, rate)| *rate > 0.0);
+        let seconds = kinds.map(|(count, rate)| count / rate * 1e-6).sum();
+        Self { mrays_per_s, seconds }
+    }
 }
 
 impl Window {
     fn ratio(&self) -> f64 {
-        self.native_seconds / self.seconds
+        self.native.seconds / self.seconds
     }
 }
 
@@ -83,7 +103,11 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     let triangles = session.scene.statistics().instanced_triangles;
 
     let frame = FrameRecord::new(record, record, size, 0, 0);
-    let params = ReferenceParams { max_bounces: args.max_bounces, ..ReferenceParams::default() };
+    let params = ReferenceParams {
+        max_bounces: args.max_bounces,
+        roulette_start: args.roulette_start,
+        ..ReferenceParams::default()
+    };
     let mut render =
         Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, None, 0)?;
     // Sums, seconds and milliseconds of the passes; reading the sums takes time of its own.
@@ -102,25 +126,24 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     // Compiles the kernels, and finds out how many samples fit into a step.
     let (mut before, ..) = advance(args.spp)?;
     let paths = f64::from(size[0]) * f64::from(size[1]) * f64::from(args.spp);
-    let mut windows = Vec::new();
+    let trace_native = |rays| NativeTimes::of(&native, native_rays(paths, rays));
+    // A processor that is also the device takes turns, so that both meet the same machine; a GPU would lower its clock meanwhile.
+    let in_turns = session.device.info().kind == "cpu";
+    let mut measured = Vec::new();
     for window in 1..=args.windows {
         let (after, seconds, pass_ms) = advance(args.spp * (window + 1))?;
         let rays = [0, 1].map(|kind| (after.rays()[kind] - before.rays()[kind]) as f64);
         before = after;
-        // In turns with the device, so that both meet the same machine.
-        let counts = native_rays(paths, rays);
-        let native_mrays_per_s = [0, 1, 2, 3]
-            .map(|i| native.mrays_per_s(RayKind::ALL[i], counts[i].ceil().min(MOST_NATIVE_RAYS) as usize));
-        let native_seconds = counts
-            .iter()
-            .zip(native_mrays_per_s)
-            .filter(|(n, _)| **n > 0.0)
-            .map(|(n, rate)| n / rate)
-            .sum::<f64>()
-            * 1e-6;
-        windows.push(Window { seconds, pass_ms, rays, native_mrays_per_s, native_seconds });
+        measured.push((seconds, pass_ms, rays, in_turns.then(|| trace_native(rays))));
     }
     session.check_validation()?;
+    let mut windows: Vec<_> = measured
+        .into_iter()
+        .map(|(seconds, pass_ms, rays, native)| {
+            let native = native.unwrap_or_else(|| trace_native(rays));
+            Window { seconds, pass_ms, rays, native }
+        })
+        .collect();
 
     let mut ratios: Vec<_> = windows.iter().map(Window::ratio).collect();
     ratios.sort_by(f64::total_cmp);
@@ -129,7 +152,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     let window = &windows[windows.len() / 2];
     let [nearest, shadow] = window.rays;
     let mrays = (nearest + shadow) * 1e-6;
-    let native = window.native_mrays_per_s;
+    let native = window.native.mrays_per_s;
     writeln!(
         out,
         "{}: {triangles} triangles, {}x{}, {} samples a pixel, {} bounces, {}, {}",
@@ -152,7 +175,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     writeln!(
         out,
         "{:>12.2} Mrays/s native traversal of as many rays (primary {:.2}, bounce {:.2}, shadow {:.2}, from bounces {:.2})",
-        mrays / window.native_seconds,
+        mrays / window.native.seconds,
         native[0],
         native[1],
         native[2],
@@ -179,7 +202,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
             "mrays_per_s": mrays / window.seconds,
             "nearest_rays": nearest as u64,
             "shadow_rays": shadow as u64,
-            "native_mrays_per_s": mrays / window.native_seconds,
+            "native_mrays_per_s": mrays / window.native.seconds,
             "ratio_to_native": ratio,
             "ratios_to_native": ratios,
         });

@@ -3,15 +3,13 @@
 use anyhow::{Result, ensure};
 use clap::Args;
 use pt_checkerboard::{CheckerboardParams, Interleave};
-use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_core::harness::{PassRow, StageTimes, WARM_UP, copy_bandwidth, measure};
+use pt_core::{ChannelImages, Device, DeviceOptions, StageInputs};
+use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_image::image_file::ImageSize;
-use pt_core::{ChannelImages, Device, DeviceOptions};
 use pt_post::oracle::{self, TaaFrame, TaaOracle};
-use pt_post::{
-    Bloom, BloomMode, BloomParams, Encoding, Exposure, Fsr, PostParams, Taa, ToneMap, Tonemap, Upscale,
-};
-use pt_shaders::channels::{DISPLAY, FLAT_COLOR, FLAT_MOTION};
+use pt_post::{BloomMode, BloomParams, ChainParts, Encoding, PostChain, PostParams, Tonemap, Upscale};
+use pt_shaders::channels::{COLOR, DISPLAY, FLAT_COLOR};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -60,61 +58,38 @@ fn chains() -> [Chain; 3] {
     ]
 }
 
-/// The stages of a chain on images of their own.
+/// The interleave and a chain on images of their own.
 struct Stages {
     images: ChannelImages,
     interleave: Interleave,
-    taa: Taa,
-    bloom: Bloom,
-    exposure: Exposure,
-    tone_map: ToneMap,
-    fsr: Option<Fsr>,
+    post: PostChain,
     params: PostParams,
 }
 
 impl Stages {
     fn new(device: &Device, output_size: [u32; 2], chain: &Chain) -> Result<Self> {
         let params = chain.params.clone();
-        let size = params.render_size(output_size);
-        let resolved = if params.upscale == Upscale::Taau { output_size } else { size };
-        let channels = [Interleave::READS, Interleave::WRITES, &[DISPLAY]].concat();
-        let images = ChannelImages::with_output(device, size, output_size, channels)?;
+        let post = PostChain::new(device, ChainParts { accumulate: false, picture: true }, &params)?;
+        let stages = [vec![Interleave::IO], post.io()].concat();
+        let images = ChannelImages::alone(device, params.sizes(output_size), &stages)?;
         // Luminance over six orders of magnitude, neighbours apart: the histogram's atomics are spread as in a noisy frame.
-        let split = images.current(Interleave::READS[0]);
+        let split = images.current(COLOR);
         let [width, height] = split.extent();
         let texels: Vec<[f32; 4]> = (0..width as usize * height as usize)
             .map(|i| [10f32.powf(((i * 7919) % 6007) as f32 / 1000.0 - 3.0), 0.5, 0.25, 1.0])
             .collect();
         split.write_f32(texels.as_flattened())?;
-        Ok(Self {
-            images,
-            interleave: Interleave::new(device)?,
-            taa: Taa::new(device, resolved)?,
-            bloom: Bloom::new(device, resolved)?,
-            exposure: Exposure::new(device)?,
-            tone_map: ToneMap::new(device, params.tonemap, Encoding::Srgb)?,
-            fsr: params.uses_fsr().then(|| Fsr::new(device, resolved, output_size)).transpose()?,
-            params,
-        })
+        Ok(Self { images, interleave: Interleave::new(device)?, post, params })
     }
 
     fn measure(&mut self, device: &Device, warm_up: u32, frames: u32) -> Result<StageTimes> {
-        let Self { images, interleave, taa, bloom, exposure, tone_map, fsr, params } = self;
-        let jitter = [0.125, -0.25];
-        Ok(measure(device, images.size(), warm_up, frames, |frame| {
-            interleave.record(frame, images, &CheckerboardParams::default())?;
-            let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
-            taa.record(frame, color, motion, jitter, &params.taa)?;
-            let bloomed = bloom.record(frame, taa.resolved(), &params.bloom)?;
-            exposure.record(frame, taa.resolved(), Some(1.0 / 60.0), params)?;
-            let picture = images.current(DISPLAY);
-            match fsr {
-                None => tone_map.record(frame, bloomed, exposure, picture, params),
-                Some(fsr) => {
-                    tone_map.record(frame, bloomed, exposure, fsr.codes(), params)?;
-                    fsr.record(frame, picture, params)
-                }
-            }
+        let Self { images, interleave, post, params } = self;
+        let size = images.size();
+        Ok(measure(device, size, warm_up, frames, |frame| {
+            images.begin_frame();
+            let inputs = StageInputs::new(images);
+            interleave.record(frame, &inputs, &CheckerboardParams::default())?;
+            post.record(frame, &inputs, Some(1.0 / 60.0), [0.125, -0.25], params)
         })?)
     }
 
@@ -129,7 +104,7 @@ impl Stages {
         let flat = self.images.current(FLAT_COLOR);
         let color = oracle::Image { size: flat.extent(), pixels: rgb(flat.read_f32()?) };
         let pixels = color.pixels.len();
-        let resolved = TaaOracle::new(self.taa.resolved().extent()).next(
+        let resolved = TaaOracle::new(self.post.resolved(&self.images).extent()).next(
             &TaaFrame {
                 color: &color,
                 flags: &vec![1; pixels],
@@ -140,21 +115,18 @@ impl Stages {
         );
         let bloomed = oracle::bloom(&resolved, &self.params.bloom);
         let exposed = oracle::Exposed {
-            scale: self.exposure.read()?.scale.into(),
+            scale: self.post.exposure().read()?.scale.into(),
             shift: 0.0,
-            curve: self.exposure.read_curve()?.into_iter().map(f64::from).collect(),
+            curve: self.post.exposure().read_curve()?.into_iter().map(f64::from).collect(),
         };
         let code = |c: &[f64; 3]| oracle::codes(c.map(|v| v as f32), &exposed, Encoding::Srgb, &self.params);
         let codes = oracle::Image { size: bloomed.size, pixels: bloomed.pixels.iter().map(code).collect() };
-        let sharpened = match &self.fsr {
-            None => codes,
-            Some(fsr) => {
-                let strength = (-f64::from(self.params.fsr.sharpness)).exp2();
-                match fsr.upscaled() {
-                    Some(upscaled) => oracle::rcas(&oracle::easu(&codes, upscaled.extent()), strength, false),
-                    None => oracle::rcas(&codes, strength, false),
-                }
-            }
+        let output_size = self.images.output_size();
+        let strength = (-f64::from(self.params.fsr.sharpness)).exp2();
+        let sharpened = match (self.params.uses_fsr(), codes.size == output_size) {
+            (false, _) => codes,
+            (true, true) => oracle::rcas(&codes, strength, false),
+            (true, false) => oracle::rcas(&oracle::easu(&codes, output_size), strength, false),
         };
         let shown = self.images.current(DISPLAY).read_f32()?;
         let pairs = rgb(shown).into_iter().flatten().zip(sharpened.pixels.into_iter().flatten());
@@ -178,8 +150,8 @@ pub fn run(args: &BenchPostArgs, out: &mut impl Write) -> Result<bool> {
     writeln!(out, "{}, {}", device.info().name, device.info().driver_line())?;
     writeln!(
         out,
-        "picture {}x{}, {} frames after {WARM_UP} to warm up; copying half floats: {copy:.1} GB/s",
-        size[0], size[1], args.frames
+        "picture {}x{}, {} frames after {WARM_UP} to warm up; copying: {:.1} GB/s ({})",
+        size[0], size[1], args.frames, copy.gb_per_s, copy.fastest
     )?;
     let mut documents = Vec::new();
     for chain in chains() {
@@ -202,15 +174,15 @@ pub fn run(args: &BenchPostArgs, out: &mut impl Write) -> Result<bool> {
             "{:<14}  {:>10}  {:>10}  {:>10}  {:>8}  {:>7}",
             "pass", "median ms", "p95 ms", "MiB", "GB/s", "of copy"
         )?;
-        let share = |row: &PassRow| row.gb_per_s().map(|rate| rate / copy);
+        let share = |row: &PassRow| row.gb_per_s().map(|rate| rate / copy.gb_per_s);
         for row in &times.passes {
             writeln!(
                 out,
-                "{:<14}  {:>10.4}  {:>10.4}  {:>10.2}  {:>8}  {:>7}",
+                "{:<14}  {:>10.4}  {:>10.4}  {:>10}  {:>8}  {:>7}",
                 row.pass,
                 row.time.median_ms,
                 row.time.p95_ms,
-                row.bytes as f64 / f64::from(1 << 20),
+                row.mebibytes(),
                 row.gb_per_s().map_or("-".into(), |rate| format!("{rate:.1}")),
                 share(row).map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)),
             )?;
@@ -229,7 +201,7 @@ pub fn run(args: &BenchPostArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
         let document = json!({
             "device": device.info().name, "driver": device.info().driver_line(), "size": size,
-            "frames": args.frames, "copy_gb_per_s": copy, "chains": documents,
+            "frames": args.frames, "copy_gb_per_s": copy.gb_per_s, "copy": copy.fastest, "chains": documents,
         });
         write_atomic(path, serde_json::to_string_pretty(&document)?.as_bytes())?;
     }

@@ -1,6 +1,6 @@
 // trace.glsl in a ray generation shader. One hit group and one miss shader serve all rays: occlusion rays skip the
 // closest-hit shader and start out as "hit", which only the miss shader takes back.
-#include "trace_payload.glsl"
+#include "trace/payload.glsl"
 
 layout(location = 0) rayPayloadEXT TracePayload payload;
 
@@ -12,16 +12,16 @@ const uint TRACE_FLAGS = gl_RayFlagsNoneEXT;
 
 uvec2 launch_id() { return gl_LaunchIDEXT.xy; }
 
-Hit trace_closest(Ray ray, uint mask, uint coverage_seed) {
-    payload.coverage_seed = coverage_seed;
+Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) {
+    payload.ray_coverage = ray_coverage;
     traceRayEXT(accelerationStructureEXT(scene.tlas), TRACE_FLAGS, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction,
                 ray.t_max, 0);
     if (payload.instance == NONE) return MISS;
     return triangle_hit(ray, payload.instance, mesh_triangle(payload.instance, payload.geometry, payload.primitive));
 }
 
-bool trace_occluded(Ray ray, uint mask, uint coverage_seed) {
-    payload.coverage_seed = coverage_seed;
+bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) {
+    payload.ray_coverage = ray_coverage;
     payload.instance = 0u;
     uint flags = TRACE_FLAGS | gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT;
     traceRayEXT(accelerationStructureEXT(scene.tlas), flags, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction, ray.t_max, 0);

@@ -116,7 +116,7 @@ MeshTriangle load_triangle(uint64_t triangles, uint entry) {
     return MeshTriangle(vec3(a, b.x), vec3(b.y, c), vec3(d, uintBitsToFloat(e.x)), e.y);
 }
 
-Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
+Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
     UintTable top_entries = UintTable(scene.tlas_instances);
     Hit best = Hit(NONE, NONE, vec2(0.0), world_ray.t_max);
     Hit candidate = best; // a masked triangle that waits for its alpha test
@@ -189,7 +189,7 @@ Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
         }
         if (ALPHA_TEST && candidate.instance != NONE) {
             MeshRecord mesh = scene_mesh(scene_instance(instance).mesh);
-            if (is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, coverage_seed)) best = candidate;
+            if (is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, ray_coverage)) best = candidate;
             candidate.instance = NONE;
         }
         if (any_hit && best.instance != NONE) break;
@@ -209,8 +209,8 @@ Hit traverse(Ray world_ray, uint mask, uint coverage_seed, const bool any_hit) {
     return best;
 }
 
-Hit trace_closest(Ray ray, uint mask, uint coverage_seed) { return traverse(ray, mask, coverage_seed, false); }
+Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, false); }
 
-bool trace_occluded(Ray ray, uint mask, uint coverage_seed) {
-    return traverse(ray, mask, coverage_seed, true).instance != NONE;
+bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) {
+    return traverse(ray, mask, ray_coverage, true).instance != NONE;
 }

@@ -4,5 +4,5 @@ struct TracePayload {
     uint instance; // NONE: nothing was hit
     uint geometry;
     uint primitive;
-    uint coverage_seed;
+    uvec2 ray_coverage;
 };

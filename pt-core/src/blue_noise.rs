@@ -1,46 +1,48 @@
-//! The blue-noise tile that dithers 8-bit codes: void and cluster (Ulichney 1993, "The void-and-cluster method for dither array
-//! generation").
+//! The blue-noise mask that dithers 8-bit codes and moves random numbers from pixel to pixel: void and cluster (Ulichney 1993, "The
+//! void-and-cluster method for dither array generation").
 
-use crate::records::NOISE_SIDE;
-use half::f16;
-use pt_core::{Buffer, Device, Result};
+use crate::buffer::Buffer;
+use crate::device::Device;
+use crate::error::Result;
+use pt_shaders::constants::BLUE_NOISE_SIDE;
 use std::sync::OnceLock;
 
-const SIDE: usize = NOISE_SIDE as usize;
+/// Side of the mask in texels.
+pub const SIDE: usize = BLUE_NOISE_SIDE as usize;
 const COUNT: usize = SIDE * SIDE;
 
-/// The tile: every value of `(i + 0.5) / 4096` once, so that neighbours differ and any patch has nearly the mean 1/2. Tiles
-/// seamlessly; the same on every machine (integers only).
-pub fn blue_noise() -> &'static [f32] {
-    static TILE: OnceLock<Vec<f32>> = OnceLock::new();
-    TILE.get_or_init(|| ranks().iter().map(|&rank| (rank as f32 + 0.5) / COUNT as f32).collect())
+/// The mask, row by row: every rank below 4096 once, so that the texels below any rank are spread evenly. Tiles seamlessly; the same
+/// on every machine (integers only).
+pub fn ranks() -> &'static [u16] {
+    static RANKS: OnceLock<Vec<u16>> = OnceLock::new();
+    RANKS.get_or_init(void_and_cluster)
 }
 
-/// Where in the tile red, green and blue look, so that their errors differ.
-const SHIFTS: [[usize; 2]; 3] = [[0, 0], [23, 41], [47, 11]];
+/// The mask as numbers `(rank + 0.5) / 4096`: neighbours differ, and any patch has nearly the mean 1/2.
+pub fn blue_noise() -> Vec<f32> {
+    ranks().iter().map(|&rank| (f32::from(rank) + 0.5) / COUNT as f32).collect()
+}
 
-/// Triangular noise of -1..1 for three channels, four half floats a texel.
-pub(crate) fn noise_buffer(device: &Device) -> Result<Buffer> {
-    let tile = blue_noise();
-    let triangular = |x: usize, y: usize| {
-        let t = 2.0 * tile[y % SIDE * SIDE + x % SIDE] - 1.0;
-        f16::from_f32(t.signum() * (1.0 - (1.0 - t.abs()).sqrt())).to_bits()
-    };
-    let texels: Vec<[u16; 4]> = (0..COUNT)
-        .map(|i| {
-            let [r, g, b] = SHIFTS.map(|[x, y]| triangular(i % SIDE + x, i / SIDE + y));
-            [r, g, b, 0]
-        })
-        .collect();
-    Buffer::from_slice(device, "blue_noise", &texels)
+/// A texel of the mask as kernels see it (`SceneRecord::blue_noise`): the rank in the upper 12 bits of a word.
+pub fn mask_word(x: u32, y: u32) -> u32 {
+    u32::from(ranks()[(y % BLUE_NOISE_SIDE * BLUE_NOISE_SIDE + x % BLUE_NOISE_SIDE) as usize]) << 20
+}
+
+/// The words of the mask on the device.
+///
+/// # Errors
+/// When the device refuses.
+pub fn mask_buffer(device: &Device) -> Result<Buffer> {
+    let words: Vec<u32> = (0..COUNT as u32).map(|i| mask_word(i, i / BLUE_NOISE_SIDE)).collect();
+    Buffer::from_slice(device, "blue noise", &words)
 }
 
 /// Set texels and, for every texel, how crowded its surroundings are.
 struct Pattern {
     set: Vec<bool>,
     crowd: Vec<u64>,
-    /// Crowding by a set texel at an offset, on the torus.
-    kernel: Vec<u64>,
+    /// Crowding by a set texel at an offset, on the torus, where it is not 0.
+    kernel: Vec<(usize, usize, u64)>,
 }
 
 impl Pattern {
@@ -50,8 +52,9 @@ impl Pattern {
             .map(|i| {
                 let squared = distance(i % SIDE).powi(2) + distance(i / SIDE).powi(2);
                 // Ulichney's standard deviation of 1.5 texels; rounded, so that sums are exact in any order.
-                ((-squared / (2.0 * 1.5 * 1.5)).exp() * 1e9).round() as u64
+                (i % SIDE, i / SIDE, ((-squared / (2.0 * 1.5 * 1.5)).exp() * 1e9).round() as u64)
             })
+            .filter(|&(.., crowding)| crowding > 0)
             .collect();
         Self { set: vec![false; COUNT], crowd: vec![0; COUNT], kernel }
     }
@@ -60,11 +63,9 @@ impl Pattern {
         let adding = !self.set[at];
         self.set[at] = adding;
         let (x, y) = (at % SIDE, at / SIDE);
-        for (i, crowd) in self.crowd.iter_mut().enumerate() {
-            let dx = (i % SIDE + SIDE - x) % SIDE;
-            let dy = (i / SIDE + SIDE - y) % SIDE;
-            let k = self.kernel[dy * SIDE + dx];
-            *crowd = if adding { *crowd + k } else { *crowd - k };
+        for &(dx, dy, crowding) in &self.kernel {
+            let crowd = &mut self.crowd[(y + dy) % SIDE * SIDE + (x + dx) % SIDE];
+            *crowd = if adding { *crowd + crowding } else { *crowd - crowding };
         }
     }
 
@@ -79,7 +80,7 @@ impl Pattern {
     }
 }
 
-fn ranks() -> Vec<u32> {
+fn void_and_cluster() -> Vec<u16> {
     let mut start = Pattern::new();
     // A tenth of the texels, scattered; then evened out: the tightest cluster moves to the largest void until that is where
     // it came from.
@@ -109,12 +110,12 @@ fn ranks() -> Vec<u32> {
     for rank in (0..set.len()).rev() {
         let at = pattern.cluster();
         pattern.toggle(at);
-        ranks[at] = rank as u32;
+        ranks[at] = rank as u16;
     }
     for rank in set.len()..COUNT {
         let at = start.void();
         start.toggle(at);
-        ranks[at] = rank as u32;
+        ranks[at] = rank as u16;
     }
     ranks
 }
@@ -124,12 +125,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_value_once() {
-        let mut sorted = blue_noise().to_vec();
-        sorted.sort_by(f32::total_cmp);
-        for (i, value) in sorted.iter().enumerate() {
-            assert_eq!(*value, (i as f32 + 0.5) / COUNT as f32);
-        }
+    fn every_rank_once() {
+        let mut sorted = ranks().to_vec();
+        sorted.sort_unstable();
+        assert!(sorted.into_iter().eq(0..COUNT as u16));
     }
 
     /// Power at low frequencies, relative to white noise: what makes it blue. Threshold a half of the radius below which

@@ -1,0 +1,70 @@
+//! Recorded frames: images of the frame as layers of EXR files, both ways, and folders of frames in sequence.
+//!
+//! A capture of one frame is a [`LayeredImage`] with one layer per channel, called as in the channel table, in flat scan-line
+//! order. How the texels become components is a column of the table ([`pt_shaders::channels::Stored`]). Writing a layer back gives
+//! the texels that it was read from, with two limits: what a split image of odd width holds where there is no flat pixel is not
+//! recorded, and comes back as zeros; NaN comes back as NaN.
+//!
+//! Metadata: text under the keys of [`keys`]; readers need none of them.
+
+pub mod folder;
+mod layer;
+pub mod sidecar;
+
+pub use layer::{CaptureError, load_image, read_layer, write_layer};
+
+use crate::channels::ChannelImages;
+use crate::device::Device;
+use crate::plan::{FramePlan, StageIo};
+use crate::sizes::FrameSizes;
+use pt_image::image_file::LayeredImage;
+
+/// Metadata of a capture. In the file they are string attributes called `pt.KEY`.
+pub mod keys {
+    pub use pt_image::image_file::IMAGE_STATE_KEY as IMAGE_STATE;
+    /// Name of the scene.
+    pub const SCENE: &str = "scene";
+    /// The camera, for people to read.
+    pub const CAMERA: &str = "camera";
+    /// Time of the first frame in the scene's animation, seconds.
+    pub const TIME: &str = "time";
+    /// Number of frames rendered; the last one is recorded.
+    pub const FRAMES: &str = "frames";
+    /// `true`: the main layer is the mean of the frames.
+    pub const ACCUMULATE: &str = "accumulate";
+    /// Seed of the random numbers.
+    pub const SEED: &str = "seed";
+    /// All knobs, as JSON.
+    pub const PARAMS: &str = "params";
+    /// Exposure value at ISO 100 that the last frame was shown with.
+    pub const EV100: &str = "ev100";
+    /// Factor that took scene radiance to exposed values for the last frame, compensation included.
+    pub const EXPOSURE: &str = "exposure";
+    /// Where in its pixels the last frame was sampled, from the centre, pixels: `x,y`.
+    pub const JITTER: &str = "jitter";
+    /// Vulkan device.
+    pub const DEVICE: &str = "device";
+    /// Driver's name and version.
+    pub const DRIVER: &str = "driver";
+    /// Trace backend that was asked for.
+    pub const BACKEND: &str = "backend";
+    /// Version of the program that wrote the file.
+    pub const VERSION: &str = "version";
+}
+
+/// Allocates what stages touch for the frame that `capture` holds, and fills what they read from the layers.
+///
+/// # Errors
+/// A layer or component that is missing, or a device that refuses.
+pub fn load(
+    device: &Device,
+    capture: &LayeredImage,
+    stages: &[StageIo],
+) -> Result<ChannelImages, CaptureError> {
+    let sizes = FrameSizes::same([capture.width, capture.height]);
+    let images = ChannelImages::alone(device, sizes, stages)?;
+    for id in FramePlan::new(sizes).missing(stages) {
+        load_image(&images, id, capture)?;
+    }
+    Ok(images)
+}

@@ -1,0 +1,78 @@
+//! The dimensions of the random numbers that the frame's stages draw.
+//!
+//! A number is a pure function of (pixel, frame, dimension, seed). Every decision that draws has a dimension of its own, so that
+//! no two of them see the same numbers. The table generates the GLSL constants (`dimensions.glsl`).
+
+/// A decision that draws random numbers, or several of one kind that follow each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dimension {
+    /// Name in Rust and GLSL.
+    pub name: &'static str,
+    /// The first decision's dimension.
+    pub first: u32,
+    /// How many decisions there are; number i draws from `first + i`.
+    pub count: u32,
+    /// What the four numbers decide.
+    pub numbers: &'static str,
+}
+
+/// How many reflections and refractions of a frame have a dimension.
+pub const MAX_REFLECT_REFRACT: u32 = 10;
+
+macro_rules! dimensions {
+    ($($name:ident: $first:literal, $count:expr, $numbers:literal;)*) => {
+        $(#[doc = $numbers] pub const $name: u32 = $first;)*
+        /// The table itself.
+        pub const DIMENSIONS: &[Dimension] = &[$(Dimension {
+            name: stringify!($name), first: $first, count: $count, numbers: $numbers,
+        }),*];
+    };
+}
+
+dimensions! {
+    DIM_PIXEL: 0, 1, "x, y: position in the pixel; z, w: position on the lens.";
+    DIM_SUN: 1, 1, "A directional light. x: which one; z, w: point on its disc.";
+    DIM_POSITIONAL: 2, 1, "A point or spot light. x: which one; z, w: point on its sphere.";
+    DIM_EMISSIVE: 3, 1, "An emissive triangle. x, y: which one (alias table); z, w: point on it.";
+    DIM_ENVIRONMENT: 4, 1, "A direction of the environment. x, y: which texel (alias table); z, w: point in it.";
+    DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
+    DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
+}
+
+/// The entry of a dimension; `None` when no decision draws from it.
+pub fn dimension(number: u32) -> Option<&'static Dimension> {
+    DIMENSIONS.iter().find(|d| (d.first..d.first + d.count).contains(&number))
+}
+
+/// GLSL constants (`dimensions.glsl`).
+pub fn glsl() -> String {
+    DIMENSIONS.iter().map(|d| format!("const uint {} = {}u;\n", d.name, d.first)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_decisions_share_a_dimension() {
+        let mut numbers: Vec<u32> = DIMENSIONS.iter().flat_map(|d| d.first..d.first + d.count).collect();
+        let count = numbers.len();
+        numbers.sort_unstable();
+        numbers.dedup();
+        assert_eq!(numbers.len(), count);
+        assert_eq!(
+            dimension(DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT - 1).map(|d| d.name),
+            Some("DIM_REFLECT_REFRACT")
+        );
+        assert_eq!(dimension(DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT), None);
+    }
+
+    /// The rays of all decisions have a coverage dimension.
+    #[test]
+    fn coverage_dimensions_suffice() {
+        let coverage = dimension(DIM_COVERAGE).unwrap();
+        for decision in DIMENSIONS.iter().filter(|d| d.name != coverage.name) {
+            assert!(decision.first + decision.count <= coverage.count, "{decision:?}");
+        }
+    }
+}

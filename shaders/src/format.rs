@@ -1,0 +1,73 @@
+//! Texel formats of screen-space images.
+
+/// Texel format. Only formats that every Vulkan device with `shaderStorageImageExtendedFormats` can store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// One 32-bit float.
+    R32F,
+    /// Two 32-bit floats.
+    Rg32F,
+    /// Four 32-bit floats.
+    Rgba32F,
+    /// Four 16-bit floats.
+    Rgba16F,
+    /// Two 16-bit unsigned normalised numbers.
+    Rg16Unorm,
+    /// Four 16-bit unsigned normalised numbers.
+    Rgba16Unorm,
+    /// Four 8-bit unsigned normalised numbers.
+    Rgba8Unorm,
+    /// One 32-bit unsigned integer.
+    R32Uint,
+    /// Two 32-bit unsigned integers.
+    Rg32Uint,
+    /// One 16-bit unsigned integer.
+    R16Uint,
+}
+
+impl Format {
+    /// GLSL layout qualifier.
+    pub const fn glsl_qualifier(self) -> &'static str {
+        match self {
+            Self::R32F => "r32f",
+            Self::Rg32F => "rg32f",
+            Self::Rgba32F => "rgba32f",
+            Self::Rgba16F => "rgba16f",
+            Self::Rg16Unorm => "rg16",
+            Self::Rgba16Unorm => "rgba16",
+            Self::Rgba8Unorm => "rgba8",
+            Self::R32Uint => "r32ui",
+            Self::Rg32Uint => "rg32ui",
+            Self::R16Uint => "r16ui",
+        }
+    }
+
+    /// GLSL storage image type.
+    pub const fn glsl_image(self) -> &'static str {
+        if self.is_uint() { "uimage2D" } else { "image2D" }
+    }
+
+    /// Whether texels are unsigned integers.
+    pub const fn is_uint(self) -> bool {
+        matches!(self, Self::R32Uint | Self::Rg32Uint | Self::R16Uint)
+    }
+
+    /// Number of components.
+    pub const fn components(self) -> u32 {
+        match self {
+            Self::R32F | Self::R32Uint | Self::R16Uint => 1,
+            Self::Rg32F | Self::Rg16Unorm | Self::Rg32Uint => 2,
+            Self::Rgba32F | Self::Rgba16F | Self::Rgba16Unorm | Self::Rgba8Unorm => 4,
+        }
+    }
+
+    /// Bytes per texel.
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Self::R16Uint => 2,
+            Self::R32F | Self::R32Uint | Self::Rg16Unorm | Self::Rgba8Unorm => 4,
+            Self::Rg32F | Self::Rg32Uint | Self::Rgba16F | Self::Rgba16Unorm => 8,
+            Self::Rgba32F => 16,
+        }
+    }
+}
