@@ -12,6 +12,9 @@ if [[ ${1-} = --timed ]]; then
     exec "${@:2}"
 fi
 
+# Lavapipe compiles every kernel with LLVM. Tests run it for milliseconds, so that most of their time went into optimising it.
+export GALLIVM_PERF=${GALLIVM_PERF-nopt}
+
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 cargo test --config "target.'cfg(all())'.runner = ['$here/test.sh', '--timed']" "$@" 2>&1 | tee "$log"

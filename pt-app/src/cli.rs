@@ -1,6 +1,8 @@
 //! The command line: the list of commands.
 
-use crate::commands::{bake, bench, compare, info, knobs, merge, passes, reference, render, scenes, sheet};
+use crate::commands::{
+    bake, bench, capture, compare, info, knobs, merge, passes, reference, render, replay, scenes, sheet,
+};
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -31,6 +33,10 @@ pub enum Command {
     Bench(bench::BenchArgs),
     /// Render frames of a scene.
     Render(Box<render::RenderArgs>),
+    /// Record frames of a scene: all channels between the stages, and what a later stage needs to go on from them.
+    Capture(Box<capture::CaptureArgs>),
+    /// Run the rest of the frame on recorded frames, without a scene.
+    Replay(replay::ReplayArgs),
     /// Ground truth: path trace a scene without bias.
     Reference(Box<reference::ReferenceArgs>),
     /// Join slices of one render of `pt reference`.
@@ -56,6 +62,8 @@ impl Cli {
             Command::Knobs(args) => knobs::run(args, out),
             Command::Bench(args) => bench::run(args, out),
             Command::Render(args) => render::run(args, out),
+            Command::Capture(args) => capture::run(args, out),
+            Command::Replay(args) => replay::run(args, out),
             Command::Reference(args) => reference::run(args, out),
             Command::Merge(args) => merge::run(args, out),
             Command::Bake(args) => bake::run(args, out),

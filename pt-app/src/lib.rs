@@ -1,9 +1,11 @@
 //! The parts of the `pt` program.
 
+pub mod aov;
 pub mod args;
 pub mod cli;
 pub mod commands;
 pub mod frame;
+pub mod output;
 pub mod params;
 pub mod progress;
 pub mod session;

@@ -7,9 +7,10 @@ use pt_app::args::{CameraChoice, LookAt};
 use pt_app::cli::Cli;
 use pt_app::commands::bench::{BenchArgs, BenchCommand};
 use pt_app::commands::info::InfoArgs;
-use pt_app::commands::render::{AovSelection, RenderArgs};
-use pt_image::image_file::{ImageSize, OutputFormat};
+use pt_app::aov::AovSelection;
+use pt_app::commands::render::RenderArgs;
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::{ImageSize, OutputFormat};
 
 #[derive(Debug, Parser)]
 struct Render {
@@ -35,19 +36,19 @@ fn the_command_tree_is_sound() {
 #[test]
 fn render_defaults() {
     let args = render("cornell -o out/a.png").unwrap();
-    assert_eq!(args.scene.file, "cornell");
+    assert_eq!(args.frame.scene.file, "cornell");
     assert_eq!(args.output, [PathBuf::from("out/a.png")]);
-    assert_eq!(args.size, ImageSize { width: 1280, height: 720 });
-    assert_eq!((args.frames, args.seed, args.scene.time, args.scene.fps), (1, 0, 0.0, 60.0));
+    assert_eq!(args.frame.size, ImageSize { width: 1280, height: 720 });
+    assert_eq!((args.frames, args.frame.seed, args.frame.scene.time, args.frame.scene.fps), (1, 0, 0.0, 60.0));
     assert_eq!(
-        (args.scene.load.env_rotation, args.scene.load.env_intensity, args.camera.vfov),
+        (args.frame.scene.load.env_rotation, args.frame.scene.load.env_intensity, args.frame.camera.vfov),
         (0.0, 1.0, 50.0)
     );
-    assert_eq!(args.device.backend, TraceBackend::Auto);
-    assert!(!args.accumulate && !args.device.validation && args.set.is_empty());
+    assert_eq!(args.frame.device.backend, TraceBackend::Auto);
+    assert!(!args.frame.accumulate && !args.frame.device.validation && args.frame.set.is_empty());
     assert!(
-        args.camera.camera.is_none()
-            && args.camera.look.is_none()
+        args.frame.camera.camera.is_none()
+            && args.frame.camera.look.is_none()
             && args.aov.is_none()
             && args.timings.is_none()
     );
@@ -62,17 +63,17 @@ fn render_takes_every_flag() {
          --timings t.json --validation -o a.exr",
     )
     .unwrap();
-    assert_eq!(args.scene.load.env, Some("sky.hdr".into()));
-    assert_eq!((args.scene.load.env_rotation, args.scene.load.env_intensity), (-30.0, 2.5));
-    assert_eq!(args.size, ImageSize { width: 640, height: 360 });
-    assert_eq!(args.camera.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
-    assert_eq!((args.camera.vfov, args.scene.time, args.scene.fps, args.seed), (40.0, 1.5, 24.0, u64::MAX));
-    assert_eq!(args.device.backend, TraceBackend::RtPipeline);
-    assert_eq!(args.set, ["post.output=display", "a.b=-1"]);
+    assert_eq!(args.frame.scene.load.env, Some("sky.hdr".into()));
+    assert_eq!((args.frame.scene.load.env_rotation, args.frame.scene.load.env_intensity), (-30.0, 2.5));
+    assert_eq!(args.frame.size, ImageSize { width: 640, height: 360 });
+    assert_eq!(args.frame.camera.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
+    assert_eq!((args.frame.camera.vfov, args.frame.scene.time, args.frame.scene.fps, args.frame.seed), (40.0, 1.5, 24.0, u64::MAX));
+    assert_eq!(args.frame.device.backend, TraceBackend::RtPipeline);
+    assert_eq!(args.frame.set, ["post.output=display", "a.b=-1"]);
     assert_eq!(args.aov, Some(AovSelection::Named(vec!["normal".into(), "view_depth".into()])));
     assert_eq!(args.timings, Some("t.json".into()));
-    assert!(args.accumulate && args.device.validation && args.frames == 8);
-    assert_eq!((args.device.device.as_deref(), args.profile.as_deref()), (Some("llvm"), Some("fast")));
+    assert!(args.frame.accumulate && args.frame.device.validation && args.frames == 8);
+    assert_eq!((args.frame.device.device.as_deref(), args.frame.profile.as_deref()), (Some("llvm"), Some("fast")));
     let camera =
         |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.camera.unwrap();
     assert_eq!(camera("2"), CameraChoice::Index(2));

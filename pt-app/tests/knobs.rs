@@ -1,7 +1,7 @@
 //! The knobs that are listed, those that can be set, and those that the READMEs show are the same.
 
 use pt_app::params::{FrameParams, ReferenceSettings, all_knobs, resolve, resolve_reference};
-use pt_core::settings::{Knob, Knobs};
+use pt_core::settings::Knob;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -41,8 +41,7 @@ fn every_key_that_can_be_set_is_listed_with_all_that_there_is_to_say() {
     assert_eq!(knobs.len(), keys.len());
     for knob in &knobs {
         let fields: Vec<_> = knob.as_object().unwrap().keys().map(String::as_str).collect();
-        let contract =
-            ["default", "doc", "key", "range", "source", "structural", "type", "unit", "values"];
+        let contract = ["default", "doc", "key", "range", "source", "structural", "type", "unit", "values"];
         assert_eq!(fields, contract, "{knob}");
         let doc = knob["doc"].as_str().unwrap();
         assert!(doc.ends_with('.') && doc.len() > 10, "{knob}");
@@ -64,7 +63,8 @@ fn every_knob_takes_what_it_says() {
     let set = |knob: &Knob, value: &str| {
         let sets = [format!("{}={value}", knob.key)];
         if knob.key.starts_with("reference.") {
-            resolve_reference(ReferenceSettings::default(), None, &sets).map(|p| p == ReferenceSettings::default())
+            resolve_reference(ReferenceSettings::default(), None, &sets)
+                .map(|p| p == ReferenceSettings::default())
         } else {
             resolve(None, &sets).map(|p| p == FrameParams::default())
         }
@@ -104,9 +104,12 @@ fn a_stage_can_be_asked_for() {
 const STAGES: [&str; 6] = ["gbuffer", "lights", "denoise", "checkerboard", "post", "reference"];
 
 fn table(stage: &str) -> String {
-    let mut text = String::from("| knob | default | range or values | what it does |\n| --- | --- | --- | --- |\n");
+    let mut text =
+        String::from("| knob | default | range or values | what it does |\n| --- | --- | --- | --- |\n");
     for knob in all_knobs() {
-        let Some(name) = knob.key.strip_prefix(stage).and_then(|rest| rest.strip_prefix('.')) else { continue };
+        let Some(name) = knob.key.strip_prefix(stage).and_then(|rest| rest.strip_prefix('.')) else {
+            continue;
+        };
         let cells = [format!("`{name}`"), knob.default_text(), knob.takes(), knob.description()];
         text.push_str(&format!("| {} |\n", cells.map(|cell| cell.replace('|', "\\|")).join(" | ")));
     }

@@ -45,7 +45,7 @@ impl Interleave {
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<InterleavePush>(device, &kernels::INTERLEAVE)?;
+        let kernel = Kernel::compute::<InterleavePush>(device, &kernels::INTERLEAVE, &[])?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

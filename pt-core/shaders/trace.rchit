@@ -1,5 +1,5 @@
 // Hands the hit to the ray generation shader as the driver names it.
-#include "trace_payload.glsl"
+#include "trace/payload.glsl"
 
 layout(location = 0) rayPayloadInEXT TracePayload payload;
 

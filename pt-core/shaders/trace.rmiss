@@ -1,6 +1,6 @@
 // No hit.
 #include "records.glsl"
-#include "trace_payload.glsl"
+#include "trace/payload.glsl"
 
 layout(location = 0) rayPayloadInEXT TracePayload payload;
 

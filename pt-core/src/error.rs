@@ -81,6 +81,9 @@ pub enum Error {
         /// What disagrees.
         problem: String,
     },
+    /// A specialisation constant does not fit its kernel.
+    #[error(transparent)]
+    Constant(#[from] ConstantError),
     /// A pass is declared wrongly.
     #[error("pass \"{pass}\" (kernel {kernel}): {problem}")]
     Pass {
@@ -114,6 +117,43 @@ impl<T> VkContext<T> for std::result::Result<T, vk::Result> {
     fn context(self, call: &'static str) -> Result<T> {
         self.map_err(|result| Error::Vulkan { call, result })
     }
+}
+
+/// Why a specialisation constant does not fit its kernel.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ConstantError {
+    /// There is none of that name.
+    #[error("kernel {kernel} has no specialisation constant \"{constant}\"; it has: {declared}")]
+    Unknown {
+        /// Kernel name.
+        kernel: String,
+        /// Name that was given.
+        constant: String,
+        /// Names that there are.
+        declared: String,
+    },
+    /// It has another type.
+    #[error(
+        "kernel {kernel}: specialisation constant \"{constant}\" has type {declared}, the given value has type {given}"
+    )]
+    Type {
+        /// Kernel name.
+        kernel: String,
+        /// Name of the constant.
+        constant: String,
+        /// Type in GLSL.
+        declared: &'static str,
+        /// Type of the value.
+        given: &'static str,
+    },
+    /// It got two values.
+    #[error("kernel {kernel}: specialisation constant \"{constant}\" is given twice")]
+    Repeated {
+        /// Kernel name.
+        kernel: String,
+        /// Name of the constant.
+        constant: String,
+    },
 }
 
 /// Why an acceleration structure could not be built.

@@ -24,8 +24,8 @@ fn setup(device: &TestDevice) -> Setup {
     Setup {
         images: channel_images(device, [37, 11], [VIEW_DEPTH, MOTION]),
         sums: Buffer::from_slice(device, "sums", &[0u32; 16]).unwrap(),
-        fill: Kernel::compute::<TestPush>(device, &kernels::FILL).unwrap(),
-        double: Kernel::compute::<()>(device, &kernels::DOUBLE_DEPTH).unwrap(),
+        fill: Kernel::compute::<TestPush>(device, &kernels::FILL, &[]).unwrap(),
+        double: Kernel::compute::<()>(device, &kernels::DOUBLE_DEPTH, &[]).unwrap(),
     }
 }
 
@@ -73,7 +73,7 @@ fn passes_see_each_others_writes() {
 fn histories_and_sampled_images() {
     let device = TestDevice::open();
     let mut s = setup(&device);
-    let kernel = Kernel::compute::<()>(&device, &kernels::HISTORY).unwrap();
+    let kernel = Kernel::compute::<()>(&device, &kernels::HISTORY, &[]).unwrap();
     let ramp: Vec<f32> = (0..11).flat_map(|_| (0..38).flat_map(|x| [x as f32, 0.0, 0.0, 0.0])).collect();
     s.images.current(MOTION).write_f32(&ramp).unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
@@ -146,9 +146,9 @@ fn wrong_declarations_are_errors() {
 fn disagreeing_records_are_errors() {
     let device = TestDevice::open();
     let message = |r: pt_core::Result<Kernel>| r.err().expect("an error").to_string();
-    let record = message(Kernel::compute::<()>(&device, &kernels::WRONG_RECORD));
+    let record = message(Kernel::compute::<()>(&device, &kernels::WRONG_RECORD, &[]));
     assert!(record.contains("FrameRecord: GLSL has member `seed` at byte 0"), "{record}");
-    let push = message(Kernel::compute::<()>(&device, &kernels::FILL));
+    let push = message(Kernel::compute::<()>(&device, &kernels::FILL, &[]));
     assert!(push.contains("push constants have 4 bytes"), "{push}");
 }
 
@@ -166,7 +166,7 @@ fn launches_that_a_pass_decides() {
     let device = TestDevice::open();
     let work = Buffer::from_slice(&device, "work", &[0u32; 5]).unwrap();
     let copy = Buffer::new(&device, "copy of work", work.size(), Location::Readback).unwrap();
-    let kernel = Kernel::compute::<TestPush>(&device, &kernels::COUNT_GROUPS).unwrap();
+    let kernel = Kernel::compute::<TestPush>(&device, &kernels::COUNT_GROUPS, &[]).unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     for (rows, threads) in [(3u32, 24), (1, 32), (5, 72)] {
         let mut frame = recorder.begin().unwrap();

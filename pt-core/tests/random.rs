@@ -30,7 +30,7 @@ fn numbers(source: RandomSource, pixel: [u32; 2], frame: u32, dimension: u32) ->
 #[test]
 fn kernels_draw_what_the_host_twin_draws() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<()>(&device, &kernels::RANDOM_CASES).unwrap();
+    let kernel = Kernel::compute::<()>(&device, &kernels::RANDOM_CASES, &[]).unwrap();
     let cases: Vec<[u32; 4]> = (0..8192)
         .map(|i| {
             let [pixel, frame, c, triangle] = pcg4d([i, 1, 2, 3]);

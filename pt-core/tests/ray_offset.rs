@@ -78,7 +78,7 @@ impl Tracer {
 #[test]
 fn no_self_hits_and_no_leaks_at_any_scale() {
     let device = TestDevice::open();
-    let offset = Kernel::compute::<OffsetPush>(&device, &kernels::OFFSET_RAYS).unwrap();
+    let offset = Kernel::compute::<OffsetPush>(&device, &kernels::OFFSET_RAYS, &[]).unwrap();
     for (case, scale) in [1e-3f32, 1.0, 1e3, 1e6].into_iter().enumerate() {
         for transformed in [false, true] {
             let (size, transform) = match transformed {

@@ -238,9 +238,9 @@ fn declarations_in_words() {
         .iter()
         .map(|k| format!("{} [{}] {}", k.default_text(), k.takes(), k.description()))
         .collect();
-    assert_eq!(words[2], "0 [0 or more] Seed.");
+    assert_eq!(words[2], "0 [at least 0] Seed.");
     assert_eq!(words[4], "-4 [-20 to 20 EV] Least exposure (Someone 1999, section 3).");
-    assert_eq!(words[5], "4 [-20 EV or more] Greatest exposure.");
+    assert_eq!(words[5], "4 [at least -20 EV] Greatest exposure.");
     assert_eq!(words[6], "aces [aces, none, reinhard] Curve. Structural.");
     assert_eq!(words[7], "true [true, false] Whether there is bloom.");
     assert_eq!(words[8], "none [1 to 10, or none] Limit. Structural.");

@@ -25,7 +25,7 @@ fn pack_and_random_numbers_agree_with_the_gpu() {
     let words = Buffer::from_slice(&device, "words", &vec![0u32; count as usize]).unwrap();
     let decoded = Buffer::from_slice(&device, "decoded", &vectors).unwrap();
     let randoms = Buffer::from_slice(&device, "randoms", &vec![[0f32; 4]; count as usize]).unwrap();
-    let kernel = Kernel::compute::<()>(&device, &kernels::TWINS).unwrap();
+    let kernel = Kernel::compute::<()>(&device, &kernels::TWINS, &[]).unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     frame

@@ -52,7 +52,7 @@ impl Composite {
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE)?;
+        let kernel = Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE, &[])?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

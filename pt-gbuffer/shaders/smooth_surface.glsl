@@ -1,6 +1,6 @@
 // The lobes of a mirror or of glass: where each one leads and how much light it carries.
-#include "brdf.glsl"
-#include "dielectric.glsl"
+#include "bsdf/fresnel.glsl"
+#include "bsdf/ggx.glsl"
 #include "gbuffer_store.glsl"
 
 struct InterfaceLobes {
@@ -11,17 +11,9 @@ struct InterfaceLobes {
     vec3 diffuse;      // without the base colour
 };
 
-// A rougher interface has microfacets: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces".
-// G2 / G1(v) is the weight of a direction found by a visible normal (Heitz 2018); `g2` height-correlated as in brdf.glsl.
-float reflected_masking(float alpha, vec3 v, vec3 l) {
-    float a = ggx_root(vec2(alpha), v), b = ggx_root(vec2(alpha), l);
-    return l.z <= 0.0 ? 0.0 : l.z * (v.z + a) / (l.z * a + v.z * b);
-}
-
-float transmitted_masking(float alpha, vec3 l) { return l.z >= 0.0 ? 0.0 : ggx_g1(vec2(alpha), l); }
-
 // `solid`: light is bent on its way through. A thin sheet stands for its two interfaces at once: straight through,
-// F + (1 - F) x base colour (KHR_materials_transmission). `rough`: draw a microfacet with xi instead of the smooth interface.
+// F + (1 - F) x base colour (KHR_materials_transmission). `rough`: draw a microfacet with xi instead of the smooth interface: Walter
+// et al. 2007, "Microfacet Models for Refraction through Rough Surfaces".
 InterfaceLobes interface_lobes(SeenSurface s, MaterialRecord m, vec3 direction, bool solid, bool rough, vec2 xi) {
     float alpha = square(s.material.roughness);
     mat3 world_from_local = basis_around(s.normal);
@@ -36,8 +28,8 @@ InterfaceLobes interface_lobes(SeenSurface s, MaterialRecord m, vec3 direction, 
     vec2 masking = vec2(1.0);
     if (rough) {
         if (!solid) w.transmitted = reflect(w.reflected, s.normal);
-        masking.x = reflected_masking(alpha, v, w.reflected * world_from_local);
-        masking.y = transmitted_masking(alpha, w.transmitted * world_from_local);
+        masking.x = ggx_reflection_weight(v, w.reflected * world_from_local, vec2(alpha));
+        masking.y = ggx_refraction_weight(w.transmitted * world_from_local, vec2(alpha));
         if (dot(w.reflected, s.face_normal) <= 0.0) masking.x = 0.0;
         if (dot(w.transmitted, s.face_normal) >= 0.0) masking.y = 0.0;
     } else {

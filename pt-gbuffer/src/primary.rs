@@ -35,7 +35,7 @@ impl PrimaryRays {
 
     /// Compiles the kernel for a trace backend.
     pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
-        let kernel = Kernel::trace::<PrimaryPush>(device, &kernels::PRIMARY_RAYS, backend)?;
+        let kernel = Kernel::trace::<PrimaryPush>(device, &kernels::PRIMARY_RAYS, backend, &[])?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

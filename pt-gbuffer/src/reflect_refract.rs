@@ -41,7 +41,7 @@ impl ReflectRefract {
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
-        let kernel = Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend)?;
+        let kernel = Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend, &[])?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

@@ -6,9 +6,10 @@ use pt_image::atomic_file::write_atomic;
 use pt_shaders::named_enum;
 
 use crate::dds::DdsTexture;
-use pt_scene::{one_line, read_file};
 use pt_scene::Texels;
 use pt_scene::{SceneError, TextureUsage};
+use pt_scene::{one_line, read_file};
+use pt_shaders::named_enum;
 
 /// Part of every name: another encoder, other settings or another layout of the file get another one.
 const ENCODER: &str = "pt bake 1, block_compression 0.11.0";

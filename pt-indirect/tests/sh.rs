@@ -70,7 +70,7 @@ fn kernel_equals_the_oracle() {
         .collect();
     cases[0].radiances = [Vec3::ZERO; 2];
     let buffer = Buffer::from_slice(&device, "cases", &cases).unwrap();
-    let kernel = Kernel::compute::<()>(&device, &kernels::SH).unwrap();
+    let kernel = Kernel::compute::<()>(&device, &kernels::SH, &[]).unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     frame.pass("sh", &kernel).update("cases", &buffer).dispatch([cases.len() as u32, 1, 1]).unwrap();

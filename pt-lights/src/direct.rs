@@ -57,7 +57,7 @@ impl DirectLighting {
 
     /// Compiles the kernel for a trace backend.
     pub fn new(device: &Device, backend: TraceBackend) -> Result<Self> {
-        let kernel = Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, backend)?;
+        let kernel = Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, backend, &[])?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

@@ -27,7 +27,7 @@ const TESTS: usize = 8;
 const AT: Vec3 = Vec3::new(0.2, 0.1, 0.3);
 
 fn draw(device: &TestDevice, scene: &mut Uploaded, family: u32, at: Vec3) -> Vec<SampleRecord> {
-    let kernel = Kernel::compute::<SamplerPush>(device, &kernels::LIGHT_SAMPLERS).unwrap();
+    let kernel = Kernel::compute::<SamplerPush>(device, &kernels::LIGHT_SAMPLERS, &[]).unwrap();
     let push = SamplerPush { family, count: SAMPLES, seed: 9, parameter: 0.0, vector: at };
     run_sampler(device, &kernel, &push, Some(scene), |pass| pass)
 }
@@ -100,7 +100,7 @@ fn picks_follow_the_pmf() {
         let record = SceneRecord { emissive_alias: entries.address(), ..bytemuck::Zeroable::zeroed() };
         let uniforms = Buffer::from_slice(&device, "scene_uniforms", &[record]).unwrap();
         let counts = Buffer::from_slice(&device, "counts", &vec![0u32; n]).unwrap();
-        let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::ALIAS_PICKS).unwrap();
+        let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::ALIAS_PICKS, &[]).unwrap();
         let count = 1_000_000;
         let push = SamplerPush { family: n as u32, count, seed: 3, parameter: 0.0, vector: Vec3::ZERO };
         let mut recorder = Recorder::new(&device).unwrap();

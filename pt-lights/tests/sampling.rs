@@ -104,7 +104,7 @@ fn azimuth(v: DVec3) -> f64 {
 #[test]
 fn points_on_triangle_and_disk() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::SAMPLERS).unwrap();
+    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::SAMPLERS, &[]).unwrap();
     // The triangle's uniform density as one over the square: b2 = y, b1 = x (1 - y).
     let triangle = draw(&device, &kernel, 0, 0.0, Vec3::ZERO);
     let chart =
@@ -125,7 +125,7 @@ fn points_on_triangle_and_disk() {
 #[test]
 fn directions_in_cone_and_hemisphere() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::SAMPLERS).unwrap();
+    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::SAMPLERS, &[]).unwrap();
     let cone = draw(&device, &kernel, 2, CONE, Vec3::ZERO);
     let k = f64::from(CONE);
     // Per unit of (azimuth, 1 - cos) the solid angle is constant.
@@ -157,7 +157,7 @@ fn directions_in_cone_and_hemisphere() {
 #[test]
 fn reflections_about_visible_normals() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::SAMPLERS).unwrap();
+    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::SAMPLERS, &[]).unwrap();
     for cos in INCIDENCES {
         for alpha in ALPHAS {
             let v = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
@@ -230,7 +230,7 @@ fn oracle(c: &BrdfCase) -> Brdf {
 #[test]
 fn brdf_equals_its_oracle() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::BRDF_CASES).unwrap();
+    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::BRDF_CASES, &[]).unwrap();
     let cases = cases();
     let push =
         SamplerPush { family: 0, count: cases.len() as u32, seed: 0, parameter: 0.0, vector: Vec3::ZERO };

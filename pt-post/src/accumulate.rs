@@ -28,7 +28,7 @@ impl Accumulate {
     /// # Errors
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<AccumulatePush>(device, &kernels::ACCUMULATE)?;
+        let kernel = Kernel::compute::<AccumulatePush>(device, &kernels::ACCUMULATE, &[])?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

@@ -111,10 +111,10 @@ impl Bloom {
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
         Ok(Self {
-            quarter_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_QUARTER)?,
-            blur_kernel: Kernel::compute::<BlurPush>(device, &kernels::BLOOM_BLUR)?,
-            down_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_DOWN)?,
-            up_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_UP)?,
+            quarter_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_QUARTER, &[])?,
+            blur_kernel: Kernel::compute::<BlurPush>(device, &kernels::BLOOM_BLUR, &[])?,
+            down_kernel: Kernel::compute::<()>(device, &kernels::BLOOM_DOWN, &[])?,
+            up_kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_UP, &[])?,
         })
     }
 
@@ -210,7 +210,7 @@ impl BloomMix {
     /// # Errors
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
-        Ok(Self { kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX)? })
+        Ok(Self { kernel: Kernel::compute::<MixPush>(device, &kernels::BLOOM_MIX, &[])? })
     }
 
     /// Adds its pass to the frame.

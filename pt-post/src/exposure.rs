@@ -32,9 +32,9 @@ impl Exposure {
             metered_pixels: 0.0,
         };
         Ok(Self {
-            histogram_kernel: Kernel::compute::<HistogramPush>(device, &kernels::HISTOGRAM)?,
-            meter_kernel: Kernel::compute::<MeterPush>(device, &kernels::METER)?,
-            curve_kernel: Kernel::compute::<CurvePush>(device, &kernels::CURVE)?,
+            histogram_kernel: Kernel::compute::<HistogramPush>(device, &kernels::HISTOGRAM, &[])?,
+            meter_kernel: Kernel::compute::<MeterPush>(device, &kernels::METER, &[])?,
+            curve_kernel: Kernel::compute::<CurvePush>(device, &kernels::CURVE, &[])?,
             histogram: Buffer::from_slice(device, "histogram", &[0u32; 4 * HISTOGRAM_BINS as usize])?,
             exposure: Buffer::from_slice(device, "exposure", &[nothing_exposed])?,
             distribution: Buffer::from_slice(device, "distribution", &[0f32; CURVE_BINS as usize])?,

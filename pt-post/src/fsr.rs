@@ -46,9 +46,9 @@ impl Fsr {
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
         Ok(Self {
-            easu_kernel: Kernel::compute::<EasuPush>(device, &kernels::EASU)?,
-            rcas_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS)?,
-            rcas_codes_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS_CODES)?,
+            easu_kernel: Kernel::compute::<EasuPush>(device, &kernels::EASU, &[])?,
+            rcas_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS, &[])?,
+            rcas_codes_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS_CODES, &[])?,
             blue_noise: noise_buffer(device)?,
         })
     }

@@ -26,7 +26,7 @@ knobs! {
         pub split_sigma: f32 = 2.0, in 1.0..=8.0;
         /// How bright a pixel may be beside its neighbours: at most x^-0.25 times their mean in the blended space; 0 is no limit, and
         /// Quake II RTX takes 0.25.
-        pub anti_sparkle: f32 = 0.0, in 0.0..=1.0, source "Quake II RTX";
+        pub anti_sparkle: f32 = 0.0, in 0.0..=1.0;
         /// Weight of a new frame once history is full, where something moves by a pixel or more; before, history is a running mean.
         pub blend: f32 = 0.1, in 0.01..=1.0, source "Karis 2014";
         /// Weight of a new frame once history is full, where nothing moves; in Quake II RTX it is that of `blend`.
@@ -81,8 +81,8 @@ impl Taa {
     /// # Errors
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA)?;
-        let pq_kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ)?;
+        let kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA, &[])?;
+        let pq_kernel = Kernel::compute::<TaaPush>(device, &kernels::TAA_PQ, &[])?;
         Self::IO.check([&kernel])?;
         Self::IO.check([&pq_kernel])?;
         Ok(Self { kernel, pq_kernel })

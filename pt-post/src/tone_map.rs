@@ -26,7 +26,8 @@ impl ToneMap {
     /// When the device refuses.
     pub fn new(device: &Device, tonemap: Tonemap, encoding: Encoding) -> Result<Self> {
         let kernel = |code, encoding: Encoding| {
-            Kernel::specialized::<TonemapPush>(device, code, &[tonemap.code(), encoding.code()])
+            let constants = [("tonemap", tonemap.code().into()), ("encoding", encoding.code().into())];
+            Kernel::compute::<TonemapPush>(device, code, &constants)
         };
         Ok(Self {
             tonemap,

@@ -33,6 +33,6 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.interior = EMPTY_INTERIOR;
     if (scene_has(FEATURE_TRANSMISSION)) path.interior = InteriorList(push.camera_solids, push.camera_iors);
     path.cone = vec2(0.0);
-    if (ray_cones != 0u) path.cone = pixel_cone(pixel);
+    if (ray_cones) path.cone = pixel_cone(pixel);
     return path;
 }

@@ -125,7 +125,7 @@ Onward shade(uint slot) {
 void main() {
     uint place = gl_GlobalInvocationID.x;
     uint slot = slot_at(place, list_read());
-    if (sort_materials != 0u) slot = sort_by_material(slot);
+    if (sort_materials) slot = sort_by_material(slot);
     Onward onward = Onward(false, false);
     if (slot != NONE) onward = shade(slot);
     append_slot(slot, list_written(), onward.path);

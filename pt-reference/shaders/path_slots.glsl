@@ -104,7 +104,7 @@ PathState load_path(uint slot) {
         path.interior = InteriorList(floatBitsToUint(load_row(ROW_SOLIDS, slot)), load_row(ROW_IORS, slot));
     }
     path.cone = vec2(0.0);
-    if (ray_cones != 0u) path.cone = cone_table().at[slot];
+    if (ray_cones) path.cone = cone_table().at[slot];
     path.chord = 0.0;
     return path;
 }
@@ -120,7 +120,7 @@ void store_path(uint slot, PathState path) {
     store_row(ROW_DIRECTION, slot, path.direction, progress_word(path));
     store_row(ROW_THROUGHPUT, slot, vec4(path.throughput, path.last_pdf));
     store_row(ROW_RADIANCE, slot, path.radiance, path.shadow_rays);
-    if (ray_cones != 0u) cone_table().at[slot] = path.cone;
+    if (ray_cones) cone_table().at[slot] = path.cone;
 }
 
 Hit load_hit(uint slot) {

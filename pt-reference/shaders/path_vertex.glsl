@@ -32,7 +32,7 @@ PathVertex load_vertex(PathState path, Hit hit) {
     v.face_normal = v.front ? s.face_normal : -s.face_normal;
     v.twice_area = length(cross(s.e1, s.e2));
     Footprint footprint = NO_FOOTPRINT;
-    if (ray_cones != 0u) footprint = cone_footprint(s, path.direction, path.cone.x);
+    if (ray_cones) footprint = cone_footprint(s, path.direction, path.cone.x);
     v.sampled = load_material(s, footprint, 1.0);
     v.is_passed = false;
     float eta = surface_eta(path.interior, v.sampled.ior);
@@ -42,7 +42,7 @@ PathVertex load_vertex(PathState path, Hit hit) {
         eta = medium_eta(c);
     }
     uint flags = 0u;
-    if (energy_compensation != 0u) flags = BSDF_ENERGY_COMPENSATION;
+    if (energy_compensation) flags = BSDF_ENERGY_COMPENSATION;
     v.bsdf = surface_bsdf(s, v.sampled, load_lobes(s, footprint, 1.0), -path.direction, eta, flags);
     return v;
 }

@@ -24,7 +24,7 @@ pub use files::{Checkpoint, EstimateFile, ReferenceFileError, denoiser_inputs};
 pub use film::{Estimate, EstimatePixel, FilmState, MergeError};
 pub use identity::Identity;
 pub use params::{LightTypes, ReferenceParams};
-pub use path_tracer::{PathTracer, Tile, Turns};
+pub use path_tracer::{Iterations, PathTracer, Tile};
 pub use progressive::Progressive;
 pub use pt_shaders::records::SamplerKind;
 pub use records::{Heuristic, Strategy};

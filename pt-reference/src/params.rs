@@ -11,7 +11,7 @@ knobs! {
         /// Whether directional lights count.
         pub sun: bool = true => structural;
         /// Whether point and spot lights count.
-        pub punctual: bool = true => structural;
+        pub positional: bool = true => structural;
         /// Whether the emission of surfaces counts, unlit materials included.
         pub emissive: bool = true => structural;
         /// Whether the environment counts.
@@ -35,7 +35,7 @@ knobs! {
         /// Where random numbers come from.
         pub sampler: SamplerKind = SamplerKind::Sobol => structural;
         /// Samples that a pixel gets in all; `blue-noise` spreads the error of that many.
-        pub spp: u32 = 64, in 1..=u32::MAX, unit "samples";
+        pub spp: u32 = 64, in 1..=u32::MAX;
         /// Whether light is given back that microfacets lose where it is reflected more than once between them; without, the BSDF is that
         /// of glTF 2.0, appendix B.
         pub energy_compensation: bool = false, source "Kulla and Conty 2017" => structural;

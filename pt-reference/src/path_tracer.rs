@@ -91,15 +91,15 @@ impl PathTracer {
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
         let slot_bytes = SLOT_BYTES + if params.ray_cones { CONE_BYTES } else { 0 };
         let constants = [
-            scene.features(),
-            kinds(&params, lights),
-            params.sampler.code(),
-            u32::from(params.energy_compensation),
-            u32::from(params.ray_cones),
-            u32::from(sorts_by_material(device, scene)),
+            ("scene_features", scene.features().into()),
+            ("light_kinds", kinds(&params, lights).into()),
+            ("sampler_kind", params.sampler.code().into()),
+            ("energy_compensation", params.energy_compensation.into()),
+            ("ray_cones", params.ray_cones.into()),
+            ("sort_materials", sorts_by_material(device, scene).into()),
         ];
-        let compute = |code| Kernel::specialized::<PathPush>(device, code, &constants);
-        let trace = |code| Kernel::trace_specialized::<PathPush>(device, code, scene.backend(), &constants);
+        let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);
+        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(, &[]), &constants);
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,

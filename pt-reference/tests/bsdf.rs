@@ -237,7 +237,7 @@ fn random_cases(count: u32) -> Vec<BsdfCase> {
 #[test]
 fn kernels_equal_the_oracle() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<HistogramPush>(&device, &kernels::BSDF_CASES).unwrap();
+    let kernel = Kernel::compute::<HistogramPush>(&device, &kernels::BSDF_CASES, &[]).unwrap();
     let cases = random_cases(16384);
     let buffer = Buffer::from_slice(&device, "cases", &cases).unwrap();
     let size = (cases.len() * size_of::<BsdfResult>()) as u64;

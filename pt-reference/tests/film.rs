@@ -21,7 +21,7 @@ fn sample(pixel: u32, k: u32) -> Vec3 {
 #[test]
 fn a_hundred_thousand_samples_lose_nothing() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<ListPush>(&device, &kernels::FILM_SUMS).unwrap();
+    let kernel = Kernel::compute::<ListPush>(&device, &kernels::FILM_SUMS, &[]).unwrap();
     let size = u64::from(PIXELS) * size_of::<FilmPixel>() as u64;
     let results = Buffer::new(&device, "results", size, Location::Device).unwrap();
     let push = ListPush { count: PIXELS, per_thread: SAMPLES };

@@ -36,7 +36,7 @@ fn events() -> Vec<(Boundary, bool)> {
 #[test]
 fn kernel_equals_the_oracle() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<ListPush>(&device, &kernels::INTERIOR_CASES).unwrap();
+    let kernel = Kernel::compute::<ListPush>(&device, &kernels::INTERIOR_CASES, &[]).unwrap();
     let events = events();
     let records: Vec<_> = events
         .iter()

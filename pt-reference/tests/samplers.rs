@@ -24,7 +24,7 @@ fn sample(kind: SamplerKind, pixel: [u32; 2], index: u32, dimension: u32, seed: 
 #[test]
 fn kernel_equals_the_twin() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<ListPush>(&device, &kernels::SAMPLER_CASES).unwrap();
+    let kernel = Kernel::compute::<ListPush>(&device, &kernels::SAMPLER_CASES, &[]).unwrap();
     let cases: Vec<SamplerCase> = (0..30_000u32)
         .map(|i| {
             let [a, b, c, d] = pcg4d([i, 1, 2, 3]);

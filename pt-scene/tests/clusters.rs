@@ -155,7 +155,7 @@ fn the_kernel_agrees_to_the_bit() {
     let device = TestDevice::open();
     let scene = builtin("lamps").unwrap();
     let mut gpu = GpuScene::new(&device, &scene, TraceBackend::Compute).unwrap();
-    let kernel = Kernel::compute::<()>(&device, &kernels::CLUSTER_OF).unwrap();
+    let kernel = Kernel::compute::<()>(&device, &kernels::CLUSTER_OF, &[]).unwrap();
     for target in [Clusters::DEFAULT, 1, Clusters::MAX] {
         let clusters = Clusters::new(&scene, target);
         if target != Clusters::DEFAULT {

@@ -57,7 +57,9 @@ fn samples(device: &TestDevice, scene: &Scene, at: &[Vec2], footprint: f32) -> V
     let results = Buffer::new(device, "results", size, Location::Device).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
     let [general, specialized]: [Vec<MaterialResult>; 2] = [u32::MAX, gpu.features()].map(|features| {
-        let kernel = Kernel::specialized::<()>(device, &kernels::MATERIAL_SAMPLES, &[features]).unwrap();
+        let kernel =
+            Kernel::compute::<()>(device, &kernels::MATERIAL_SAMPLES, &[("scene_features", features.into())])
+                .unwrap();
         let mut frame = recorder.begin().unwrap();
         gpu.update(&mut frame, scene).unwrap();
         let pass = frame.pass("materials", &kernel).read("cases", &cases).write("results", &results);

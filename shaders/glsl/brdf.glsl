@@ -1,8 +1,8 @@
 // Metallic-roughness BRDF of the real-time stages (glTF 2.0 specification, appendix B.3): GGX with the height-correlated Smith term
-// (bsdf_ggx.glsl), Schlick's Fresnel term and a Lambertian base. Directions are unit vectors in the frame of the shading normal
+// (bsdf/ggx.glsl), Schlick's Fresnel term and a Lambertian base. Directions are unit vectors in the frame of the shading normal
 // (+Z) that point away from the surface. Host twin: pt_lights::oracle::brdf.
 #include "sampling.glsl"
-#include "bsdf_ggx.glsl"
+#include "bsdf/ggx.glsl"
 #include "reflectance.glsl"
 
 // Lower bound of alpha = roughness^2. A mirror under a delta light has no value in fp32; this lobe is about 0.1 degrees wide.

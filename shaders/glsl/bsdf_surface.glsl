@@ -9,6 +9,7 @@
 // Light starts beside the triangle: ray_offset.glsl with b.face_normal, on the other side when the sample has SAMPLE_TRANSMISSION.
 // KHR_materials_iridescence and _dispersion are not there: materials that have them show without.
 #include "bsdf.glsl"
+#include "bsdf/shading_normal.glsl"
 #include "media.glsl"
 #include "surface.glsl"
 

@@ -15,7 +15,7 @@
 //         if (is_false_hit(c)) { interior = interior_cross(...); go on from the other side of the surface; }
 //         eta = medium_eta(c);                       and, if the sample has SAMPLE_TRANSMISSION, interior = interior_cross(...)
 //     } else eta = surface_eta(interior, ior);
-#include "dielectric.glsl"
+#include "absorption.glsl"
 #include "interior.glsl"
 #include "scene.glsl"
 

@@ -81,11 +81,11 @@ uint mesh_triangle(uint instance, uint geometry, uint primitive) {
 const Hit MISS = Hit(NONE, NONE, vec2(0.0), 0.0);
 
 #ifdef TRACE_COMPUTE
-#include "trace_compute.glsl"
+#include "trace/compute.glsl"
 #endif
 #ifdef TRACE_RAY_QUERY
-#include "trace_ray_query.glsl"
+#include "trace/ray_query.glsl"
 #endif
 #ifdef TRACE_RT_PIPELINE
-#include "trace_rt_pipeline.glsl"
+#include "trace/rt_pipeline.glsl"
 #endif

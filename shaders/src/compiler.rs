@@ -5,8 +5,9 @@
 //! trace backends), `.rchit`, `.rahit`, `.rmiss`.
 //!
 //! Sources carry neither `#version` nor `#extension` lines: [`PRELUDE`] is put in front of all of them. `#include "x"`
-//! looks beside the including file, then among generated headers (`records.glsl`, `constants.glsl`, `channels.glsl`,
-//! `dimensions.glsl`, and those added with [`Kernels::header`]), then in the shared `glsl/` folder. A file is included once per kernel.
+//! looks beside the including file, then among generated headers (`records.glsl`, `constants.glsl`, `channels.glsl`, `dimensions.glsl`, and those added with
+//! [`Kernels::header`]), then in the shared `glsl/` folder, where kernels include what lies at the top and folders hold its parts. A file is
+//! included once per kernel.
 
 use crate::{channels, constants, dimensions, records};
 use glslang::{CompilerOptions, ShaderInput, ShaderSource, ShaderStage, SpirvVersion, Target, VulkanVersion};
@@ -216,7 +217,7 @@ impl Kernels {
         &self,
         source: &str,
         path: &Path,
-        seen: &mut Vec<String>,
+        seen: &mut Vec<PathBuf>,
         text: &mut String,
     ) -> Result<(), CompileError> {
         let file = path.display().to_string();
@@ -228,15 +229,15 @@ impl Kernels {
                 continue;
             };
             let header = header.trim().trim_matches('"').to_owned();
-            if !seen.contains(&header) {
-                seen.push(header.clone());
-                let (header_source, header_path) =
-                    self.find(&header, path).ok_or_else(|| CompileError::NoHeader {
-                        file: file.clone(),
-                        line: index + 1,
-                        header,
-                        shared: shared_headers(),
-                    })?;
+            let (header_source, header_path) =
+                self.find(&header, path).ok_or_else(|| CompileError::NoHeader {
+                    file: file.clone(),
+                    line: index + 1,
+                    header,
+                    shared: shared_headers(),
+                })?;
+            if !seen.contains(&header_path) {
+                seen.push(header_path.clone());
                 self.expand(&header_source, &header_path, seen, text)?;
             }
             writeln!(text, "#line {} \"{file}\"", index + 2).expect("writing to a String");

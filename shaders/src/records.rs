@@ -1,5 +1,7 @@
 //! Records that several crates read on the GPU. Spaces: world is metres, +Y up, right-handed.
 
+pub use crate::constants::*;
+
 use crate::gpu_struct::GpuStruct;
 use crate::{gpu_struct, named_enum};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
@@ -363,13 +365,6 @@ gpu_struct! {
     }
 }
 
-/// `LightRecord::kind`: point light, intensity in candela.
-pub const LIGHT_POINT: u32 = 0;
-/// `LightRecord::kind`: spot light, intensity in candela.
-pub const LIGHT_SPOT: u32 = 1;
-/// `LightRecord::kind`: directional light, illuminance in lux.
-pub const LIGHT_DIRECTIONAL: u32 = 2;
-
 named_enum! {
     /// How `sampler.glsl` makes random numbers; `SAMPLER_*` in GLSL.
     pub enum SamplerKind: "SAMPLER" {
@@ -393,43 +388,6 @@ named_enum! {
         Sobol = "sobol",
     }
 }
-
-/// Kinds of light in a set of kinds: directional lights.
-pub const KIND_SUN: u32 = 1;
-/// Kinds of light in a set of kinds: point and spot lights.
-pub const KIND_POSITIONAL: u32 = 2;
-/// Kinds of light in a set of kinds: emissive triangles.
-pub const KIND_EMISSIVE: u32 = 4;
-/// Kinds of light in a set of kinds: the environment.
-pub const KIND_ENVIRONMENT: u32 = 8;
-
-/// What a scene has, for kernels that are specialised (`scene_features` in scene.glsl): base colour textures.
-pub const FEATURE_BASE_COLOR_TEXTURE: u32 = 1;
-/// Roughness and metalness textures.
-pub const FEATURE_METALLIC_ROUGHNESS_TEXTURE: u32 = 2;
-/// Normal maps, of the coat too.
-pub const FEATURE_NORMAL_TEXTURE: u32 = 4;
-/// Emission textures.
-pub const FEATURE_EMISSIVE_TEXTURE: u32 = 8;
-/// Any texture of the base layer.
-pub const FEATURES_TEXTURE: u32 = FEATURE_BASE_COLOR_TEXTURE
-    | FEATURE_METALLIC_ROUGHNESS_TEXTURE
-    | FEATURE_NORMAL_TEXTURE
-    | FEATURE_EMISSIVE_TEXTURE;
-/// Materials with a `LobeRecord`.
-pub const FEATURE_LOBES: u32 = 16;
-/// Materials that transmit light.
-pub const FEATURE_TRANSMISSION: u32 = 32;
-/// MASK or BLEND materials.
-pub const FEATURE_COVERAGE: u32 = 64;
-/// Textures whose UV transform is not the identity.
-pub const FEATURE_TEXTURE_TRANSFORM: u32 = 128;
-/// Textures that are read at the second UV set.
-pub const FEATURE_SECOND_UV: u32 = 256;
-/// Vertices that are not white.
-pub const FEATURE_VERTEX_COLOR: u32 = 512;
-/// More than one instance.
-pub const FEATURE_INSTANCES: u32 = 1024;
 
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
@@ -517,35 +475,7 @@ table! {
 
 /// GLSL declarations of this module (`records.glsl`), after the constants.
 pub fn glsl() -> String {
-    let constants = [
-        ("NONE", NONE),
-        ("MASK_OPAQUE", MASK_OPAQUE),
-        ("MASK_TRANSMISSIVE", MASK_TRANSMISSIVE),
-        ("MATERIAL_DOUBLE_SIDED", MATERIAL_DOUBLE_SIDED),
-        ("MATERIAL_MASK", MATERIAL_MASK),
-        ("MATERIAL_BLEND", MATERIAL_BLEND),
-        ("MATERIAL_UNLIT", MATERIAL_UNLIT),
-        ("FEATURE_BASE_COLOR_TEXTURE", FEATURE_BASE_COLOR_TEXTURE),
-        ("FEATURE_METALLIC_ROUGHNESS_TEXTURE", FEATURE_METALLIC_ROUGHNESS_TEXTURE),
-        ("FEATURE_NORMAL_TEXTURE", FEATURE_NORMAL_TEXTURE),
-        ("FEATURE_EMISSIVE_TEXTURE", FEATURE_EMISSIVE_TEXTURE),
-        ("FEATURE_LOBES", FEATURE_LOBES),
-        ("FEATURE_TRANSMISSION", FEATURE_TRANSMISSION),
-        ("FEATURE_COVERAGE", FEATURE_COVERAGE),
-        ("FEATURE_TEXTURE_TRANSFORM", FEATURE_TEXTURE_TRANSFORM),
-        ("FEATURE_SECOND_UV", FEATURE_SECOND_UV),
-        ("FEATURE_VERTEX_COLOR", FEATURE_VERTEX_COLOR),
-        ("FEATURE_INSTANCES", FEATURE_INSTANCES),
-        ("LIGHT_POINT", LIGHT_POINT),
-        ("LIGHT_SPOT", LIGHT_SPOT),
-        ("LIGHT_DIRECTIONAL", LIGHT_DIRECTIONAL),
-        ("KIND_SUN", KIND_SUN),
-        ("KIND_POSITIONAL", KIND_POSITIONAL),
-        ("KIND_EMISSIVE", KIND_EMISSIVE),
-        ("KIND_ENVIRONMENT", KIND_ENVIRONMENT),
-    ];
-    let mut text: String =
-        constants.iter().map(|(name, value)| format!("const uint {name} = {value}u;\n")).collect();
+    let mut text = String::from("#include \"constants.glsl\"\n");
     text.push_str(&SamplerKind::glsl());
     text.push_str(&RandomSource::glsl());
     text.push_str(&declarations());

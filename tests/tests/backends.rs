@@ -1,7 +1,5 @@
 //! The three ways to trace rays see one scene: at the same seed they give the same frames.
 
-use pt_image::image_file::LinearImage;
-use pt_image::metrics::{Metric, compare};
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{Metric, compare};

@@ -1,8 +1,8 @@
 //! Where the light of an environment image comes from: an image with one bright spot lights one side of a box.
 
 use glam::{Affine3A, Quat, Vec2, Vec3, Vec4};
-use pt_image::image_file::{Layer, LayeredImage};
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::{Layer, LayeredImage};
 use pt_scene::{Camera, Environment, Instance, Material, Mesh, Scene};
 use pt_shaders::channels::FLAT_COLOR;
 use pt_tests::Frames;

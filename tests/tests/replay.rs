@@ -4,10 +4,11 @@ use clap::Parser;
 use pt_app::cli::{Cli, Command};
 use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::{ReplayArgs, replay};
-use pt_image::image_file::LayeredImage;
 use pt_core::settings::Knobs;
 use pt_core::{ChannelImages, Device, Frame, Result};
 use pt_denoise::{Composite, DenoiseParams};
+use pt_image::image_file::LayeredImage;
+use pt_shaders::channels::ChannelId;
 use std::path::Path;
 
 #[derive(Parser)]

@@ -3,10 +3,14 @@
 use pt_app::params::resolve;
 use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;
+use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
-use pt_post::oracle::{Image, TaaFrame, TaaOracle};
-use pt_post::{ClipSpace, Rectify, TaaParams};
-use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, NORMAL, VISIBILITY};
+use pt_core::{Device, Recorder};
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_image::metrics::{Metric, compare};
+use pt_post::oracle::Image;
+use pt_post::{ClipSpace, Rectify, Taa, TaaParams};
+use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, Format, NORMAL, VISIBILITY};
 use pt_tests::{Frames, builtin};
 
 const SIZE: [u32; 2] = [160, 90];

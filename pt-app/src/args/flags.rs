@@ -22,7 +22,7 @@ pub struct Flag {
     pub aliases: fn(&str) -> Option<String>,
     /// What else the flag sets, unless another flag does: with which value (empty: any), which assignment.
     pub implies: &'static [(&'static str, &'static str)],
-    /// What the help says besides.
+    /// What the help says after the knob's own sentence. Of a table: what the list is of.
     pub note: &'static str,
 }
 
@@ -37,16 +37,15 @@ impl Flag {
         let Some(knob) = knobs.iter().find(|knob| knob.key == self.key) else {
             return self.list_arg(arg, knobs);
         };
-        let note = if self.note.is_empty() { String::new() } else { format!(" {}", self.note) };
         let help = knob.doc.trim_end_matches('.');
         if knob.kind == KnobKind::Boolean {
-            return arg.help(format!("{help}{note}")).action(ArgAction::SetTrue);
+            return arg.help(help.to_owned()).action(ArgAction::SetTrue);
         }
         let (takes, parser) = match knob.kind {
             KnobKind::Enum => (String::new(), ValueParser::new(one_of(knob.values))),
             _ => {
                 let (knob, aliases) = (knob.clone(), self.aliases);
-                let takes = format!(", {}", knob.takes());
+                let takes = format!(" ({})", knob.takes());
                 let parser = move |text: &str| match aliases(text) {
                     Some(value) => Ok(value),
                     None => knob.check(text).map(|()| text.to_owned()),
@@ -55,7 +54,7 @@ impl Flag {
             }
         };
         let arg = arg
-            .help(format!("{help}{takes}{note} [default: {}]", knob.default_text()))
+            .help(format!("{help}{takes}{} [default: {}]", self.note, knob.default_text()))
             .value_name(self.value_name)
             .value_parser(parser)
             .allow_hyphen_values(knob.kind == KnobKind::Number);
@@ -67,13 +66,13 @@ impl Flag {
 
     fn list_arg(&self, arg: Arg, knobs: &[Knob]) -> Arg {
         let names: Vec<String> = members(knobs, self.key).map(str::to_owned).collect();
-        let list = names.join(", ");
-        arg.help(format!("{}: any of {list} [default: all]", self.note))
-            .value_name(self.value_name)
-            .value_delimiter(',')
-            .value_parser(clap::builder::PossibleValuesParser::new(names))
-            .hide_possible_values(true)
-            .action(ArgAction::Append)
+        let help = format!("{}: any of {} [default: all]", self.note, names.join(", "));
+        let parser = move |text: &str| {
+            let known = names.iter().any(|name| name == text);
+            if known { Ok(text.to_owned()) } else { Err(format!("expected any of {}", names.join(", "))) }
+        };
+        let arg = arg.help(help).value_name(self.value_name).value_delimiter(',');
+        arg.value_parser(parser).action(ArgAction::Append)
     }
 
     /// What the flag says as assignments, first what it implies; empty when it is not given.

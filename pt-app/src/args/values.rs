@@ -68,3 +68,17 @@ pub fn assignment(text: &str) -> Result<String, String> {
         _ => Err("expected stage.key=value".into()),
     }
 }
+
+/// A range of frames `A..B`: A and what follows, without B; not empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameRange(pub std::ops::Range<u32>);
+
+impl std::str::FromStr for FrameRange {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = |text: &str| text.parse().ok();
+        let range = text.split_once("..").and_then(|(a, b)| Some(parse(a)?..parse(b)?));
+        let range = range.ok_or("expected A..B, two numbers of frames, for example 0..8")?;
+        if range.is_empty() { Err(format!("{text} has no frames")) } else { Ok(Self(range)) }
+    }
+}

@@ -2,6 +2,7 @@
 
 pub mod bake;
 pub mod bench;
+pub mod capture;
 pub mod compare;
 pub mod info;
 pub mod knobs;
@@ -9,5 +10,6 @@ pub mod merge;
 pub mod passes;
 pub mod reference;
 pub mod render;
+pub mod replay;
 pub mod scenes;
 pub mod sheet;

@@ -8,8 +8,8 @@ use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
 use pt_core::Recorder;
-use pt_image::image_file::ImageSize;
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::ImageSize;
 use std::io::Write;
 
 /// `pt passes`

@@ -309,18 +309,23 @@ impl RecordedFrame {
         ids.iter().try_for_each(|&id| self.load_one(images, id, ""))
     }
 
-    /// Fills the histories of `images` with what the frame went on with, so that the next frame does.
+    /// Fills the histories of `images` with what the frame went on with, so that the next frame does. Returns the names of those that
+    /// the recorded run had not; then nothing is filled, and the next frame starts over.
     ///
     /// # Errors
-    /// A history that is missing or does not fit.
-    pub fn load_histories(&self, images: &mut ChannelImages) -> Result<(), FolderError> {
-        if self.sidecar.histories.is_empty() {
-            return Ok(());
+    /// A layer that is missing or does not fit.
+    pub fn load_histories(&self, images: &mut ChannelImages) -> Result<Vec<String>, FolderError> {
+        if !self.sidecar.has_history {
+            return Ok(Vec::new());
         }
         let ids: Vec<_> = images.histories().collect();
-        ids.into_iter().try_for_each(|id| self.load_one(images, id, HISTORY))?;
-        images.resume_history();
-        Ok(())
+        let names = ids.iter().map(|id| id.full_name());
+        let missing: Vec<_> = names.filter(|name| !self.sidecar.histories.contains(name)).collect();
+        if missing.is_empty() {
+            ids.into_iter().try_for_each(|id| self.load_one(images, id, HISTORY))?;
+            images.resume_history();
+        }
+        Ok(missing)
     }
 
     fn load_one(&self, images: &ChannelImages, id: ChannelId, prefix: &str) -> Result<(), FolderError> {

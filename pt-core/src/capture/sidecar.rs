@@ -82,6 +82,8 @@ pub struct Sidecar {
     pub driver: String,
     /// Trace backend.
     pub backend: String,
+    /// Whether there was a frame before it that it went on from.
+    pub has_history: bool,
     /// Images that the frame went on with from the one before it, recorded as layers `history.NAME`: at the first frame of a
     /// capture that does not begin with the first frame of its run.
     pub histories: Vec<String>,

@@ -23,8 +23,8 @@ pub struct CopyBandwidth {
 /// # Errors
 /// When the device fails.
 pub fn copy_bandwidth(device: &Device, size: [u32; 2], frames: u32) -> Result<CopyBandwidth> {
-    let texels = Kernel::compute::<()>(device, &crate::kernels::COPY)?;
-    let words = Kernel::compute::<()>(device, &crate::kernels::COPY_WORDS)?;
+    let texels = Kernel::compute::<()>(device, &crate::kernels::COPY, &[])?;
+    let words = Kernel::compute::<()>(device, &crate::kernels::COPY_WORDS, &[])?;
     let image = |name| Image::new(device, name, Format::Rgba16F, size);
     let (source, target) = (image("copy source")?, image("copy target")?);
     let threads = source.bytes().div_ceil(16);

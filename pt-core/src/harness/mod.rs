@@ -11,7 +11,6 @@ pub use bench::bench;
 pub use copy::{CopyBandwidth, copy_bandwidth};
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
-use pt_image::atomic_file::check_writable;
 use crate::capture::{self, CaptureError, keys};
 use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
@@ -19,8 +18,9 @@ use crate::error::Error;
 use crate::frame::Frame;
 use crate::inputs::StageInputs;
 use crate::plan::StageIo;
-use pt_image::image_file::{ImageFileError, Layer, LayeredImage, OutputFormat};
 use crate::settings::{Knobs, SettingsError, apply_sets};
+use pt_image::atomic_file::check_writable;
+use pt_image::image_file::{ImageFileError, Layer, LayeredImage, OutputFormat};
 use pt_shaders::channels::ChannelId;
 use std::collections::BTreeMap;
 use std::io::Write;

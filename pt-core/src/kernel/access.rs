@@ -3,13 +3,16 @@
 //! spirq tells names and types; it does not tell whether a storage image is read, written or both, nor the layout of
 //! structs that are reached through device addresses. Opcodes and decorations: SPIR-V specification, section 3.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 const OP_NAME: u32 = 5;
 const OP_MEMBER_NAME: u32 = 6;
 const OP_EXECUTION_MODE: u32 = 16;
+const OP_TYPE_ARRAY: u32 = 28;
 const OP_TYPE_RUNTIME_ARRAY: u32 = 29;
 const OP_TYPE_STRUCT: u32 = 30;
+const OP_CONSTANT_NULL: u32 = 46;
+const OP_SPEC_CONSTANT_OP: u32 = 52;
 const OP_FUNCTION_CALL: u32 = 57;
 const OP_VARIABLE: u32 = 59;
 const OP_IMAGE_TEXEL_POINTER: u32 = 60;
@@ -68,6 +71,30 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
         rest = &rest[length..];
         Some((head & 0xffff, operands))
     })
+}
+
+/// The module without expressions of specialisation constants (`flag ? 1u : 0u`), except for lengths of arrays. spirq computes them all
+/// and gives up at those that it does not know, though nobody asks for their values.
+pub(crate) fn without_constant_expressions(words: &[u32]) -> Vec<u32> {
+    let lengths: HashSet<u32> = instructions(words)
+        .filter_map(|(op, w)| match (op, w) {
+            (OP_TYPE_ARRAY, [_, _, length]) => Some(*length),
+            _ => None,
+        })
+        .collect();
+    let mut out = words.get(..5).unwrap_or_default().to_vec();
+    for (op, w) in instructions(words) {
+        match (op, w) {
+            (OP_SPEC_CONSTANT_OP, [ty, id, ..]) if !lengths.contains(id) => {
+                out.extend([3 << 16 | OP_CONSTANT_NULL, *ty, *id]);
+            }
+            _ => {
+                out.push((w.len() as u32 + 1) << 16 | op);
+                out.extend(w);
+            }
+        }
+    }
+    out
 }
 
 fn literal_string(words: &[u32]) -> String {

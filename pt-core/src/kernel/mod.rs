@@ -1,14 +1,17 @@
 //! Kernels: a pipeline with its interface, bound by reflected names.
 
 mod access;
+mod constants;
 mod ray_tracing;
 mod reflection;
 
+pub use constants::{Constant, ConstantDeclaration, ConstantType};
 pub use reflection::{Binding, BindingKind, Reflection};
 
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use ash::vk;
+use constants::Specialization;
 use pt_shaders::{GpuStruct, ShaderCode};
 use std::sync::Arc;
 
@@ -129,29 +132,24 @@ impl Drop for Module {
 }
 
 impl Kernel {
-    /// A compute kernel with push constants `P` (`()` for none).
+    /// A compute kernel with push constants `P` (`()` for none). `constants`: values of specialisation constants by the names
+    /// that GLSL declares them with; those that are left out keep the values of their declarations.
     ///
     /// # Errors
-    /// When the kernel's push constants or shared records are laid out unlike the host's, or its bindings clash.
-    pub fn compute<P: GpuStruct>(device: &Device, code: &ShaderCode) -> Result<Self> {
-        Self::specialized::<P>(device, code, &[])
-    }
-
-    /// A compute kernel whose specialisation constants 0, 1, ... have the given values; further ones keep their defaults.
-    ///
-    /// # Errors
-    /// As [`Kernel::compute`].
-    pub fn specialized<P: GpuStruct>(device: &Device, code: &ShaderCode, constants: &[u32]) -> Result<Self> {
+    /// When the kernel's push constants or shared records are laid out unlike the host's, or its bindings clash; when it has no
+    /// constant of a given name, or one of another type.
+    pub fn compute<P: GpuStruct>(
+        device: &Device,
+        code: &ShaderCode,
+        constants: &[(&str, Constant)],
+    ) -> Result<Self> {
         let reflection = reflection::reflect::<P>(code.name, code.stage, code.spirv)?;
+        constants::check(code.name, &reflection.constants, constants)?;
         let stages = vk::ShaderStageFlags::COMPUTE;
         let layout = Layout::new(device, &reflection, stages)?;
         let module = Module::new(device, code.spirv)?;
-        let entries: Vec<_> = (0u32..)
-            .zip(constants)
-            .map(|(id, _)| vk::SpecializationMapEntry { constant_id: id, offset: 4 * id, size: 4 })
-            .collect();
-        let data: Vec<u8> = constants.iter().flat_map(|constant| constant.to_ne_bytes()).collect();
-        let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
+        let specialization = Specialization::new(&reflection.constants, constants);
+        let specialization = specialization.info();
         let stage =
             vk::PipelineShaderStageCreateInfo::default().stage(stages).module(module.handle).name(c"main");
         let stage = stage.specialization_info(&specialization);

@@ -1,11 +1,12 @@
 //! Kernels that trace rays, for each of the backends; ray tracing pipelines and their shader binding tables.
 
+use super::constants::{self, Constant, Specialization};
 use super::{Kernel, Launch, Layout, Module, Reflection, reflection};
+use crate::backend::TraceBackend;
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use crate::kernels;
-use crate::backend::TraceBackend;
 use ash::vk;
 use pt_shaders::{GpuStruct, TraceCode};
 
@@ -22,61 +23,70 @@ pub(crate) struct BindingTable {
 const GROUPS: u32 = 3;
 
 impl Kernel {
-    /// A kernel that traces rays, from the variant for `backend`, with push constants `P` (`()` for none).
+    /// A kernel that traces rays, from the variant for `backend`, with push constants `P` (`()` for none) and specialisation
+    /// constants as [`Kernel::compute`] takes them. A ray tracing pipeline hands them to all its shaders that declare them.
     ///
     /// # Errors
     /// As [`Kernel::compute`]; [`Error::Unsupported`] when the device lacks the backend, or when it is `Auto`, which
     /// [`crate::trace::choose`] turns into one of the others.
-    pub fn trace<P: GpuStruct>(device: &Device, code: &TraceCode, backend: TraceBackend) -> Result<Self> {
-        Self::trace_specialized::<P>(device, code, backend, &[])
-    }
-
-    /// As [`Kernel::specialized`] for a kernel that traces rays. A ray tracing pipeline keeps the defaults: its driver calls the
-    /// coverage test for the triangles that need one, and for no other.
-    ///
-    /// # Errors
-    /// As [`Kernel::trace`].
-    pub fn trace_specialized<P: GpuStruct>(
+    pub fn trace<P: GpuStruct>(
         device: &Device,
         code: &TraceCode,
         backend: TraceBackend,
-        constants: &[u32],
+        constants: &[(&str, Constant)],
     ) -> Result<Self> {
         backend.check(device)?;
         match backend {
             TraceBackend::Auto => {
                 Err(Error::Unsupported("a kernel needs a definite trace backend, not auto".into()))
             }
-            TraceBackend::Compute => Self::specialized::<P>(device, &code.compute, constants),
-            TraceBackend::RayQuery => Self::specialized::<P>(device, &code.ray_query, constants),
-            TraceBackend::RtPipeline => Self::ray_tracing::<P>(device, code),
+            TraceBackend::Compute => Self::compute::<P>(device, &code.compute, constants),
+            TraceBackend::RayQuery => Self::compute::<P>(device, &code.ray_query, constants),
+            TraceBackend::RtPipeline => Self::ray_tracing::<P>(device, code, constants),
         }
     }
 
-    fn ray_tracing<P: GpuStruct>(device: &Device, code: &TraceCode) -> Result<Self> {
+    fn ray_tracing<P: GpuStruct>(
+        device: &Device,
+        code: &TraceCode,
+        constants: &[(&str, Constant)],
+    ) -> Result<Self> {
         let extension = device.inner().ray_tracing_pipeline.as_ref();
         let extension =
             extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
         let ray_gen = &code.ray_gen;
+        let shells = [&kernels::TRACE_MISS, &kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT];
         let mut interface = reflection::reflect::<P>(code.name, ray_gen.stage, ray_gen.spirv)?;
-        for shell in [&kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT, &kernels::TRACE_MISS] {
-            merge(&mut interface, reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?);
+        let mut declared = vec![interface.constants.clone()];
+        for shell in shells {
+            let reflection = reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?;
+            declared.push(reflection.constants.clone());
+            merge(code.name, &mut interface, reflection)?;
         }
+        constants::check(code.name, &interface.constants, constants)?;
         use vk::ShaderStageFlags as S;
         let layout = Layout::new(
             device,
             &interface,
             S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR,
         )?;
-        let stages = [
-            (S::RAYGEN_KHR, Module::new(device, ray_gen.spirv)?),
-            (S::MISS_KHR, Module::new(device, kernels::TRACE_MISS.spirv)?),
-            (S::CLOSEST_HIT_KHR, Module::new(device, kernels::TRACE_CLOSEST_HIT.spirv)?),
-            (S::ANY_HIT_KHR, Module::new(device, kernels::TRACE_ANY_HIT.spirv)?),
-        ];
-        let infos = stages.each_ref().map(|(stage, module)| {
-            vk::PipelineShaderStageCreateInfo::default().stage(*stage).module(module.handle).name(c"main")
-        });
+        let mut modules = vec![Module::new(device, ray_gen.spirv)?];
+        for shell in shells {
+            modules.push(Module::new(device, shell.spirv)?);
+        }
+        let specializations: Vec<_> =
+            declared.iter().map(|declarations| Specialization::new(declarations, constants)).collect();
+        let specializations: Vec<_> = specializations.iter().map(Specialization::info).collect();
+        let stages = [S::RAYGEN_KHR, S::MISS_KHR, S::CLOSEST_HIT_KHR, S::ANY_HIT_KHR];
+        let infos: Vec<_> = (stages.into_iter().zip(&modules).zip(&specializations))
+            .map(|((stage, module), specialization)| {
+                vk::PipelineShaderStageCreateInfo::default()
+                    .stage(stage)
+                    .module(module.handle)
+                    .name(c"main")
+                    .specialization_info(specialization)
+            })
+            .collect();
         let group = |ty| {
             vk::RayTracingShaderGroupCreateInfoKHR::default()
                 .ty(ty)
@@ -121,8 +131,19 @@ impl Kernel {
 }
 
 /// Adds what another shader of the pipeline uses.
-fn merge(interface: &mut Reflection, other: Reflection) {
+fn merge(kernel: &str, interface: &mut Reflection, other: Reflection) -> Result<()> {
     interface.textures |= other.textures;
+    for (name, declaration) in other.constants {
+        let first = interface.constants.entry(name.clone()).or_insert(declaration);
+        if first.ty != declaration.ty {
+            let problem = format!(
+                "specialisation constant \"{name}\" has type {} in one of its shaders, {} in another",
+                first.ty.name(),
+                declaration.ty.name()
+            );
+            return Err(Error::Kernel { kernel: kernel.into(), problem });
+        }
+    }
     for (place, binding) in other.bindings {
         interface
             .bindings
@@ -134,6 +155,7 @@ fn merge(interface: &mut Reflection, other: Reflection) {
             })
             .or_insert(binding);
     }
+    Ok(())
 }
 
 impl BindingTable {

@@ -1,6 +1,7 @@
 //! What a kernel expects: bindings by name, push constants, workgroup size; and its agreement with the host's records.
 
 use super::access::{self, Access, StructLayout};
+use super::constants::{ConstantDeclaration, ConstantType, Declarations};
 use crate::error::{Error, Result};
 use ash::vk;
 use pt_shaders::{Field, GpuStruct, Stage};
@@ -61,6 +62,8 @@ pub struct Reflection {
     pub push_size: u32,
     /// Workgroup size of compute kernels.
     pub workgroup: [u32; 3],
+    /// Specialisation constants by name.
+    pub constants: Declarations,
 }
 
 pub(crate) fn words(spirv: &[u8]) -> Vec<u32> {
@@ -75,7 +78,7 @@ pub(crate) fn reflect<P: GpuStruct>(kernel: &str, stage: Stage, spirv: &[u8]) ->
     check_records::<P>(&module.structs).map_err(problem)?;
 
     let entries = ReflectConfig::new()
-        .spv(words)
+        .spv(access::without_constant_expressions(&words))
         .combine_img_samplers(true)
         .reflect()
         .map_err(|e| problem(format!("SPIR-V reflection failed: {e}")))?;
@@ -126,6 +129,13 @@ pub(crate) fn reflect<P: GpuStruct>(kernel: &str, stage: Stage, spirv: &[u8]) ->
             }
             Variable::PushConstant { ty, .. } => {
                 out.push_size = ty.nbyte().unwrap_or(0) as u32;
+            }
+            Variable::SpecConstant { name, spec_id, ty } => {
+                let name = name.clone().unwrap_or_default();
+                let ty = ConstantType::of(ty).ok_or_else(|| {
+                    problem(format!("specialisation constant \"{name}\": {ty} is not used here"))
+                })?;
+                out.constants.insert(name, ConstantDeclaration { id: *spec_id, ty });
             }
             _ => {}
         }

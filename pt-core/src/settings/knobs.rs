@@ -4,7 +4,7 @@ use super::error::InvalidValue;
 use super::tree::literal;
 use pt_shaders::{KnobKind, KnobType, NamedValue};
 use serde::de::DeserializeOwned;
-use serde::{Serialize, Serializer};
+use serde::ser::{Serialize, SerializeStruct, Serializer};
 use serde_json::{Value, json};
 use std::ops::RangeInclusive;
 
@@ -99,7 +99,7 @@ impl Knob {
     pub fn takes(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         let text = match &self.range {
-            Some([least, greatest]) if is_unlimited(greatest) => format!("{}{unit} or more", plain(least)),
+            Some([least, greatest]) if is_unlimited(greatest) => format!("at least {}{unit}", plain(least)),
             Some([least, greatest]) => format!("{} to {}{unit}", plain(least), plain(greatest)),
             None if self.kind == KnobKind::Boolean => "true, false".into(),
             None => self.values.iter().map(|value| value.name).collect::<Vec<_>>().join(", "),
@@ -150,19 +150,19 @@ impl Serialize for Knob {
             KnobKind::Enum => self.values.iter().map(|value| value.name).collect(),
             KnobKind::Integer | KnobKind::Number => Value::Null,
         };
-        let text = |text: &str| if text.is_empty() { Value::Null } else { text.into() };
-        json!({
-            "key": self.key,
-            "type": if self.optional { format!("optional {kind}") } else { kind.into() },
-            "default": self.default,
-            "range": self.range,
-            "values": values,
-            "unit": text(self.unit),
-            "doc": self.doc,
-            "source": text(self.source),
-            "structural": self.structural,
-        })
-        .serialize(serializer)
+        let text = |text: &'static str| (!text.is_empty()).then_some(text);
+        let mut fields = serializer.serialize_struct("Knob", 9)?;
+        fields.serialize_field("key", &self.key)?;
+        fields
+            .serialize_field("type", &if self.optional { format!("optional {kind}") } else { kind.into() })?;
+        fields.serialize_field("default", &self.default)?;
+        fields.serialize_field("range", &self.range)?;
+        fields.serialize_field("values", &values)?;
+        fields.serialize_field("unit", &text(self.unit))?;
+        fields.serialize_field("doc", &self.doc)?;
+        fields.serialize_field("source", &text(self.source))?;
+        fields.serialize_field("structural", &self.structural)?;
+        fields.end()
     }
 }
 

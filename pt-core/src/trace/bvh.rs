@@ -1,7 +1,7 @@
 //! Wide BVHs of the compute backend: one per mesh and one over the instances.
 //!
 //! Both are compressed 8-wide BVHs (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through
-//! Compressed Wide BVHs"), built with `obvhs` and handed to the GPU node by node (`trace_compute.glsl`).
+//! Compressed Wide BVHs"), built with `obvhs` and handed to the GPU node by node (`trace/compute.glsl`).
 
 use super::TraceError;
 use glam::{Affine3A, UVec3, Vec3, Vec3A};
@@ -13,7 +13,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use pt_shaders::records::{BvhNode, BvhTriangle};
 use serde::{Deserialize, Serialize};
 
-/// Levels of a mesh's tree and of the one over the instances. `trace_compute.glsl` has a stack of 48 entries: one a level,
+/// Levels of a mesh's tree and of the one over the instances. `trace/compute.glsl` has a stack of 48 entries: one a level,
 /// and two where a mesh is entered.
 const MAX_MESH_DEPTH: u32 = 28;
 const MAX_TOP_DEPTH: u32 = 18;
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn both_levels_fit_the_stack_of_the_traversal() {
-        let source = include_str!("../../../shaders/glsl/trace_compute.glsl");
+        let source = include_str!("../../../shaders/glsl/trace/compute.glsl");
         let stack = format!("const uint STACK_SIZE = {}u;", MAX_MESH_DEPTH + 2 + MAX_TOP_DEPTH);
         assert!(source.contains(&stack), "{stack}");
     }

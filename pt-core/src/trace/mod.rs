@@ -16,8 +16,8 @@ pub mod ray_list;
 mod refit;
 mod vulkan_as;
 
-pub use accel::AccelStructure;
 pub use crate::backend::TraceBackend;
+pub use accel::AccelStructure;
 pub use bench::{CLEARLY_FASTER, Choice, choose};
 pub use bench_rays::{NativeRays, RayKind};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};

@@ -106,8 +106,8 @@ impl RayScene {
             instances: instance_table,
             geometry,
             textures: TextureTable::new(device, &[])?,
-            closest: Kernel::trace::<RayListPush>(device, closest, backend)?,
-            occluded: Kernel::trace::<RayListPush>(device, occluded, backend)?,
+            closest: Kernel::trace::<RayListPush>(device, closest, backend, &[])?,
+            occluded: Kernel::trace::<RayListPush>(device, occluded, backend, &[])?,
         })
     }
 

@@ -61,7 +61,7 @@ impl Refit {
         }
         let bytes = u64::from(bounds) * size_of::<NodeBounds>() as u64;
         Ok(Some(Self {
-            kernel: Kernel::compute::<RefitPush>(device, &kernels::BVH_REFIT)?,
+            kernel: Kernel::compute::<RefitPush>(device, &kernels::BVH_REFIT, &[])?,
             nodes: Buffer::from_slice(device, "refit nodes", &nodes)?,
             bounds: Buffer::new(device, "refit bounds", bytes, Location::Device)?,
             levels,

@@ -1,4 +1,4 @@
-//! Light at a smooth interface, in terms of angles: what dielectric.glsl and smooth_surface.glsl are tested against.
+//! Light at a smooth interface, in terms of angles: what bsdf/fresnel.glsl and smooth_surface.glsl are tested against.
 
 use glam::DVec3;
 

@@ -1,6 +1,6 @@
 // One sampler of sampling.glsl, with its density.
 #include "sampling.glsl"
-#include "bsdf_ggx.glsl"
+#include "bsdf/ggx.glsl"
 #include "rng.glsl"
 #include "test_records.glsl"
 

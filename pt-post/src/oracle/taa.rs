@@ -4,6 +4,7 @@ use super::tone_map::{pq_decode, pq_encode};
 use super::{Image, Rgb, add, is_finite, mix, scaled, zip};
 use crate::records::{ClipSpace, Rectify};
 use crate::taa::TaaParams;
+use pt_shaders::records::SPLIT_FLAGS;
 
 /// One frame's input.
 #[derive(Clone, Debug)]

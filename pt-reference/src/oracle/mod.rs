@@ -1,7 +1,7 @@
 //! The mathematics of the path tracer's kernels on the CPU, plain and in double precision: what the kernels are tested against.
 //!
-//! Names are those of the GLSL functions: `ggx` is bsdf_ggx.glsl, `dielectric` is bsdf_dielectric.glsl, `layers` is
-//! bsdf_layers.glsl, `bsdf` is bsdf.glsl, `interior` is interior.glsl, `sampler` is sampler.glsl.
+//! Names are those of the GLSL functions: `ggx` is bsdf/ggx.glsl, `dielectric` is bsdf/fresnel.glsl and bsdf/refraction.glsl,
+//! `layers` is bsdf/coat.glsl, bsdf/sheen.glsl and bsdf/compensation.glsl, `bsdf` is bsdf.glsl, `interior` is interior.glsl, `sampler` is sampler.glsl.
 
 pub mod albedo;
 pub mod bsdf;

@@ -158,7 +158,7 @@ pub const BINS: u32 = 24;
 
 impl<'a> Statistics<'a> {
     pub fn new(device: &'a TestDevice) -> Self {
-        let kernel = |code| Kernel::compute::<HistogramPush>(device, code).unwrap();
+        let kernel = |code| Kernel::compute::<HistogramPush>(device, code, &[]).unwrap();
         Self {
             device,
             tables: tables(device),

@@ -1,5 +1,6 @@
 // bsdf.glsl on given cases: value and density for wi, and one sample.
 #include "bsdf_case.glsl"
+#include "bsdf/shading_normal.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { HistogramPush push; };

@@ -93,7 +93,7 @@ impl DeformingMeshes {
         });
         let joint_bytes = u64::from(joint_count) * size_of::<JointRecord>() as u64;
         Ok(Some(Self {
-            kernel: Kernel::compute::<DeformPush>(device, &kernels::DEFORM)?,
+            kernel: Kernel::compute::<DeformPush>(device, &kernels::DEFORM, &[])?,
             rest: [
                 Buffer::from_slice(device, "vertices at rest", &vertices)?,
                 Buffer::from_slice(device, "morph targets", &deltas)?,

@@ -1,14 +1,12 @@
 //! What `pt render` takes.
 
-use super::output::Output;
-use super::post_args::PostArgs;
-use crate::args::values::assignment;
-use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
+use crate::aov::AovSelection;
+use crate::args::FrameArgs;
+use crate::output::Output;
 use clap::Args;
 use pt_image::atomic_file::check_writable;
-use pt_image::image_file::{ImageSize, OutputFormat};
+use pt_image::image_file::OutputFormat;
 use std::path::PathBuf;
-use std::str::FromStr;
 
 /// `pt render`
 #[derive(Clone, Debug, Args)]
@@ -24,38 +22,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "F.json", help_heading = "Output")]
     pub timings: Option<PathBuf>,
 
-    /// What is rendered.
+    /// What the frames are made of.
     #[command(flatten)]
-    pub scene: SceneArgs,
-    /// The view.
-    #[command(flatten)]
-    pub camera: CameraArgs,
-
-    /// Image size in pixels, each side 1 to 16384.
-    #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Frame")]
-    pub size: ImageSize,
+    pub frame: FrameArgs,
     /// Frames to render; the last one is written, or all of them (see --output).
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Frame")]
     pub frames: u32,
-    /// Write the mean of all frames instead of the last one.
-    #[arg(long, help_heading = "Frame")]
-    pub accumulate: bool,
-    /// Seed of all random numbers; another seed gives independent noise.
-    #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Frame")]
-    pub seed: u64,
-    /// What happens to the frame after it is traced.
-    #[command(flatten)]
-    pub post: PostArgs,
-    /// Parameters to start from: the name of a built-in profile or a TOML file.
-    #[arg(long, value_name = "NAME|FILE", help_heading = "Frame")]
-    pub profile: Option<String>,
-    /// Set one parameter, after the profile; may be repeated.
-    #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment, help_heading = "Frame")]
-    pub set: Vec<String>,
-
-    /// Where it runs.
-    #[command(flatten)]
-    pub device: DeviceArgs,
 }
 
 impl RenderArgs {
@@ -72,28 +44,5 @@ impl RenderArgs {
             check_writable(timings)?;
         }
         Ok(outputs)
-    }
-}
-
-/// Which channels besides the image go into an EXR.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum AovSelection {
-    /// Every channel there is.
-    All,
-    /// These, in this order.
-    Named(Vec<String>),
-}
-
-impl FromStr for AovSelection {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "all" {
-            return Ok(Self::All);
-        }
-        let names: Vec<_> = text.split(',').map(|name| name.trim().to_owned()).collect();
-        if names.iter().any(String::is_empty) {
-            return Err("expected all, or names separated by commas".into());
-        }
-        Ok(Self::Named(names))
     }
 }

@@ -1,27 +1,23 @@
 //! `pt render`: frames of a scene, the last one, each, or their mean written to files.
 
-mod aov;
 mod args;
-mod output;
-mod post_args;
 
-pub use args::{AovSelection, RenderArgs};
-pub use post_args::PostArgs;
+pub use args::RenderArgs;
 
+use crate::aov;
 use crate::frame::FullFrame;
-use crate::params::{self, FrameParams};
+use crate::params::FrameParams;
+use crate::output::Output;
 use crate::progress::Progress;
 use crate::session::{Session, fold_seed};
-use anyhow::{Context, Result, ensure};
-use output::Output;
+use anyhow::{Context, Result};
 use pt_core::Recorder;
-use pt_image::atomic_file::write_atomic;
 use pt_core::capture::{keys, read_layer};
 use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
+use pt_image::atomic_file::write_atomic;
 use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
-use pt_post::Upscale;
 use pt_shaders::channels::ChannelId;
 use serde_json::json;
 use std::io::Write;
@@ -33,28 +29,20 @@ use std::path::Path;
 /// Unknown names, files that can't be read or written, a device that can't do it.
 pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let outputs = args.check_outputs()?;
-    let params = params::resolve(args.profile.as_deref(), &[&args.post.sets[..], &args.set].concat())?;
+    let params = args.frame.params()?;
     let encoding = params.post.encoding;
     for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
         encoding.check_file(path)?;
     }
-    ensure!(
-        !(args.accumulate && params.post.upscale == Upscale::Taau),
-        "--accumulate averages frames of the picture's own size; upscale is taau, choose none or fsr1"
-    );
-    ensure!(
-        args.aov.is_none() || params.post.render_scale == 1.0,
-        "--aov: the channels have the size of the frame, not of the picture; render scale 1 is needed"
-    );
-    let scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
+    let scene = pt_import::open(&args.frame.scene.file, &args.frame.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
     }
-    let mut session = Session::open(&args.device, &args.camera, scene)?;
-    let size = [args.size.width, args.size.height];
-    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.accumulate, &params)?;
+    let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
+    let size = args.frame.output_size();
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, args.frame.accumulate, &params)?;
     session.load.mark("kernels and images");
-    let aovs = aov::select(args.aov.as_ref(), full.images())?;
+    let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
 
     let images = Images { outputs, args, params: &params, aovs };
     let timings = render(&images, &mut session, &mut full)?;
@@ -70,18 +58,13 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
 /// All frames; those before the last are written where they were asked for.
 fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> Result<Vec<FrameTiming>> {
     let Images { args, params, .. } = images;
-    let seed = fold_seed(args.seed);
-    let time_step = (!args.accumulate).then_some((1.0 / args.scene.fps) as f32);
+    let seed = fold_seed(args.frame.seed);
+    let time_step = args.frame.time_step();
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(args.frames);
-    let mut previous = args.scene.time;
+    let mut previous = args.frame.scene.time;
     for index in 0..args.frames {
-        // A mean of frames shows one instant; without it time goes on.
-        let time = if args.accumulate {
-            args.scene.time
-        } else {
-            args.scene.time + f64::from(index) / args.scene.fps
-        };
+        let time = args.frame.time(index);
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, previous)?;
         full.record(&mut frame, &session.gpu, &session.camera.at(time), seed, time_step, params)?;
@@ -146,10 +129,10 @@ impl Images<'_> {
         let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
         put(keys::SCENE, session.scene.name.clone());
         put(keys::CAMERA, format!("{:?}", session.camera));
-        put(keys::TIME, args.scene.time.to_string());
+        put(keys::TIME, args.frame.scene.time.to_string());
         put(keys::FRAMES, (index + 1).to_string());
-        put(keys::ACCUMULATE, args.accumulate.to_string());
-        put(keys::SEED, args.seed.to_string());
+        put(keys::ACCUMULATE, args.frame.accumulate.to_string());
+        put(keys::SEED, args.frame.seed.to_string());
         put(keys::PARAMS, serde_json::to_string(params)?);
         let exposure = full.exposure()?;
         put(keys::EV100, exposure.ev100.to_string());
@@ -159,7 +142,7 @@ impl Images<'_> {
         put(keys::DEVICE, session.device.info().name.clone());
         put(keys::DRIVER, session.device.info().driver_line());
         // As asked for: the pixels do not depend on what `auto` measured, so the file must not either.
-        put(keys::BACKEND, args.device.backend.to_string());
+        put(keys::BACKEND, args.frame.device.backend.to_string());
         put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
         Ok(file)
     }
@@ -189,7 +172,7 @@ fn write_timings(path: &Path, timings: &[FrameTiming], args: &RenderArgs, sessio
     let info = session.device.info();
     let document = json!({
         "scene": session.scene.name,
-        "size": [args.size.width, args.size.height],
+        "size": args.frame.output_size(),
         "device": info.name,
         "driver": info.driver_line(),
         "backend": session.gpu.backend().to_string(),

@@ -1,5 +1,5 @@
-// GGX microfacets: distribution, masking, visible normals. Shared by the BRDF of the real-time stages (brdf.glsl) and the BSDF of
-// the reference (bsdf.glsl). Directions are unit vectors in the frame of the surface (+Z: normal, +X: tangent); `alpha` is the
+// GGX microfacets: distribution, masking, visible normals; for the BRDF of the real-time stages (brdf.glsl), their glass
+// (smooth_surface.glsl) and the BSDF of the reference (bsdf.glsl). Directions are unit vectors in the frame of the surface (+Z: normal, +X: tangent); `alpha` is the
 // roughness along tangent and bitangent, both > 0. v is the side that light leaves to, above the surface.
 //
 // Distribution: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces", eq. 33; anisotropic: Burley 2012,
@@ -41,9 +41,20 @@ float ggx_vndf_pdf(vec3 v, vec3 h, vec2 alpha) {
     return 2.0 * max(dot(v, h), 0.0) * ggx_d(alpha, h) / (v.z + ggx_root(alpha, v));
 }
 
-// Density, per solid angle of l, of reflecting v about such a normal: G1(v) D(h) / (4 v.z) (Heitz 2018, eq. 17).
-float ggx_reflection_pdf(vec3 v, vec3 l, vec2 alpha) {
-    return 0.5 * ggx_d(alpha, normalize(v + l)) / (v.z + ggx_root(alpha, v));
-}
+// Density, per solid angle of l, of reflecting v about such a normal: G1(v) D(h) / (4 v.z) (Heitz 2018, eq. 17). `d`: D(h), times the
+// probability of the lobe if the density is to be that of a mixture.
+float ggx_reflection_pdf(float d, vec3 v, vec2 alpha) { return 0.5 * d / (v.z + ggx_root(alpha, v)); }
+
+float ggx_reflection_pdf(vec3 v, vec3 l, vec2 alpha) { return ggx_reflection_pdf(ggx_d(alpha, normalize(v + l)), v, alpha); }
 
 float ggx_reflection_pdf(vec3 v, vec3 l, float alpha) { return ggx_reflection_pdf(v, l, vec2(alpha)); }
+
+// Weights, but for Fresnel's term, of directions that were found by a visible normal. Reflected: G2 / G1(v), height-correlated as in
+// ggx_visibility. 0 below the horizon.
+float ggx_reflection_weight(vec3 v, vec3 l, vec2 alpha) {
+    float a = ggx_root(alpha, v), b = ggx_root(alpha, l);
+    return l.z <= 0.0 ? 0.0 : l.z * (v.z + a) / (l.z * a + v.z * b);
+}
+
+// Refracted: G1(l), separable. 0 above the horizon.
+float ggx_refraction_weight(vec3 l, vec2 alpha) { return l.z >= 0.0 ? 0.0 : ggx_g1(alpha, l); }

@@ -1,6 +1,6 @@
 // trace.glsl in a ray generation shader. One hit group and one miss shader serve all rays: occlusion rays skip the
 // closest-hit shader and start out as "hit", which only the miss shader takes back.
-#include "trace_payload.glsl"
+#include "trace/payload.glsl"
 
 layout(location = 0) rayPayloadEXT TracePayload payload;
 

@@ -4,8 +4,7 @@
 //
 // Radiance, not importance: light that comes from l is spread over another solid angle on the side of v, f has the factor
 // 1 / eta^2 (Veach 1997, sec. 5.2). Around a closed solid the factors of entry and exit cancel.
-#include "bsdf_ggx.glsl"
-#include "dielectric.glsl"
+#include "bsdf/ggx.glsl"
 
 // An interface with an index this close to 1 has no half vector in fp32: it is passed straight.
 const float INDEX_MATCHED = 1e-3;

@@ -1,6 +1,6 @@
 //! Flags of `pt render` for what happens to the frame after it is traced.
 
-use crate::args::flags::{Flag, FlagSet, Flags};
+use super::flags::{Flag, FlagSet, Flags};
 use crate::params::FrameParams;
 use pt_core::settings::{Knob, Knobs};
 use pt_post::PRESETS;

@@ -1,6 +1,6 @@
-// What lies round the microfacet lobes: sheen, coat, energy compensation. Host twin: pt_reference::oracle::layers.
+// Directional albedos of white lobes, looked up in tables. A kernel that includes this has the buffer "bsdf_tables" bound. Host twin:
+// pt_reference::oracle::albedo.
 #include "math.glsl"
-#include "reflectance.glsl"
 
 // Directional albedos for perceptual roughnesses 0..1 (rows), from pt_reference::oracle::albedo::packed(). A buffer, since drivers that
 // inline everything copy constant arrays of this size into every use.
@@ -44,44 +44,9 @@ vec2 ggx_mean_albedo(float alpha) {
     return mix(GGX_MEAN[k], GGX_MEAN[k + 1u], at - float(k));
 }
 
-// Fresnel factor of the light that has met more than one microfacet: Kulla and Conty 2017, "Revisiting Physically Based Shading at
-// Imageworks", with the mean of Schlick's term f0 + (f90 - f0) / 21. `mean`: whole mean albedo.
-vec3 multiple_scattering_fresnel(vec3 f0, float f90, float mean) {
-    vec3 f = f0 + (vec3(f90) - f0) * (1.0 / 21.0);
-    return f * f * mean / (1.0 - f * (1.0 - mean));
-}
-
-// Sheen: Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF", eq. 2 (distribution) and 3 with table 1 (masking);
-// KHR_materials_sheen. alpha = roughness^2.
-float charlie_lambda_log(float x, float alpha) {
-    float w = square(1.0 - alpha);
-    vec4 p = mix(vec4(21.5473, 3.82987, 0.19823, -1.97760), vec4(25.3245, 3.32435, 0.16801, -1.27393), w);
-    float e = mix(-4.32054, -4.85967, w);
-    return p.x / (1.0 + p.y * pow(x, p.z)) + p.w * x + e;
-}
-
-float charlie_lambda(float cos_theta, float alpha) {
-    float x = max(cos_theta, 1e-6);
-    return exp(x < 0.5 ? charlie_lambda_log(x, alpha) : 2.0 * charlie_lambda_log(0.5, alpha) - charlie_lambda_log(1.0 - x, alpha));
-}
-
-// Narrower ones look the same, as no light comes from the horizon, and have no digits left.
-const float MIN_SHEEN_ALPHA = 0.01;
-
-// BRDF x l.z for a white sheen.
-float charlie(vec3 v, vec3 l, float alpha) {
-    vec3 h = normalize(v + l);
-    float inverse = 1.0 / alpha;
-    float d = (2.0 + inverse) * pow(max(length(h.xy), 1e-20), inverse) * (0.5 * INV_PI);
-    return d / (4.0 * v.z * (1.0 + charlie_lambda(v.z, alpha) + charlie_lambda(l.z, alpha)));
-}
-
-// Directional albedo of it.
+// Directional albedo of a white sheen (sheen.glsl).
 float charlie_albedo(float cos_theta, float alpha) {
     float albedo;
     LOOK_UP(CHARLIE_ALBEDO, sqrt(cos_theta), sqrt(alpha), albedo);
     return albedo;
 }
-
-// Reflectance of the coat towards a viewer at that angle to the coat's normal (KHR_materials_clearcoat: index 1.5).
-float coat_fresnel(float cos_theta) { return fresnel_schlick(vec3(DIELECTRIC_F0), 1.0, cos_theta).x; }

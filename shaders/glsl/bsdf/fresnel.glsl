@@ -1,4 +1,15 @@
-// Smooth interface between two dielectrics. Host twin: pt_gbuffer::oracle::dielectric.
+// Fresnel terms: what an interface reflects, by the angle of the light to it. Host twins: pt_gbuffer::oracle::dielectric,
+// pt_lights::oracle::brdf.
+
+// Reflectance at normal incidence of a dielectric with an index of refraction of 1.5.
+const float DIELECTRIC_F0 = 0.04;
+
+// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering", eq. 15; `f90`: reflectance at grazing incidence.
+vec3 fresnel_schlick(vec3 f0, float f90, float cos_theta) {
+    float m = clamp(1.0 - cos_theta, 0.0, 1.0);
+    float m2 = m * m;
+    return f0 + (vec3(f90) - f0) * (m2 * m2 * m);
+}
 
 // Share of unpolarised light that is reflected: Fresnel's equations. `eta`: index of refraction behind the interface over the
 // index in front of it; `cos_theta` > 0 of the direction in front. 1: total internal reflection.
@@ -18,9 +29,4 @@ vec3 tint_specular(float f, float ior, float specular, vec3 specular_color) {
     float rise = (f - f0) / max(1.0 - f0, 1e-6);
     vec3 tinted = min(f0 * specular_color, vec3(1.0));
     return clamp(specular * (tinted + (1.0 - tinted) * rise), 0.0, 1.0);
-}
-
-// Light that passes `length` metres of an absorbing medium (Beer and Lambert), which lets `color` through at `distance`.
-vec3 absorption(vec3 color, float distance, float length) {
-    return distance > 0.0 ? pow(max(color, vec3(1e-6)), vec3(length / distance)) : vec3(1.0);
 }

@@ -1,0 +1,75 @@
+//! Which images besides the main one go into an EXR.
+
+use anyhow::{Result, bail, ensure};
+use pt_core::ChannelImages;
+use pt_shaders::channels::{ChannelId, ExtentClass};
+use std::str::FromStr;
+
+/// Which channels besides the image go into an EXR.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AovSelection {
+    /// Every channel there is.
+    All,
+    /// These, in this order.
+    Named(Vec<String>),
+}
+
+impl FromStr for AovSelection {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "all" {
+            return Ok(Self::All);
+        }
+        let names: Vec<_> = text.split(',').map(|name| name.trim().to_owned()).collect();
+        if names.iter().any(String::is_empty) {
+            return Err("expected all, or names separated by commas".into());
+        }
+        Ok(Self::Named(names))
+    }
+}
+
+/// The images that a selection names: channels of the frame contract by `NAME`, private images of a stage by `STAGE.NAME`. They must
+/// have the `size` of the file's main layer.
+///
+/// # Errors
+/// An unknown name, with those that there are; an image of another size.
+pub fn select(selection: Option<&AovSelection>, images: &ChannelImages, size: [u32; 2]) -> Result<Vec<ChannelId>> {
+    let layer_size = |id: ChannelId| match id.channel().extent {
+        // Split images are stored in scan-line order.
+        ExtentClass::Split => images.size(),
+        extent => images.sizes().extent(extent),
+    };
+    let shows = |id: &ChannelId| id.channel().extent != ExtentClass::Output;
+    match selection {
+        None => Ok(Vec::new()),
+        Some(AovSelection::All) => {
+            let all: Vec<_> = images.ids().filter(|id| id.is_contract() && shows(id)).collect();
+            ensure!(
+                all.iter().all(|&id| layer_size(id) == size),
+                "--aov: the channels have the size of the frame, not of the picture; render scale 1 is needed"
+            );
+            Ok(all)
+        }
+        Some(AovSelection::Named(names)) => names.iter().map(|name| named(name, images, size, layer_size)).collect(),
+    }
+}
+
+fn named(
+    name: &str,
+    images: &ChannelImages,
+    size: [u32; 2],
+    layer_size: impl Fn(ChannelId) -> [u32; 2],
+) -> Result<ChannelId> {
+    let Some(id) = images.ids().find(|id| id.full_name() == name) else {
+        let names: Vec<_> = images.ids().map(ChannelId::full_name).collect();
+        bail!("--aov {name}: no such image in this frame; there are {}", names.join(", "))
+    };
+    let [width, height] = layer_size(id);
+    ensure!(
+        [width, height] == size,
+        "--aov {name}: it has {width}x{height} texels, the file has {}x{}; an EXR of pt capture holds images of all sizes",
+        size[0],
+        size[1]
+    );
+    Ok(id)
+}

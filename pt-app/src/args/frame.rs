@@ -1,0 +1,74 @@
+//! What the frames of `pt render` and `pt capture` are made of.
+
+use super::values::assignment;
+use super::{CameraArgs, DeviceArgs, PostArgs, SceneArgs};
+use crate::params::{FrameParams, resolve};
+use anyhow::{Result, ensure};
+use clap::Args;
+use pt_image::image_file::ImageSize;
+use pt_post::Upscale;
+
+/// What the frames are made of.
+#[derive(Clone, Debug, Args)]
+pub struct FrameArgs {
+    /// What is rendered.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The view.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    /// Image size in pixels, each side 1 to 16384.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Frame")]
+    pub size: ImageSize,
+    /// Average all frames instead of showing the last one.
+    #[arg(long, help_heading = "Frame")]
+    pub accumulate: bool,
+    /// Seed of all random numbers; another seed gives independent noise.
+    #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Frame")]
+    pub seed: u64,
+    /// What happens to the frame after it is traced.
+    #[command(flatten)]
+    pub post: PostArgs,
+    /// Knobs to start from: the name of a built-in profile or a TOML file.
+    #[arg(long, value_name = "NAME|FILE", help_heading = "Frame")]
+    pub profile: Option<String>,
+    /// Set one knob, after the profile and the flags above; may be repeated.
+    #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment, help_heading = "Frame")]
+    pub set: Vec<String>,
+
+    /// Where it runs.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+impl FrameArgs {
+    /// The knobs: those of the profile, then the flags, then the assignments.
+    ///
+    /// # Errors
+    /// An unknown profile, key or value; knobs that do not fit to `--accumulate`.
+    pub fn params(&self) -> Result<FrameParams> {
+        let params = resolve(self.profile.as_deref(), &[&self.post.sets[..], &self.set].concat())?;
+        ensure!(
+            !(self.accumulate && params.post.upscale == Upscale::Taau),
+            "--accumulate averages frames of the picture's own size; upscale is taau, choose none or fsr1"
+        );
+        Ok(params)
+    }
+
+    /// Size of the picture in pixels.
+    pub fn output_size(&self) -> [u32; 2] {
+        self.size.into()
+    }
+
+    /// Time that frame `index` shows, seconds. A mean of frames shows one instant; without it time goes on.
+    pub fn time(&self, index: u32) -> f64 {
+        let shown = if self.accumulate { 0.0 } else { f64::from(index) / self.scene.fps };
+        self.scene.time + shown
+    }
+
+    /// Seconds between frames for the eye's adaptation; `None` for a mean of frames.
+    pub fn time_step(&self) -> Option<f32> {
+        (!self.accumulate).then_some((1.0 / self.scene.fps) as f32)
+    }
+}

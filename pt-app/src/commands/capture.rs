@@ -1,0 +1,150 @@
+//! `pt capture`: frames of a scene, recorded so that stages can be run on them.
+
+use crate::args::FrameArgs;
+use crate::args::values::FrameRange;
+use crate::frame::{FullFrame, Moment};
+use crate::params::FrameParams;
+use crate::progress::Progress;
+use crate::session::{Session, fold_seed};
+use anyhow::{Context, Result};
+use clap::Args;
+use pt_core::Recorder;
+use pt_core::capture::folder::{CaptureWriter, Index, history_names, read_histories};
+use pt_core::capture::sidecar::{Sidecar, to_hex};
+use pt_core::console::print_warning;
+use pt_image::image_file::encode_exr_parts;
+use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// `pt capture`
+#[derive(Clone, Debug, Args)]
+pub struct CaptureArgs {
+    /// Folder for the frames; it is made if it is not there, and must not hold a capture yet.
+    #[arg(short, long, value_name = "DIR", help_heading = "Output")]
+    pub output: PathBuf,
+    /// Frames to record, from A up to B without B; the frames before A are rendered too, since histories build up over them.
+    #[arg(long, value_name = "A..B", default_value = "0..1", help_heading = "Output")]
+    pub frames: FrameRange,
+    /// Also path trace every recorded frame with this many samples a pixel, as its ground truth.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Output")]
+    pub reference_spp: Option<u32>,
+    /// What the frames are made of.
+    #[command(flatten)]
+    pub frame: FrameArgs,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown names, files that can't be read or written, a device that can't do it. Frames that were recorded stay.
+pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
+    let params = args.frame.params()?;
+    let range = &args.frames.0;
+    let scene = pt_import::open(&args.frame.scene.file, &args.frame.scene.load_options())?;
+    for notice in &scene.notices {
+        print_warning(notice);
+    }
+    let index = Index {
+        version: env!("CARGO_PKG_VERSION").into(),
+        scene: scene.name.clone(),
+        output_size: args.frame.output_size(),
+        accumulate: args.frame.accumulate,
+        frames: Vec::new(),
+    };
+    let mut writer = CaptureWriter::create(&args.output, index)?;
+    let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
+    let (size, accumulate) = (args.frame.output_size(), args.frame.accumulate);
+    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate, &params)?;
+
+    let seed = fold_seed(args.frame.seed);
+    let mut recorder = Recorder::new(&session.device)?;
+    let mut progress = Progress::new(range.end);
+    let mut previous = args.frame.time(0);
+    let mut state = BTreeMap::new();
+    let mut histories = Vec::new();
+    for number in 0..range.end {
+        if number == range.start && full.images().has_frame() {
+            histories = read_histories(full.images())?;
+            for buffer in full.state() {
+                state.insert(buffer.name().to_owned(), to_hex(&buffer.read::<u8>()?));
+            }
+        }
+        let has_history = full.images().has_frame();
+        let time = args.frame.time(number);
+        let mut frame = recorder.begin()?;
+        session.update(&mut frame, time, previous)?;
+        let camera = session.camera.at(time);
+        full.record(&mut frame, &session.gpu, &camera, seed, args.frame.time_step(), &params)?;
+        frame.submit()?;
+        if number >= range.start {
+            let moment = *full.moment().context("a frame was recorded")?;
+            let sidecar = Sidecar {
+                has_history,
+                histories: history_names(&histories),
+                state: std::mem::take(&mut state),
+                ..sidecar(&session, time, moment, &params)?
+            };
+            let reference = match args.reference_spp {
+                Some(spp) => Some(reference(&mut session, moment, spp)?),
+                None => None,
+            };
+            writer.add(full.images(), std::mem::take(&mut histories), &sidecar, reference.as_deref())?;
+        }
+        previous = time;
+        progress.step();
+    }
+    recorder.finish()?;
+    progress.finish();
+    session.check_validation()?;
+    let [width, height] = size;
+    writeln!(
+        out,
+        "{}: frames {}..{} of {}, {width}x{height}, {}, {}",
+        args.output.display(),
+        range.start,
+        range.end,
+        session.scene.name,
+        session.device_line(),
+        session.gpu.backend(),
+    )?;
+    Ok(true)
+}
+
+fn sidecar(session: &Session, time: f64, moment: Moment, params: &FrameParams) -> Result<Sidecar> {
+    let Moment { record, jitter, time_step } = moment;
+    Ok(Sidecar {
+        version: env!("CARGO_PKG_VERSION").into(),
+        frame: record.frame_index,
+        time,
+        size: record.size.into(),
+        seed: record.seed,
+        random: record.random,
+        jitter,
+        time_step,
+        camera: (&record.camera).into(),
+        camera_previous: (&record.camera_prev).into(),
+        params: serde_json::to_value(params)?,
+        device: session.device.info().name.clone(),
+        driver: session.device.info().driver_line(),
+        backend: session.gpu.backend().to_string(),
+        has_history: false,
+        histories: Vec::new(),
+        state: BTreeMap::new(),
+    })
+}
+
+/// The path traced picture of the scene as it stands, as the bytes of an EXR.
+fn reference(session: &mut Session, moment: Moment, spp: u32) -> Result<Vec<u8>> {
+    let Session { device, scene, gpu, lights, .. } = session;
+    let params = ReferenceParams { spp, ..ReferenceParams::default() };
+    let identity = Identity::default().with("scene", &scene.name).with("frame", moment.record.frame_index);
+    let mut render = Progressive::new(device, gpu, lights, moment.record, params, None, 0)?;
+    while render.next_sample() < spp {
+        render.step(scene, gpu, lights, spp)?;
+    }
+    let estimate = render.state()?.estimate(spp);
+    let image = EstimateFile { estimate, ranges: vec![0..spp], identity }.to_image()?;
+    encode_exr_parts(&[(String::new(), image)]).map_err(anyhow::Error::msg)
+}

@@ -1,0 +1,184 @@
+//! `pt replay`: the rest of the frame on recorded frames, without a scene.
+
+use crate::aov::{self, AovSelection};
+use crate::args::values::{FrameRange, assignment};
+use crate::frame::{FullFrame, Moment, Stage};
+use crate::output::Output;
+use crate::params::FrameParams;
+use crate::progress::Progress;
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use pt_core::capture::folder::{CaptureFolder, RecordedFrame};
+use pt_core::capture::sidecar::from_hex;
+use pt_core::capture::{keys, read_layer};
+use pt_core::console::print_warning;
+use pt_core::harness::Spread;
+use pt_core::settings::apply_sets;
+use pt_core::{Device, DeviceOptions, Recorder};
+use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
+use pt_shaders::channels::ChannelId;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// `pt replay`
+#[derive(Clone, Debug, Args)]
+pub struct ReplayArgs {
+    /// Folder that `pt capture` wrote.
+    #[arg(value_name = "DIR")]
+    pub capture: PathBuf,
+    /// First stage to run; what the stages before it wrote is taken from the capture.
+    #[arg(long, value_name = "STAGE", value_enum)]
+    pub from: Stage,
+    /// Set one knob, on top of those that the capture was recorded with; may be repeated.
+    #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
+    pub set: Vec<String>,
+    /// Frames to write [default: all of the capture]; the recorded frames before them are run too, since histories build up.
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. A run of # in the name
+    /// stands for the number of the frame, and every frame is written.
+    #[arg(short, long, value_name = "OUT.{png,exr}")]
+    pub output: Vec<PathBuf>,
+    /// Further images for an EXR: all channels, or a list of NAME and STAGE.NAME.
+    #[arg(long, value_name = "all|A,B")]
+    pub aov: Option<AovSelection>,
+    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+    /// Run with the Vulkan validation layers; any message is an error.
+    #[arg(long)]
+    pub validation: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A capture that can't be read or does not fit, unknown knobs, a device that can't do it.
+pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
+    let outputs = args.output.iter().map(|path| Output::new(path)).collect::<Result<Vec<_>, _>>()?;
+    let capture = CaptureFolder::open(&args.capture)?;
+    let recorded = capture.range();
+    let wanted = args.frames.clone().map_or(recorded.clone(), |range| range.0);
+    ensure!(
+        recorded.start <= wanted.start && wanted.end <= recorded.end,
+        "{}: has the frames {}..{}, not {}..{}",
+        args.capture.display(),
+        recorded.start,
+        recorded.end,
+        wanted.start,
+        wanted.end
+    );
+    let first = capture.frame(recorded.start)?;
+    let mut params: FrameParams = serde_json::from_value(first.sidecar.params.clone())
+        .with_context(|| format!("{}: knobs of the first frame", args.capture.display()))?;
+    apply_sets(&mut params, &args.set)?;
+    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: args.validation })?;
+    let (size, accumulate) = (capture.index.output_size, capture.index.accumulate);
+    let mut full = FullFrame::starting_at(&device, args.from, size, accumulate, &params)?;
+    let frame_size = full.images().size();
+    ensure!(
+        frame_size == first.sidecar.size,
+        "{}: was recorded with frames of {}x{}, these knobs ask for {}x{}",
+        args.capture.display(),
+        first.sidecar.size[0],
+        first.sidecar.size[1],
+        frame_size[0],
+        frame_size[1]
+    );
+    let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
+    restore(&first, &mut full)?;
+
+    let mut recorder = Recorder::new(&device)?;
+    let mut progress = Progress::new(wanted.end - recorded.start);
+    let mut next = Some(first);
+    for number in recorded.start..wanted.end {
+        let recorded_frame = match next.take() {
+            Some(frame) => frame,
+            None => capture.frame(number)?,
+        };
+        recorded_frame.load(full.images(), full.given())?;
+        let sidecar = &recorded_frame.sidecar;
+        let moment =
+            Moment { record: sidecar.record(), jitter: sidecar.jitter, time_step: sidecar.time_step };
+        let mut frame = recorder.begin()?;
+        full.replay(&mut frame, moment, &params)?;
+        frame.submit()?;
+        if wanted.contains(&number) {
+            for output in &outputs {
+                let Some(path) = output.of_frame(number, wanted.end - 1) else { continue };
+                match output.format() {
+                    OutputFormat::Png => pt_post::write_picture(&path, full.images(), params.post.encoding)?,
+                    OutputFormat::Exr => exr(&full, &params, &aovs, &recorded_frame, &device)?.write_exr(&path)?,
+                }
+            }
+        }
+        progress.step();
+    }
+    let timings = recorder.finish()?;
+    progress.finish();
+    if let Some(messages) = device.validation().map(|log| log.messages()).filter(|m| !m.is_empty()) {
+        anyhow::bail!("the validation layers said {} times, first: {}", messages.len(), messages[0]);
+    }
+    let ms = Spread::of(timings.iter().map(|frame| frame.gpu_ms).collect()).median_ms;
+    writeln!(
+        out,
+        "{}: frames {}..{} from {}, {ms:.3} ms/frame, {} ({})",
+        args.capture.display(),
+        wanted.start,
+        wanted.end,
+        stage_name(args.from),
+        device.info().name,
+        device.info().driver_line(),
+    )?;
+    Ok(true)
+}
+
+/// Fills what the first frame goes on with: histories and buffers.
+fn restore(first: &RecordedFrame, full: &mut FullFrame) -> Result<()> {
+    let missing = first.load_histories(full.images_mut())?;
+    if !missing.is_empty() {
+        print_warning(&format!(
+            "the capture holds no history of {}, which these knobs ask for: the first frame starts over",
+            missing.join(", ")
+        ));
+    }
+    for buffer in full.state() {
+        let Some(text) = first.sidecar.state.get(buffer.name()) else { continue };
+        let bytes = from_hex(text).filter(|bytes| bytes.len() as u64 == buffer.size());
+        let bytes = bytes.with_context(|| format!("state {}: not {} bytes", buffer.name(), buffer.size()))?;
+        buffer.write_through_staging(&bytes)?;
+    }
+    Ok(())
+}
+
+fn exr(
+    full: &FullFrame,
+    params: &FrameParams,
+    aovs: &[ChannelId],
+    recorded: &RecordedFrame,
+    device: &Device,
+) -> Result<LayeredImage> {
+    let mut file = if params.post.output == pt_post::Output::Display {
+        pt_post::picture_layers(full.images(), params.post.encoding)?
+    } else {
+        let [width, height] = full.radiance().extent();
+        let mut file = LayeredImage::new(width, height)?;
+        file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
+        file
+    };
+    for &id in aovs {
+        file.layers.push(read_layer(full.images(), id)?.0);
+    }
+    let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
+    put(keys::FRAMES, (recorded.sidecar.frame + 1).to_string());
+    put(keys::PARAMS, serde_json::to_string(params)?);
+    put(keys::DEVICE, device.info().name.clone());
+    put(keys::DRIVER, device.info().driver_line());
+    put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
+    Ok(file)
+}
+
+fn stage_name(stage: Stage) -> String {
+    use clap::ValueEnum;
+    stage.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
+}

@@ -1,0 +1,168 @@
+//! Specialisation constants: values that a kernel is compiled with, known by the names of their GLSL declarations.
+//!
+//! GLSL declares them as `layout(constant_id = 0) const uint scene_features = 0xffffffffu;`. A constant that the host does not give
+//! keeps the value of its declaration.
+
+use crate::error::ConstantError;
+use ash::vk;
+use spirq::ty::{ScalarType, Type};
+use std::collections::BTreeMap;
+
+/// Value of a specialisation constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Constant {
+    /// `const bool`.
+    Bool(bool),
+    /// `const uint`.
+    Uint(u32),
+    /// `const int`.
+    Int(i32),
+    /// `const float`.
+    Float(f32),
+}
+
+impl From<bool> for Constant {
+    fn from(value: bool) -> Self {
+        Self::Bool(value)
+    }
+}
+
+impl From<u32> for Constant {
+    fn from(value: u32) -> Self {
+        Self::Uint(value)
+    }
+}
+
+impl From<i32> for Constant {
+    fn from(value: i32) -> Self {
+        Self::Int(value)
+    }
+}
+
+impl From<f32> for Constant {
+    fn from(value: f32) -> Self {
+        Self::Float(value)
+    }
+}
+
+impl Constant {
+    /// Its GLSL type.
+    pub fn ty(self) -> ConstantType {
+        match self {
+            Self::Bool(_) => ConstantType::Bool,
+            Self::Uint(_) => ConstantType::Uint,
+            Self::Int(_) => ConstantType::Int,
+            Self::Float(_) => ConstantType::Float,
+        }
+    }
+
+    fn bytes(self) -> [u8; 4] {
+        match self {
+            Self::Bool(value) => vk::Bool32::from(value).to_ne_bytes(),
+            Self::Uint(value) => value.to_ne_bytes(),
+            Self::Int(value) => value.to_ne_bytes(),
+            Self::Float(value) => value.to_ne_bytes(),
+        }
+    }
+}
+
+/// GLSL type of a specialisation constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstantType {
+    /// `bool`.
+    Bool,
+    /// `uint`.
+    Uint,
+    /// `int`.
+    Int,
+    /// `float`.
+    Float,
+}
+
+impl ConstantType {
+    /// Its name in GLSL.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bool => "bool",
+            Self::Uint => "uint",
+            Self::Int => "int",
+            Self::Float => "float",
+        }
+    }
+
+    /// Of a SPIR-V type; `None`: no type that constants have here.
+    pub(crate) fn of(ty: &Type) -> Option<Self> {
+        match ty {
+            Type::Scalar(ScalarType::Boolean) => Some(Self::Bool),
+            Type::Scalar(ScalarType::Integer { bits: 32, is_signed: false }) => Some(Self::Uint),
+            Type::Scalar(ScalarType::Integer { bits: 32, is_signed: true }) => Some(Self::Int),
+            Type::Scalar(ScalarType::Float { bits: 32 }) => Some(Self::Float),
+            _ => None,
+        }
+    }
+}
+
+/// A specialisation constant as a kernel declares it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ConstantDeclaration {
+    /// `constant_id` of its layout qualifier.
+    pub id: u32,
+    /// Its type.
+    pub ty: ConstantType,
+}
+
+/// The constants of a kernel by name.
+pub(crate) type Declarations = BTreeMap<String, ConstantDeclaration>;
+
+/// Checks values against what a kernel declares, in any of its shaders.
+pub(crate) fn check(
+    kernel: &str,
+    declared: &Declarations,
+    given: &[(&str, Constant)],
+) -> Result<(), ConstantError> {
+    for (index, &(name, value)) in given.iter().enumerate() {
+        let (kernel, constant) = (kernel.to_owned(), name.to_owned());
+        let Some(&ConstantDeclaration { ty, .. }) = declared.get(name) else {
+            let names: Vec<_> = declared.keys().map(String::as_str).collect();
+            let declared = if names.is_empty() { "none".into() } else { names.join(", ") };
+            return Err(ConstantError::Unknown { kernel, constant, declared });
+        };
+        if ty != value.ty() {
+            let (declared, given) = (ty.name(), value.ty().name());
+            return Err(ConstantError::Type { kernel, constant, declared, given });
+        }
+        if given[..index].iter().any(|(earlier, _)| *earlier == name) {
+            return Err(ConstantError::Repeated { kernel, constant });
+        }
+    }
+    Ok(())
+}
+
+/// The values of one shader, as Vulkan takes them.
+pub(crate) struct Specialization {
+    entries: Vec<vk::SpecializationMapEntry>,
+    data: Vec<u8>,
+}
+
+impl Specialization {
+    /// Of the checked values those that the shader declares.
+    pub(crate) fn new(declared: &Declarations, given: &[(&str, Constant)]) -> Self {
+        let mut out = Self { entries: Vec::new(), data: Vec::new() };
+        for (name, value) in given {
+            if let Some(declaration) = declared.get(*name) {
+                let bytes = value.bytes();
+                out.entries.push(vk::SpecializationMapEntry {
+                    constant_id: declaration.id,
+                    offset: out.data.len() as u32,
+                    size: bytes.len(),
+                });
+                out.data.extend(bytes);
+            }
+        }
+        out
+    }
+
+    pub(crate) fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.data)
+    }
+}
