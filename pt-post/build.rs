@@ -52,5 +52,8 @@ fn main() {
     ] {
         header.push_str(&text);
     }
-    pt_shaders::compiler::Kernels::new().header("post_records.glsl", header).header("post_images.glsl", images::glsl()).compile("shaders");
+    pt_shaders::compiler::Kernels::new()
+        .header("post_records.glsl", header)
+        .header("post_images.glsl", images::glsl())
+        .compile("shaders");
 }

@@ -5,16 +5,16 @@
 //! both pictures, of 16 accumulated frames as they are.
 
 use anyhow::Result;
-use pt_app::args::{BackendChoice, CameraArgs, DeviceArgs};
+use pt_app::args::{CameraArgs, DeviceArgs};
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
+use pt_core::random::RandomSource;
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{Metric, compare};
-use pt_shaders::NamedEnum;
-use pt_core::random::RandomSource;
 use pt_import::LoadOptions;
+use pt_shaders::NamedEnum;
 
 const SCENES: [&str; 2] = ["cornell", "gallery"];
 const SIZE: [u32; 2] = [128, 96];
@@ -67,7 +67,7 @@ fn main() -> Result<()> {
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in SCENES {
         let scene = pt_import::open(name, &LoadOptions::default())?;
-        let device = DeviceArgs { backend: BackendChoice::Compute, device: None, validation: false };
+        let device = DeviceArgs { backend: pt_core::trace::TraceBackend::Compute, device: None, validation: false };
         let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
         let truth = render(&mut session, RandomSource::White, SEEDS, TRUTH_FRAMES)?;
         let blurred_truth = blur(&truth);

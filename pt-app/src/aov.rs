@@ -33,7 +33,11 @@ impl FromStr for AovSelection {
 ///
 /// # Errors
 /// An unknown name, with those that there are; an image of another size.
-pub fn select(selection: Option<&AovSelection>, images: &ChannelImages, size: [u32; 2]) -> Result<Vec<ChannelId>> {
+pub fn select(
+    selection: Option<&AovSelection>,
+    images: &ChannelImages,
+    size: [u32; 2],
+) -> Result<Vec<ChannelId>> {
     let layer_size = |id: ChannelId| match id.channel().extent {
         // Split images are stored in scan-line order.
         ExtentClass::Split => images.size(),
@@ -50,7 +54,9 @@ pub fn select(selection: Option<&AovSelection>, images: &ChannelImages, size: [u
             );
             Ok(all)
         }
-        Some(AovSelection::Named(names)) => names.iter().map(|name| named(name, images, size, layer_size)).collect(),
+        Some(AovSelection::Named(names)) => {
+            names.iter().map(|name| named(name, images, size, layer_size)).collect()
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use crate::params::FrameParams;
 use crate::session::join;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
+use pt_core::settings::Knobs;
 use pt_core::trace::TraceBackend;
 use pt_core::{
     Buffer, ChannelImages, Device, Frame, FramePlan, Image, Result, SceneResources, SplitLight, StageInputs,
@@ -116,7 +117,8 @@ impl FullFrame {
         stages.extend(post.io());
         let mut plan = FramePlan::new(params.post.sizes(output_size));
         // Whatever the stages of a replay read is loaded; a frame from its beginning must write everything by itself.
-        let given: Vec<_> = if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
+        let given: Vec<_> =
+            if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
         plan.given(given.iter().copied());
         stages.iter().try_for_each(|io| plan.stage(io))?;
         Ok(Self {

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{CommandFactory, Parser};
+use pt_app::aov::AovSelection;
 use pt_app::args::{CameraChoice, LookAt};
 use pt_app::cli::Cli;
 use pt_app::commands::bench::{BenchArgs, BenchCommand};
 use pt_app::commands::info::InfoArgs;
-use pt_app::aov::AovSelection;
 use pt_app::commands::render::RenderArgs;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::{ImageSize, OutputFormat};
@@ -39,7 +39,10 @@ fn render_defaults() {
     assert_eq!(args.frame.scene.file, "cornell");
     assert_eq!(args.output, [PathBuf::from("out/a.png")]);
     assert_eq!(args.frame.size, ImageSize { width: 1280, height: 720 });
-    assert_eq!((args.frames, args.frame.seed, args.frame.scene.time, args.frame.scene.fps), (1, 0, 0.0, 60.0));
+    assert_eq!(
+        (args.frames, args.frame.seed, args.frame.scene.time, args.frame.scene.fps),
+        (1, 0, 0.0, 60.0)
+    );
     assert_eq!(
         (args.frame.scene.load.env_rotation, args.frame.scene.load.env_intensity, args.frame.camera.vfov),
         (0.0, 1.0, 50.0)
@@ -67,13 +70,19 @@ fn render_takes_every_flag() {
     assert_eq!((args.frame.scene.load.env_rotation, args.frame.scene.load.env_intensity), (-30.0, 2.5));
     assert_eq!(args.frame.size, ImageSize { width: 640, height: 360 });
     assert_eq!(args.frame.camera.look, Some(LookAt { eye: [-1.0, 2.0, 3.0], target: [0.0, 0.0, -4.5] }));
-    assert_eq!((args.frame.camera.vfov, args.frame.scene.time, args.frame.scene.fps, args.frame.seed), (40.0, 1.5, 24.0, u64::MAX));
+    assert_eq!(
+        (args.frame.camera.vfov, args.frame.scene.time, args.frame.scene.fps, args.frame.seed),
+        (40.0, 1.5, 24.0, u64::MAX)
+    );
     assert_eq!(args.frame.device.backend, TraceBackend::RtPipeline);
     assert_eq!(args.frame.set, ["post.output=display", "a.b=-1"]);
     assert_eq!(args.aov, Some(AovSelection::Named(vec!["normal".into(), "view_depth".into()])));
     assert_eq!(args.timings, Some("t.json".into()));
     assert!(args.frame.accumulate && args.frame.device.validation && args.frames == 8);
-    assert_eq!((args.frame.device.device.as_deref(), args.frame.profile.as_deref()), (Some("llvm"), Some("fast")));
+    assert_eq!(
+        (args.frame.device.device.as_deref(), args.frame.profile.as_deref()),
+        (Some("llvm"), Some("fast"))
+    );
     let camera =
         |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.camera.unwrap();
     assert_eq!(camera("2"), CameraChoice::Index(2));

@@ -34,11 +34,8 @@ pub struct Interleave {
 
 impl Interleave {
     /// What it touches; it writes every pixel.
-    pub const IO: StageIo = StageIo {
-        reads: &[COLOR, MOTION],
-        writes: &[FLAT_COLOR, FLAT_MOTION],
-        ..StageIo::of("interleave")
-    };
+    pub const IO: StageIo =
+        StageIo { reads: &[COLOR, MOTION], writes: &[FLAT_COLOR, FLAT_MOTION], ..StageIo::of("interleave") };
 
     /// Creates the kernel.
     ///

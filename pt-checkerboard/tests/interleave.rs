@@ -4,6 +4,7 @@ use pt_checkerboard::{CheckerboardParams, Interleave, oracle};
 use pt_core::split::{split_size, to_split};
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_shaders::channels::{COLOR, FLAT_COLOR, FLAT_MOTION, MOTION};
 
 type Texels = Vec<[f32; 4]>;

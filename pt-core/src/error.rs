@@ -27,7 +27,7 @@ pub enum Error {
         available: String,
     },
     /// The stages of a frame do not fit together.
-    #[error("stage \"{stage}\" reads \"{channel}\" {lacking}")]
+    #[error("stage \"{stage}\" reads \"{channel}\", {lacking}")]
     NoWriter {
         /// The stage that reads.
         stage: String,

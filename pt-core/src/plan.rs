@@ -81,7 +81,7 @@ impl FramePlan {
             if id.channel().lifetime == Lifetime::Carried {
                 self.carried.insert(id);
             } else if !self.written.contains(&id) {
-                return Err(no_writer(io.stage, id, ", which no stage before it writes"));
+                return Err(no_writer(io.stage, id, "which no stage before it writes"));
             }
         }
         self.written.extend(io.writes.iter().chain(io.updates));
@@ -112,7 +112,7 @@ impl FramePlan {
     pub fn allocate(&self, device: &Device) -> Result<ChannelImages> {
         for (&id, &stage) in &self.previous {
             if !self.written.contains(&id) && !self.carried.contains(&id) {
-                return Err(no_writer(stage, id, "of the last frame, which no stage writes"));
+                return Err(no_writer(stage, id, "whose content of the last frame no stage writes"));
             }
         }
         let images = self.written.union(&self.carried).map(|&id| (id, self.previous.contains_key(&id)));
@@ -141,6 +141,9 @@ impl From<Lacking> for String {
     fn from(lacking: Lacking) -> Self {
         let Lacking { channel, previous } = lacking;
         let which = if previous { "last frame's content of " } else { "" };
-        format!("{which}\"{}\" is not allocated: the stage's declaration does not name it", channel.full_name())
+        format!(
+            "{which}\"{}\" is not allocated: the stage's declaration does not name it",
+            channel.full_name()
+        )
     }
 }

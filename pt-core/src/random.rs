@@ -31,13 +31,7 @@ fn mask_hash(source: RandomSource, frame: u32, dimension: u32, seed: u32) -> [u3
 }
 
 /// Four words of 32 random bits for a flat pixel, frame, dimension and seed.
-pub fn random_bits(
-    source: RandomSource,
-    pixel: [u32; 2],
-    frame: u32,
-    dimension: u32,
-    seed: u32,
-) -> [u32; 4] {
+pub fn random_bits(source: RandomSource, pixel: [u32; 2], frame: u32, dimension: u32, seed: u32) -> [u32; 4] {
     let white = pcg4d([pixel[0] | pixel[1] << 16, frame, dimension, seed]);
     if source == RandomSource::White {
         return white;

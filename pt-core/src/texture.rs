@@ -8,7 +8,7 @@ use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use crate::image::{copy_region, create_raw, transition};
-use crate::sampler::{SamplerDesc, TEXTURE_SET, create_sampler};
+use crate::sampler::{SamplerDesc, create_sampler};
 use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 use std::sync::Arc;

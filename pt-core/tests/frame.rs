@@ -1,7 +1,7 @@
 //! The frame recorder and kernels: declared accesses, reflected names, counters.
 
-use pt_core::test_support::{TestDevice, channel_images};
-use pt_core::{Buffer, ChannelImages, Kernel, Location, Recorder};
+use pt_core::test_support::TestDevice;
+use pt_core::{Buffer, ChannelImages, FramePlan, FrameSizes, Kernel, Location, Recorder, StageIo};
 use pt_shaders::channels::{MOTION, VIEW_DEPTH};
 
 mod records {
@@ -13,6 +13,11 @@ mod kernels {
 }
 use records::TestPush;
 
+const READS: StageIo = StageIo { reads: &[VIEW_DEPTH], ..StageIo::of("reader") };
+const WRITES: StageIo = StageIo { writes: &[VIEW_DEPTH], ..StageIo::of("writer") };
+const UPDATES: StageIo = StageIo { updates: &[VIEW_DEPTH], ..StageIo::of("updater") };
+const READS_PREVIOUS: StageIo = StageIo { reads_previous: &[VIEW_DEPTH], ..StageIo::of("history") };
+
 struct Setup {
     images: ChannelImages,
     sums: Buffer,
@@ -22,7 +27,13 @@ struct Setup {
 
 fn setup(device: &TestDevice) -> Setup {
     Setup {
-        images: channel_images(device, [37, 11], [VIEW_DEPTH, MOTION]),
+        images: {
+            let mut plan = FramePlan::new(FrameSizes::same([37, 11]));
+            plan.given([MOTION]);
+            plan.stage(&WRITES).unwrap();
+            plan.stage(&READS_PREVIOUS).unwrap();
+            plan.allocate(device).unwrap()
+        },
         sums: Buffer::from_slice(device, "sums", &[0u32; 16]).unwrap(),
         fill: Kernel::compute::<TestPush>(device, &kernels::FILL, &[]).unwrap(),
         double: Kernel::compute::<()>(device, &kernels::DOUBLE_DEPTH, &[]).unwrap(),
@@ -42,13 +53,13 @@ fn passes_see_each_others_writes() {
         let offset = frame_index as f32;
         frame
             .pass("fill", &s.fill)
-            .writes(&s.images, &[VIEW_DEPTH])
+            .touches(&s.images, &WRITES)
             .push(&TestPush { offset })
             .dispatch(EXTENT)
             .unwrap();
         for _ in 0..2 {
             let pass = frame.pass("double", &s.double);
-            pass.updates(&s.images, &[VIEW_DEPTH]).update("sums", &s.sums).dispatch(EXTENT).unwrap();
+            pass.touches(&s.images, &UPDATES).update("sums", &s.sums).dispatch(EXTENT).unwrap();
         }
         frame.submit().unwrap();
     }
@@ -79,13 +90,13 @@ fn histories_and_sampled_images() {
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     let push = TestPush { offset: 0.0 };
-    frame.pass("fill", &s.fill).writes(&s.images, &[VIEW_DEPTH]).push(&push).dispatch(EXTENT).unwrap();
+    frame.pass("fill", &s.fill).touches(&s.images, &WRITES).push(&push).dispatch(EXTENT).unwrap();
     frame.submit().unwrap();
-    s.images.swap();
+    s.images.begin_frame();
     let mut frame = recorder.begin().unwrap();
-    let pass = frame.pass("history", &kernel).reads_previous(&s.images, &[VIEW_DEPTH]);
+    let pass = frame.pass("history", &kernel).touches(&s.images, &READS_PREVIOUS);
     let pass = pass.sample("sampled", s.images.current(MOTION));
-    pass.writes(&s.images, &[VIEW_DEPTH]).dispatch(EXTENT).unwrap();
+    pass.touches(&s.images, &WRITES).dispatch(EXTENT).unwrap();
     frame.submit().unwrap();
     recorder.finish().unwrap();
 
@@ -113,17 +124,17 @@ fn wrong_declarations_are_errors() {
     let misspelt = message(
         frame
             .pass("p", &s.fill)
-            .writes(&s.images, &[VIEW_DEPTH])
+            .touches(&s.images, &WRITES)
             .write("ch_view_deph", s.images.current(VIEW_DEPTH))
             .push(&push)
             .dispatch(EXTENT),
     );
     assert!(misspelt.contains("no binding \"ch_view_deph\"; it has ch_view_depth"), "{misspelt}");
     let wrong_access =
-        message(frame.pass("p", &s.fill).reads(&s.images, &[VIEW_DEPTH]).push(&push).dispatch(EXTENT));
+        message(frame.pass("p", &s.fill).touches(&s.images, &READS).push(&push).dispatch(EXTENT));
     assert!(wrong_access.contains("declared as Read, the kernel's instructions Write it"), "{wrong_access}");
     let half_access = message(
-        frame.pass("p", &s.double).writes(&s.images, &[VIEW_DEPTH]).update("sums", &s.sums).dispatch(EXTENT),
+        frame.pass("p", &s.double).touches(&s.images, &WRITES).update("sums", &s.sums).dispatch(EXTENT),
     );
     assert!(half_access.contains("declared as Write, the kernel's instructions Update it"), "{half_access}");
     let wrong_format = message(
@@ -137,7 +148,7 @@ fn wrong_declarations_are_errors() {
     let wrong_kind =
         message(frame.pass("p", &s.fill).write("ch_view_depth", &s.sums).push(&push).dispatch(EXTENT));
     assert!(wrong_kind.contains("a buffer is bound"), "{wrong_kind}");
-    let no_push = message(frame.pass("p", &s.fill).writes(&s.images, &[VIEW_DEPTH]).dispatch(EXTENT));
+    let no_push = message(frame.pass("p", &s.fill).touches(&s.images, &WRITES).dispatch(EXTENT));
     assert!(no_push.contains("0 bytes of push constants given"), "{no_push}");
     frame.submit().unwrap();
 }

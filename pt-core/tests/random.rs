@@ -2,12 +2,12 @@
 
 use pt_core::blue_noise::{SIDE, mask_buffer};
 use pt_core::frame::Uniforms;
-use pt_shaders::NamedEnum;
 use pt_core::random::{RandomSource, coverage_number, random_bits, random_coverage, random_numbers};
 use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::{Buffer, Kernel, Recorder};
+use pt_shaders::NamedEnum;
 use pt_shaders::dimensions::{
     DIM_EMISSIVE, DIM_ENVIRONMENT, DIM_PIXEL, DIM_POSITIONAL, DIM_REFLECT_REFRACT, DIM_SUN,
 };
@@ -63,8 +63,7 @@ fn kernels_draw_what_the_host_twin_draws() {
         frame.submit().unwrap();
         recorder.finish().unwrap();
         let (words, coverages) = (words.read::<[u32; 4]>().unwrap(), coverages.read::<[f32; 2]>().unwrap());
-        for ((&[pixel, frame, dimension, triangle], word), coverage) in
-            cases.iter().zip(words).zip(coverages)
+        for ((&[pixel, frame, dimension, triangle], word), coverage) in cases.iter().zip(words).zip(coverages)
         {
             let pixel = [pixel & 0xffff, pixel >> 16];
             assert_eq!(word, random_bits(source, pixel, frame, dimension, SEED), "{source:?}");
@@ -110,7 +109,9 @@ fn numbers_and_pairs_are_uniform() {
 #[test]
 fn sobol_is_stratified_over_the_frames() {
     for dimension in DIMENSIONS {
-        for (pixel, block, log2) in [([0, 0], 0, 1), ([17, 5], 1, 4), ([511, 300], 2, 6), ([1919, 1079], 3, 8)] {
+        for (pixel, block, log2) in
+            [([0, 0], 0, 1), ([17, 5], 1, 4), ([511, 300], 2, 6), ([1919, 1079], 3, 8)]
+        {
             let n = 1usize << log2;
             let points: Vec<_> = (0..n as u32)
                 .map(|i| numbers(RandomSource::Sobol, pixel, block * n as u32 + i, dimension))
@@ -208,7 +209,8 @@ fn dimensions_are_independent() {
         let mut series: Vec<(String, Vec<f64>)> = Vec::new();
         for dimension in DIMENSIONS {
             for d in 0..4 {
-                let values = samples().map(|(pixel, frame)| numbers(source, pixel, frame, dimension)[d] - 0.5);
+                let values =
+                    samples().map(|(pixel, frame)| numbers(source, pixel, frame, dimension)[d] - 0.5);
                 series.push((format!("{dimension}.{d}"), values.collect()));
             }
             for triangle in [1, 2] {
@@ -240,9 +242,7 @@ fn means_over_the_frames_are_the_integrals() {
             f64::from(u8::from(n(DIM_SUN)[..3].iter().all(|&x| x < 0.4)))
         }),
         ("two dimensions", 0.32, |n, _| f64::from(u8::from(n(DIM_PIXEL)[0] + n(DIM_EMISSIVE)[2] < 0.8))),
-        ("two surfaces", 0.25, |_, coverage| {
-            f64::from(u8::from(coverage(5) < 0.5 && coverage(6) < 0.5))
-        }),
+        ("two surfaces", 0.25, |_, coverage| f64::from(u8::from(coverage(5) < 0.5 && coverage(6) < 0.5))),
     ];
     for source in RandomSource::VALUES.iter().copied() {
         for (name, integral, f) in integrands {
@@ -251,10 +251,9 @@ fn means_over_the_frames_are_the_integrals() {
                 let sum: f64 = (0..FRAMES)
                     .map(|frame| {
                         let ray = random_coverage(source, pixel, frame, DIM_PIXEL, SEED);
-                        f(
-                            &|dimension| numbers(source, pixel, frame, dimension),
-                            &|triangle| coverage_number(ray, 0, triangle).into(),
-                        )
+                        f(&|dimension| numbers(source, pixel, frame, dimension), &|triangle| {
+                            coverage_number(ray, 0, triangle).into()
+                        })
                     })
                     .sum();
                 let error = (sum / f64::from(FRAMES) - integral).abs();

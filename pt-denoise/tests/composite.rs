@@ -5,6 +5,7 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::oracle::{Pixel, composite};
 use pt_denoise::{Composite, DenoiseParams};
 use pt_shaders::channels::{
@@ -14,7 +15,9 @@ use pt_shaders::channels::{
 
 /// Runs the kernel over `pixels`, one frame of the given size; returns colours in the order of the split image.
 fn run(device: &TestDevice, size: [u32; 2], pixels: &mut [Pixel], params: &DenoiseParams) -> Vec<[f32; 4]> {
-    let images = ChannelImages::alone(device, FrameSizes::same(size), &[SplitLight::UNFILTERED, Composite::IO]).unwrap();
+    let images =
+        ChannelImages::alone(device, FrameSizes::same(size), &[SplitLight::UNFILTERED, Composite::IO])
+            .unwrap();
     let write = |id: ChannelId, texel: &dyn Fn(&Pixel) -> Vec<f32>| {
         let values: Vec<f32> = pixels.iter().flat_map(texel).collect();
         images.current(id).write_f32(&values).unwrap();

@@ -2,10 +2,11 @@
 
 use pt_core::capture::read_layer;
 use pt_core::harness::save;
-use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::{Composite, DenoiseParams};
+use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
     TRANSPARENT, VIEW_DIRECTION,
@@ -101,7 +102,8 @@ fn replays_a_frame() {
     let device = TestDevice::open();
     let reads = [SplitLight::UNFILTERED.reads, Composite::IO.reads].concat();
     let images =
-        ChannelImages::alone(&device, FrameSizes::same([33, 18]), &[SplitLight::UNFILTERED, Composite::IO]).unwrap();
+        ChannelImages::alone(&device, FrameSizes::same([33, 18]), &[SplitLight::UNFILTERED, Composite::IO])
+            .unwrap();
     let texels = images.current(COLOR).extent().iter().product::<u32>();
     let fill = |id: ChannelId, scale: f32| {
         let count = texels * id.channel().format.components();
@@ -124,7 +126,14 @@ fn replays_a_frame() {
     let stage = Composite::new(&device).unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
-    stage.record(&mut frame, &StageInputs::new(&images), SplitLight::unfiltered(&images), &DenoiseParams::default()).unwrap();
+    stage
+        .record(
+            &mut frame,
+            &StageInputs::new(&images),
+            SplitLight::unfiltered(&images),
+            &DenoiseParams::default(),
+        )
+        .unwrap();
     frame.submit().unwrap();
 
     let folder = tempfile::tempdir().unwrap();

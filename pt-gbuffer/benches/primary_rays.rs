@@ -6,6 +6,7 @@ use pt_core::frame::Uniforms;
 use pt_core::harness::bench;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
@@ -23,7 +24,11 @@ fn main() -> ExitCode {
             gpu.update(frame, &scene)?;
             let record = FrameRecord::new(camera, camera, size, frame.index(), 0);
             uniforms.upload(frame, &record)?;
-            stage.record(frame, &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images }, &GbufferParams::default())
+            stage.record(
+                frame,
+                &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+                &GbufferParams::default(),
+            )
         })
     })
 }

@@ -3,8 +3,8 @@
 use pt_core::knobs;
 use pt_core::random::RandomSource;
 pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
-use pt_shaders::{NamedEnum, named_enum};
 use pt_shaders::records::CameraRecord;
+use pt_shaders::{NamedEnum, named_enum};
 
 named_enum! {
     /// Where in the pixel its ray goes.
@@ -48,7 +48,6 @@ knobs! {
         pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020";
     }
 }
-
 
 impl GbufferParams {
     /// The camera with the lens that these knobs ask for.

@@ -8,6 +8,7 @@ use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::{NativeScene, TraceBackend};
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, oracle};
 use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{Camera, Clusters, Instance, Projection, Scene};
@@ -64,7 +65,13 @@ fn check(backend: TraceBackend, orthographic: bool) {
     let mut frame = recorder.begin().unwrap();
     gpu.update(&mut frame, &scene).unwrap();
     uniforms.upload(&mut frame, &frame_record).unwrap();
-    stage.record(&mut frame, &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images }, &params).unwrap();
+    stage
+        .record(
+            &mut frame,
+            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+            &params,
+        )
+        .unwrap();
     frame.submit().unwrap();
     recorder.finish().unwrap();
 

@@ -1,7 +1,7 @@
 //! The stage program from a scene to a capture.
 
-use pt_image::image_file::{LayeredImage, Samples};
 use pt_gbuffer::PrimaryRays;
+use pt_image::image_file::{LayeredImage, Samples};
 use std::process::Command;
 
 #[test]

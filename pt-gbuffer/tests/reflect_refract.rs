@@ -8,6 +8,7 @@ use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::oracle::{self, dielectric};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract};
 use pt_scene::gpu::{GpuScene, camera_record};

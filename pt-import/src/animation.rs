@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::document::Document;
-use crate::transforms::{local_transform, unit_quaternion};
 use crate::notices::Notices;
+use crate::transforms::{local_transform, unit_quaternion};
 use pt_scene::animation::{
     AnimationChoice, AnimationInfo, Deformation, Influence, Interpolation, MorphDelta, Property, Rig,
     RigNode, Sampler, Skin, Track, Trs, VertexLists, unit,

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use pt_image::atomic_file::write_atomic;
-use pt_shaders::named_enum;
 
 use crate::dds::DdsTexture;
 use pt_scene::Texels;

@@ -4,8 +4,8 @@ use std::io::Cursor;
 
 use ddsfile::{AlphaMode, D3D10ResourceDimension, Dds, DxgiFormat, NewDxgiParams};
 
-use pt_scene::MAX_TEXTURE_SIDE;
 use pt_scene::BlockFormat;
+use pt_scene::MAX_TEXTURE_SIDE;
 
 /// A block-compressed 2D texture as a DDS file holds it.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicU64;
 
+use gltf::json::accessor::ComponentType;
 use gltf::json::{Index, Root, buffer, root::Get};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};

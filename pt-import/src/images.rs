@@ -8,10 +8,10 @@ use image::{ImageDecoder, ImageFormat};
 use crate::dds::DdsTexture;
 #[cfg(feature = "codecs")]
 use crate::ktx2;
-use pt_scene::one_line;
-use pt_scene::{decode_texel, encode_normal};
 use pt_scene::Texels;
+use pt_scene::one_line;
 use pt_scene::{MAX_TEXTURE_SIDE, TextureUsage};
+use pt_scene::{decode_texel, encode_normal};
 
 const KTX2_MAGIC: &[u8] = &[0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, 0x0d, 0x0a, 0x1a, 0x0a];
 

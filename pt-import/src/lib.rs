@@ -49,7 +49,10 @@ use nodes::Origins;
 use notices::Notices;
 use options::named;
 use pt_core::phases::Phases;
-use pt_scene::{AnimationChoice, BUILTIN, Environment, Flaw, Part, Scene, SceneError, Support, builtin, default_sky, default_sun};
+use pt_scene::{
+    AnimationChoice, BUILTIN, Environment, Flaw, Part, Scene, SceneError, Support, builtin, default_sky,
+    default_sun,
+};
 
 /// Loads a scene by the name of a built-in one or, failing that, from a glTF file.
 pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneError> {

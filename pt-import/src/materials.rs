@@ -4,11 +4,11 @@ use glam::{Vec3, Vec4};
 use gltf::json::material::{self, AlphaMode as JsonAlpha};
 use gltf::json::validation::Checked;
 
+use crate::baked_folder::BakedFolder;
 use crate::document::Document;
 use crate::material_extensions;
-use crate::textures::Uses;
 use crate::options::LoadOptions;
-use crate::baked_folder::BakedFolder;
+use crate::textures::Uses;
 use pt_scene::{AlphaMode, Material, Scene, SceneError, TextureUsage};
 
 /// Fills materials (one per glTF material, then the default material) and the textures that they use. Returns the images of the

@@ -10,15 +10,16 @@ use gltf::json::validation::Checked;
 use gltf::json::{Camera as JsonCamera, Index, Scene as JsonScene};
 use serde::Deserialize;
 
-use crate::options::LoadOptions;
 use crate::document::Document;
-use crate::transforms::{local_transform, unit_quaternion};
 use crate::meshes::Shape;
 use crate::notices::Notices;
-use pt_scene::animation::{NodeMotion, Rig, visible};
-use pt_scene::without_scale;
-use pt_scene::shines;
+use crate::options::LoadOptions;
+use crate::transforms::{local_transform, unit_quaternion};
+use pt_scene::animation::{NodeMotion, Rig};
 use pt_scene::is_invertible;
+use pt_scene::shines;
+use pt_scene::visible;
+use pt_scene::without_scale;
 use pt_scene::{Attachment, Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
 
 /// The nodes that instances, cameras and lights come from, in the order of those in [`Scene`].

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicU64;
 
+#[cfg(feature = "codecs")]
+use crate::compression;
 use crate::document::Document;
 use crate::extensions::{needs_codecs, support};
 use crate::notices::Notices;
 use crate::options::LoadOptions;
-#[cfg(feature = "codecs")]
-use crate::compression;
 use crate::{check, glb};
 use pt_scene::{SceneError, Support, one_line, read_file};
 
@@ -63,7 +63,8 @@ impl Document {
         let refused = |name: &&String| support(name) == Support::Refused;
         match self.root.extensions_required.iter().find(refused) {
             Some(name) if needs_codecs(name) => {
-                let what = format!("{name} needs a program built with the feature codecs of pt-import, such as pt");
+                let what =
+                    format!("{name} needs a program built with the feature codecs of pt-import, such as pt");
                 Err(self.invalid("extensionsRequired", what))
             }
             Some(name) => Err(SceneError::Extension { file: self.file.clone(), extension: one_line(name) }),

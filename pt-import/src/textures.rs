@@ -10,10 +10,10 @@ use gltf::json::validation::Checked;
 use gltf::json::{Image, Index, extensions};
 use rayon::prelude::*;
 
+use crate::baked_folder::BakedFolder;
 use crate::document::Document;
 use crate::images::Header;
 use pt_scene::one_line;
-use crate::baked_folder::BakedFolder;
 use pt_scene::{Filter, MipFilter, Sampler, SceneError, Texture, TextureRef, TextureUsage, Wrap};
 
 /// Extensions of a texture that name another image, those that need the least work first.
@@ -109,7 +109,7 @@ impl<'a> Uses<'a> {
 
     /// The image of a texture: that of an extension before the one that every reader knows.
     fn source(&self, texture: &texture::Texture, at: &str) -> Result<Option<Index<Image>>, SceneError> {
-        for name in SOURCES {
+        for &name in SOURCES {
             let Some(extension) = texture.extensions.as_ref().and_then(|e| e.others.get(name)) else {
                 continue;
             };
@@ -154,11 +154,7 @@ impl<'a> Uses<'a> {
     }
 
     /// All textures: baked ones where `baked` has them, the others decoded, up to `max_texels` in all.
-    pub fn load(
-        &mut self,
-        baked: Option<&BakedFolder>,
-        max_texels: u64,
-    ) -> Result<Vec<Texture>, SceneError> {
+    pub fn load(&mut self, baked: Option<&BakedFolder>, max_texels: u64) -> Result<Vec<Texture>, SceneError> {
         let texels = AtomicU64::new(0);
         let loaded: Vec<_> =
             self.in_order.par_iter().map(|&u| self.load_one(u, baked, &texels, max_texels)).collect();

@@ -5,6 +5,7 @@ use pt_core::frame::Uniforms;
 use pt_core::harness::{WARM_UP, measure};
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Result};
+use pt_core::{FrameSizes, StageInputs};
 use pt_lights::{AliasTable, DirectLighting, DirectParams, LightLists, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::FrameRecord;
@@ -49,7 +50,11 @@ fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBacke
     let times = measure(device, SIZE, WARM_UP, FRAMES, |frame| {
         gpu.update(frame, scene)?;
         uniforms.upload(frame, &bytemuck::Zeroable::zeroed())?;
-        stage.record(frame, &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images }, &DirectParams::default())
+        stage.record(
+            frame,
+            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+            &DirectParams::default(),
+        )
     })?;
     print!("direct lighting of {name}, backend {backend}\n{times}");
     Ok(())

@@ -2,9 +2,7 @@ use crate::records::DirectPush;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels;
-use pt_shaders::records::{
-    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE,
-};
+use pt_shaders::records::{KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE};
 
 knobs! {
     /// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.

@@ -77,8 +77,13 @@ impl LightTables {
     /// Gives the tables to the scene on the device: passes that bind the scene find the lights there.
     pub fn attach(&self, gpu: &mut GpuScene) {
         self.fill(gpu.record_mut());
-        let tables =
-            [&self.lights, &self.emissives, &self.emissive_alias, &self.emissive_lookup, &self.environment_alias];
+        let tables = [
+            &self.lights,
+            &self.emissives,
+            &self.emissive_alias,
+            &self.emissive_lookup,
+            &self.environment_alias,
+        ];
         gpu.set_light_tables(tables.map(Buffer::clone).to_vec());
     }
 }

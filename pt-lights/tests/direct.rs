@@ -4,6 +4,7 @@ mod common;
 
 use common::scene::{Uploaded, polygon};
 use glam::{Affine3A, DVec3, UVec2, Vec3};
+use pt_core::StageInputs;
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};

@@ -5,8 +5,8 @@
 //! `pt bench post` gives the same passes in one table, beside the copy bandwidth.
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use pt_image::image_file::ImageSize;
 use pt_core::{ChannelImages, Device, DeviceOptions, Frame, Recorder, StageInputs, StageIo};
+use pt_image::image_file::ImageSize;
 use pt_post::images::DISPLAY_CODES;
 use pt_post::{
     Accumulate, Bloom, BloomMix, BloomMode, BloomParams, Encoding, Exposure, Fsr, PostParams, Taa, ToneMap,
@@ -36,8 +36,15 @@ impl Stages {
         let size = sizes.frame;
         let motion = StageIo { reads: &[FLAT_MOTION], writes: &[DISPLAY], ..StageIo::of("frame") };
         let blooms = [BloomMode::Gaussian, BloomMode::Chain].map(Bloom::io);
-        let stages =
-            [motion, Accumulate::IO, Taa::IO, blooms[0], blooms[1], BloomMix::IO, Fsr::io(size != output_size)];
+        let stages = [
+            motion,
+            Accumulate::IO,
+            Taa::IO,
+            blooms[0],
+            blooms[1],
+            BloomMix::IO,
+            Fsr::io(size != output_size),
+        ];
         let images = ChannelImages::alone(device, sizes, &stages)?;
         // Luminance over six orders of magnitude, neighbours apart: the histogram's atomics are spread as in a noisy frame.
         let pixels = size[0] as usize * size[1] as usize;

@@ -1,8 +1,8 @@
 //! Bloom: the light that a lens scatters.
 
 use crate::images::{
-    BLOOM_1, BLOOM_2, BLOOM_3, BLOOM_4, BLOOM_5, BLOOM_6, BLOOM_7, BLOOM_8, BLOOM_9, BLOOM_10, BLOOM_BLUR, BLOOM_QUARTER,
-    BLOOMED,
+    BLOOM_1, BLOOM_2, BLOOM_3, BLOOM_4, BLOOM_5, BLOOM_6, BLOOM_7, BLOOM_8, BLOOM_9, BLOOM_10, BLOOM_BLUR,
+    BLOOM_QUARTER, BLOOMED,
 };
 use crate::kernels;
 use crate::records::{BLUR_MAX_RADIUS, BLUR_OUTPUTS, BlurPush, MixPush};

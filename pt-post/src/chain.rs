@@ -51,7 +51,9 @@ impl PostChain {
             picture: params.encoding.channel(),
             accumulate: accumulate.then(|| Accumulate::new(device)).transpose()?,
             taa: (params.uses_taa() && !accumulate).then(|| Taa::new(device)).transpose()?,
-            bloom: blooms.then(|| Ok::<_, pt_core::Error>((params.bloom.mode, Bloom::new(device)?))).transpose()?,
+            bloom: blooms
+                .then(|| Ok::<_, pt_core::Error>((params.bloom.mode, Bloom::new(device)?)))
+                .transpose()?,
             bloom_mix: (blooms && !picture).then(|| BloomMix::new(device)).transpose()?,
             exposure: Exposure::new(device)?,
             tone_map: picture.then(|| ToneMap::new(device, params.tonemap, codes)).transpose()?,

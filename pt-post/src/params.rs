@@ -4,8 +4,8 @@ use crate::bloom::BloomParams;
 use crate::fsr::FsrParams;
 use crate::records::{Encoding, Tonemap};
 use crate::taa::TaaParams;
-use pt_core::{FrameSizes, knobs};
 use pt_core::settings::{InvalidValue, check_range};
+use pt_core::{FrameSizes, knobs};
 use pt_shaders::named_enum;
 
 named_enum! {

@@ -70,11 +70,8 @@ pub struct Taa {
 
 impl Taa {
     /// What it touches besides colour and motion.
-    pub const IO: StageIo = StageIo {
-        reads_previous: &[TAA_HISTORY],
-        writes: &[TAA_HISTORY, RESOLVED],
-        ..StageIo::of("taa")
-    };
+    pub const IO: StageIo =
+        StageIo { reads_previous: &[TAA_HISTORY], writes: &[TAA_HISTORY, RESOLVED], ..StageIo::of("taa") };
 
     /// Creates the kernels.
     ///

@@ -6,10 +6,10 @@ use common::gpu::{download, random_hdr, run, upload};
 use common::pictures::to_codes;
 use common::quality::quality;
 use proptest::test_runner::TestRunner;
-use pt_core::{ChannelImages, FrameSizes, Image, StageInputs};
 use pt_core::test_support::TestDevice;
-use pt_post::oracle::{self, Filter, TaaFrame, TaaOracle, resample};
+use pt_core::{ChannelImages, FrameSizes, Image, StageInputs};
 use pt_post::images::{RESOLVED, TAA_HISTORY};
+use pt_post::oracle::{self, Filter, TaaFrame, TaaOracle, resample};
 use pt_post::{ClipSpace, Rectify, Taa, TaaParams};
 use pt_shaders::channels::Format;
 

@@ -6,7 +6,7 @@ use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
-use pt_core::{Buffer, Device, Frame, Kernel, Location, Result};
+use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
@@ -99,7 +99,7 @@ impl PathTracer {
             ("sort_materials", sorts_by_material(device, scene).into()),
         ];
         let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);
-        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(, &[]), &constants);
+        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(), &constants);
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,

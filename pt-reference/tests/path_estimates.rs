@@ -4,10 +4,10 @@ mod common;
 
 use common::renders::{Stage, glowing_sphere};
 use glam::{DVec3, Vec3};
-use pt_image::image_file::{ImageState, LinearImage};
-use pt_image::metrics::{Metric, Variances, compare_estimates};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_image::metrics::{Metric, Variances, compare_estimates};
 use pt_reference::{
     Estimate, EstimateFile, EstimatePixel, LightTypes, ReferenceParams, SamplerKind, Strategy,
 };

@@ -7,10 +7,10 @@ use std::time::Instant;
 use pt_core::harness::{PassRow, WARM_UP, measure};
 use pt_core::trace::{BvhQuality, MeshBvh, TraceBackend};
 use pt_core::{Device, DeviceOptions};
+use pt_import::{LoadOptions, load};
 use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::glam::{Affine3A, Quat, Vec2, Vec3, Vec4};
 use pt_scene::gpu::GpuScene;
-use pt_import::{LoadOptions, load};
 use pt_scene::{Instance, Material, Mesh, Scene};
 
 const FRAMES: u32 = 16;

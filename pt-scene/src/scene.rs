@@ -6,7 +6,9 @@ use std::sync::Arc;
 use crate::animation::{Pose, Rig};
 use crate::light::shines;
 use crate::transform::visible;
-use crate::{AnimationInfo, Bounds, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Texture};
+use crate::{
+    AnimationInfo, Bounds, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Texture,
+};
 
 /// Everything that is to be rendered.
 #[derive(Clone, Debug, Default)]

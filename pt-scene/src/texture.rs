@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 
-use crate::usage::TextureUsage;
 use crate::mips::{MipLevel, decode_texel, mips};
+use crate::usage::TextureUsage;
 pub use pt_core::texture::BlockFormat;
 
 /// Longest side of a texture that is accepted, texels.

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::transform::is_invertible;
+use crate::transform::{MAX_COORDINATE, is_invertible};
 use crate::{
     AlphaMode, Camera, Instance, Light, LightKind, Lobes, MAX_PRIORITY, Material, Projection, Scene,
     SceneError,
@@ -11,19 +11,28 @@ use crate::{
 /// An element of one of a scene's lists, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
+    /// Of `Scene::meshes`.
     Mesh(usize),
+    /// Of `Scene::instances`.
     Instance(usize),
+    /// Of `Scene::materials`.
     Material(usize),
+    /// Of `Scene::textures`.
     Texture(usize),
+    /// Of `Scene::lights`.
     Light(usize),
+    /// Of `Scene::cameras`.
     Camera(usize),
+    /// The environment.
     Environment,
 }
 
 /// What breaks an invariant, and how.
 #[derive(Debug)]
 pub struct Flaw {
+    /// Where.
     pub part: Part,
+    /// What is wrong there.
     pub what: String,
 }
 
@@ -37,6 +46,7 @@ impl Scene {
         self.check().map_err(|flaw| self.inconsistent(&flaw))
     }
 
+    /// A flaw as an error that names the part.
     pub fn inconsistent(&self, Flaw { part, what }: &Flaw) -> SceneError {
         let part = match *part {
             Part::Mesh(i) => format!("mesh {}", self.meshes[i].name),
@@ -50,6 +60,10 @@ impl Scene {
         SceneError::Inconsistent { scene: self.name.clone(), what: format!("{part}: {what}") }
     }
 
+    /// As [`Scene::validate`], for importers, which know where in a file a part came from.
+    ///
+    /// # Errors
+    /// The first flaw.
     pub fn check(&self) -> Result<(), Flaw> {
         fn each<T>(
             list: &[T],

@@ -1,6 +1,7 @@
 //! The division of space into clusters: invariants on the host, and the kernel against the host to the bit.
 
 use proptest::prelude::*;
+use pt_core::SceneResources;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Recorder};

@@ -4,11 +4,15 @@ mod common;
 
 use common::records::{MaterialCase, MaterialResult};
 use glam::{Affine2, Affine3A, Vec2, Vec3, Vec4};
+use pt_core::SceneResources;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Location, Recorder};
 use pt_scene::gpu::GpuScene;
-use pt_scene::{AlphaMode, BlockFormat, Filter, Instance, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Texels, Texture, TextureRef, TextureUsage, Wrap, linear_from_srgb};
+use pt_scene::{
+    AlphaMode, BlockFormat, Filter, Instance, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Texels,
+    Texture, TextureRef, TextureUsage, Wrap, linear_from_srgb,
+};
 use pt_shaders::records::{FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM, FEATURE_VERTEX_COLOR};
 
 #[allow(dead_code, reason = "each test program uses a part")]

@@ -350,10 +350,19 @@ mod tests {
     fn words_are_stored_once_each() {
         for id in ChannelId::all() {
             let channel = id.channel();
-            let words: Vec<usize> = channel.stored.iter().map(|part| match *part {
-                Stored::Float(_, word) | Stored::Uint(_, word) | Stored::Direction(word) => word,
-            }).collect();
-            assert_eq!(words, (0..channel.format.components() as usize).collect::<Vec<_>>(), "{}", channel.name);
+            let words: Vec<usize> = channel
+                .stored
+                .iter()
+                .map(|part| match *part {
+                    Stored::Float(_, word) | Stored::Uint(_, word) | Stored::Direction(word) => word,
+                })
+                .collect();
+            assert_eq!(
+                words,
+                (0..channel.format.components() as usize).collect::<Vec<_>>(),
+                "{}",
+                channel.name
+            );
         }
     }
 

@@ -60,7 +60,10 @@ mod tests {
         numbers.sort_unstable();
         numbers.dedup();
         assert_eq!(numbers.len(), count);
-        assert_eq!(dimension(DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT - 1).map(|d| d.name), Some("DIM_REFLECT_REFRACT"));
+        assert_eq!(
+            dimension(DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT - 1).map(|d| d.name),
+            Some("DIM_REFLECT_REFRACT")
+        );
         assert_eq!(dimension(DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT), None);
     }
 

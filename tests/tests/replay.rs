@@ -5,10 +5,10 @@ use pt_app::cli::{Cli, Command};
 use pt_checkerboard::{CheckerboardParams, Interleave};
 use pt_core::harness::{ReplayArgs, replay};
 use pt_core::settings::Knobs;
-use pt_core::{ChannelImages, Device, Frame, Result};
+use pt_core::{Device, Frame, Result};
+use pt_core::{SplitLight, StageInputs, StageIo};
 use pt_denoise::{Composite, DenoiseParams};
 use pt_image::image_file::LayeredImage;
-use pt_shaders::channels::ChannelId;
 use std::path::Path;
 
 #[derive(Parser)]
@@ -18,13 +18,10 @@ struct Program {
 }
 
 /// Replays a stage on `frame.exr` of the folder and compares every channel that it writes, bit by bit.
-fn check<P, R>(
-    folder: &Path,
-    stages: &[StageIo],
-    set_up: impl FnOnce(&Device, [u32; 2], P) -> Result<R>,
-) where
+fn check<P, R>(folder: &Path, stages: &[StageIo], set_up: impl FnOnce(&Device, [u32; 2], P) -> Result<R>)
+where
     P: Knobs,
-    R: FnMut(&mut Frame<'_>, &ChannelImages) -> Result<()>,
+    R: FnMut(&mut Frame<'_>, &StageInputs<'_>) -> Result<()>,
 {
     let [recorded, replayed] = ["frame.exr", "replayed.exr"].map(|name| folder.join(name));
     let words = [Path::new("stage"), &recorded, Path::new("-o"), &replayed, Path::new("--frames=1")];

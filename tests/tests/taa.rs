@@ -5,6 +5,7 @@ use pt_core::pack::unpack_unit_vector;
 use pt_core::split::to_flat;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, FrameSizes, StageInputs};
 use pt_core::{Device, Recorder};
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{Metric, compare};

@@ -108,7 +108,9 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
                 let Some(path) = output.of_frame(number, wanted.end - 1) else { continue };
                 match output.format() {
                     OutputFormat::Png => pt_post::write_picture(&path, full.images(), params.post.encoding)?,
-                    OutputFormat::Exr => exr(&full, &params, &aovs, &recorded_frame, &device)?.write_exr(&path)?,
+                    OutputFormat::Exr => {
+                        exr(&full, &params, &aovs, &recorded_frame, &device)?.write_exr(&path)?
+                    }
                 }
             }
         }

@@ -129,7 +129,8 @@ impl CaptureWriter {
         let number = sidecar.frame;
         let exr = format!("frame_{number:06}.exr");
         let bytes = encode_exr_parts(&parts.into_list()).map_err(|problem| self.content(&exr, problem))?;
-        let sidecar_text = serde_json::to_string_pretty(sidecar).map_err(|e| self.content(&exr, e.to_string()))?;
+        let sidecar_text =
+            serde_json::to_string_pretty(sidecar).map_err(|e| self.content(&exr, e.to_string()))?;
         let entry = FrameEntry {
             frame: number,
             images: self.write(exr, &bytes)?,
@@ -139,7 +140,8 @@ impl CaptureWriter {
                 .transpose()?,
         };
         self.index.frames.push(entry);
-        let index = serde_json::to_string_pretty(&self.index).map_err(|e| self.content(INDEX, e.to_string()))?;
+        let index =
+            serde_json::to_string_pretty(&self.index).map_err(|e| self.content(INDEX, e.to_string()))?;
         Ok(write_atomic(&self.folder.join(INDEX), index.as_bytes())?)
     }
 
@@ -267,7 +269,8 @@ impl CaptureFolder {
     pub fn frame(&self, number: u32) -> Result<RecordedFrame, FolderError> {
         let entry = &self.index.frames[(number - self.range().start) as usize];
         let sidecar = self.read(&entry.sidecar)?;
-        let content = |name: &str, problem: String| FolderError::Content { path: self.folder.join(name), problem };
+        let content =
+            |name: &str, problem: String| FolderError::Content { path: self.folder.join(name), problem };
         let sidecar: Sidecar =
             serde_json::from_slice(&sidecar).map_err(|e| content(&entry.sidecar.name, e.to_string()))?;
         let bytes = self.read(&entry.images)?;
@@ -280,7 +283,8 @@ impl CaptureFolder {
         let bytes = read(&path)?;
         let found = blake3::hash(&bytes).to_hex().to_string();
         if found != entry.blake3 {
-            let problem = format!("is not the file that {INDEX} names: its hash is {found}, not {}", entry.blake3);
+            let problem =
+                format!("is not the file that {INDEX} names: its hash is {found}, not {}", entry.blake3);
             return Err(FolderError::Content { path, problem });
         }
         Ok(bytes)

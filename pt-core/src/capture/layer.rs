@@ -146,11 +146,7 @@ pub fn write_layer(images: &ChannelImages, id: ChannelId, layer: &Layer) -> Resu
 ///
 /// # Errors
 /// No such layer, else as [`write_layer`].
-pub fn load_image(
-    images: &ChannelImages,
-    id: ChannelId,
-    capture: &LayeredImage,
-) -> Result<(), CaptureError> {
+pub fn load_image(images: &ChannelImages, id: ChannelId, capture: &LayeredImage) -> Result<(), CaptureError> {
     let name = id.full_name();
     match capture.layer(&name) {
         Some(layer) => write_layer(images, id, layer),

@@ -56,7 +56,11 @@ pub mod keys {
 ///
 /// # Errors
 /// A layer or component that is missing, or a device that refuses.
-pub fn load(device: &Device, capture: &LayeredImage, stages: &[StageIo]) -> Result<ChannelImages, CaptureError> {
+pub fn load(
+    device: &Device,
+    capture: &LayeredImage,
+    stages: &[StageIo],
+) -> Result<ChannelImages, CaptureError> {
     let sizes = FrameSizes::same([capture.width, capture.height]);
     let images = ChannelImages::alone(device, sizes, stages)?;
     for id in FramePlan::new(sizes).missing(stages) {

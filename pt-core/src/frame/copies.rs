@@ -1,8 +1,8 @@
 //! Copies by the driver, as passes.
 
 use super::hazards::Touch;
-use super::resource::{Keep, PassInfo};
 use super::recorder::Frame;
+use super::resource::{Keep, PassInfo};
 use crate::buffer::Buffer;
 use crate::error::Result;
 use crate::image::Image;
@@ -23,9 +23,8 @@ impl Frame<'_> {
     /// The driver's copy of an image to another of the same size and format.
     pub(crate) fn copy_image(&mut self, name: &str, from: &Image, to: &Image) -> Result<()> {
         let [width, height] = from.extent();
-        let layers = vk::ImageSubresourceLayers::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .layer_count(1);
+        let layers =
+            vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = [vk::ImageCopy::default()
             .src_subresource(layers)
             .dst_subresource(layers)

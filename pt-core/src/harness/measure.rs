@@ -178,7 +178,8 @@ mod tests {
     #[test]
     fn rates_are_at_the_median() {
         let time = Spread { median_ms: 2.0, p95_ms: 9.0 };
-        let row = PassRow { pass: "p".into(), time, bytes: 4_000_000, bytes_are_upper_bound: false, threads: 1000 };
+        let row =
+            PassRow { pass: "p".into(), time, bytes: 4_000_000, bytes_are_upper_bound: false, threads: 1000 };
         assert_eq!(row.gb_per_s(), Some(2.0));
         assert_eq!(row.mthreads_per_s(), Some(0.5));
         assert_eq!(PassRow { time: Spread::default(), ..row.clone() }.gb_per_s(), None);

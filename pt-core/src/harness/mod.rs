@@ -143,7 +143,8 @@ where
     let images = capture::load(&device, &recorded, stages)
         .map_err(|problem| HarnessError::Capture { path: args.capture.clone(), problem })?;
     let mut record = set_up(&device, images.size(), params)?;
-    let times = args.stage.measure(&device, images.size(), |frame| record(frame, &StageInputs::new(&images)))?;
+    let times =
+        args.stage.measure(&device, images.size(), |frame| record(frame, &StageInputs::new(&images)))?;
     write!(out, "{times}")?;
     match &args.output {
         Some(path) => {

@@ -2,7 +2,11 @@
 
 pub mod statistics;
 
+use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
+use crate::plan::FramePlan;
+use crate::sizes::FrameSizes;
+use pt_shaders::channels::ChannelId;
 
 /// A device opened with validation and synchronization validation. Dropping it panics if the layers said anything.
 pub struct TestDevice {
@@ -42,7 +46,11 @@ impl Drop for TestDevice {
 ///
 /// # Panics
 /// When the device has not the memory.
-pub fn channel_images(device: &Device, size: [u32; 2], ids: impl IntoIterator<Item = ChannelId>) -> ChannelImages {
+pub fn channel_images(
+    device: &Device,
+    size: [u32; 2],
+    ids: impl IntoIterator<Item = ChannelId>,
+) -> ChannelImages {
     let mut plan = FramePlan::new(FrameSizes::same(size));
     plan.given(ids);
     plan.allocate(device).expect("the images of a test fit into memory")

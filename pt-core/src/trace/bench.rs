@@ -97,8 +97,7 @@ pub fn bench(
         }
     }
     for list in &native.lists {
-        let rates: Vec<_> =
-            (0..windows).map(|_| native.mrays_per_s(list.kind, list.rays.len())).collect();
+        let rates: Vec<_> = (0..windows).map(|_| native.mrays_per_s(list.kind, list.rays.len())).collect();
         rows.push(BenchRow {
             backend: "native",
             kind: list.kind,

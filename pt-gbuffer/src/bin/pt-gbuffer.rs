@@ -7,10 +7,11 @@ use clap::Parser;
 use pt_core::capture::keys;
 use pt_core::frame::Uniforms;
 use pt_core::harness::{StageArgs, check_output, save};
-use pt_image::image_file::ImageSize;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
+use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
+use pt_image::image_file::ImageSize;
 use pt_import::LoadOptions;
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
@@ -73,7 +74,11 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
             ..FrameRecord::new(camera, camera, size, frame.index(), args.seed)
         };
         uniforms.upload(frame, &record)?;
-        stage.record(frame, &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images }, &params)
+        stage.record(
+            frame,
+            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
+            &params,
+        )
     })?;
     write!(out, "{times}")?;
     let rate = times.pass("primary rays").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);

@@ -20,7 +20,10 @@ type ExrLayer = ex::Layer<ex::AnyChannels<ex::FlatSamples>>;
 
 pub(super) fn encode(image: &LayeredImage) -> Result<Vec<u8>, String> {
     let mut bytes = Cursor::new(Vec::new());
-    ex::Image::from_layer(exr_layer(image)?).write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
+    ex::Image::from_layer(exr_layer(image)?)
+        .write()
+        .to_buffered(&mut bytes)
+        .map_err(|error| error.to_string())?;
     sort_header_attributes(bytes.into_inner()).ok_or_else(|| "the EXR writer made no valid header".into())
 }
 

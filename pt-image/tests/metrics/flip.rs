@@ -1,10 +1,10 @@
 //! FLIP: the 8-bit library, our own floating-point LDR FLIP, HDR FLIP, and the oracle, against each other.
 
 use proptest::prelude::*;
+use pt_core::rng::random4;
 use pt_image::image_file::{srgb_decode, srgb_encode_8bit};
 use pt_image::metrics::Metric;
 use pt_image::metrics::flip::{EXPOSURE_LUMINANCE_FLOOR, Exposures, LdrFlip, PIXELS_PER_DEGREE, hdr_flip};
-use pt_core::rng::random4;
 
 use crate::flip_oracle::{self as oracle, Image};
 use crate::{DISPLAY, flat, image, measure};

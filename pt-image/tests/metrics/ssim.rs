@@ -1,9 +1,9 @@
 //! Structural similarity against closed forms and a plain oracle.
 
 use proptest::prelude::*;
+use pt_core::rng::random4;
 use pt_image::image_file::{LinearImage, srgb_decode, srgb_encode};
 use pt_image::metrics::{Metric, SSIM_K1, SSIM_K2};
-use pt_core::rng::random4;
 
 use crate::{DISPLAY, SCENE, close, flat, image, measure};
 

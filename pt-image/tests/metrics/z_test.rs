@@ -1,10 +1,10 @@
 //! The Z-test of two estimates: by hand, by its significance, and what it refuses.
 
+use pt_core::rng::random4;
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{
     Measurement, Metric, MetricError, Variances, Z_TEST_EPSILON, compare, compare_estimates,
 };
-use pt_core::rng::random4;
 
 use crate::{SCENE, flat, image};
 

@@ -8,8 +8,8 @@ mod encode;
 
 use std::path::Path;
 
-use crate::dds::DdsTexture;
 use crate::baked_folder::{BakedFolder, Quality};
+use crate::dds::DdsTexture;
 use crate::scene_images;
 use pt_scene::Texels;
 use pt_scene::{SceneError, Texture, TextureUsage};

@@ -2,9 +2,9 @@ use gltf::json::accessor::ComponentType;
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
 
-use pt_scene::SceneError;
 use crate::document::Document;
 use crate::notices::Notices;
+use pt_scene::SceneError;
 
 /// Buffer views lie in their buffers.
 pub(crate) fn views(document: &Document, notices: &mut Notices) -> Result<(), SceneError> {

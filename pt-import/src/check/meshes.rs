@@ -6,9 +6,9 @@ use gltf::json::mesh::{Mesh, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, texture};
 
-use pt_scene::SceneError;
 use crate::document::Document;
 use crate::notices::Notices;
+use pt_scene::SceneError;
 
 /// First use of each buffer view: for what, and by which accessor.
 type Uses = BTreeMap<usize, (Target, usize)>;

@@ -8,8 +8,8 @@ mod nodes;
 
 use crate::document::Document;
 use crate::notices::Notices;
-use pt_scene::SceneError;
 pub(crate) use json::read as json;
+use pt_scene::SceneError;
 
 /// References, and all that can be said without the compressed data.
 pub(crate) fn structure(document: &Document, notices: &mut Notices) -> Result<(), SceneError> {

@@ -1,8 +1,8 @@
 use glam::Mat4;
 
-use pt_scene::SceneError;
 use crate::document::Document;
 use crate::notices::Notices;
+use pt_scene::SceneError;
 
 /// Nodes form trees; what they name exists.
 pub(crate) fn check(document: &Document, notices: &mut Notices) -> Result<(), SceneError> {

@@ -5,6 +5,7 @@ pub mod records;
 pub mod scene;
 
 use glam::Vec3;
+use pt_core::SceneResources;
 use pt_core::frame::Pass;
 use pt_core::test_support::TestDevice;
 use pt_core::{Buffer, Kernel, Location, Recorder};
@@ -31,7 +32,7 @@ pub fn run_sampler<'a>(
         gpu.update(&mut frame, scene).unwrap();
     }
     let mut pass = frame.pass("samples", kernel).write("samples", &samples).push(push);
-    if let Some(Uploaded { lights, gpu, .. }) = scene {
+    if let Some(Uploaded { gpu, .. }) = scene {
         pass = gpu.bind(pass);
     }
     bind(pass).dispatch([push.count, 1, 1]).unwrap();

@@ -1,6 +1,7 @@
 //! Numbers for Monte Carlo integration; the bits of sampler.glsl, where the methods are described.
 
 use pt_core::rng::{pcg, pcg4d};
+use pt_core::sobol::scrambled_sobol;
 pub use pt_shaders::records::SamplerKind;
 
 /// Position in a sequence.

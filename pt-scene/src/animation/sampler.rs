@@ -147,6 +147,7 @@ fn slerp(a: Quat, b: Quat, s: f32) -> Quat {
     (a * wa + b * wb).normalize().as_quat()
 }
 
+/// A rotation of unit length; the identity for what has no direction.
 pub fn unit(q: Quat) -> Quat {
     if q.length_squared() > 0.0 && q.is_finite() { q.normalize() } else { Quat::IDENTITY }
 }

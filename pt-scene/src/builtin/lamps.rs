@@ -2,9 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::hash::hash;
 use super::shapes::{Arch, Shape};
 use super::{add_material, place};
+use crate::hash::hash;
 use crate::{Camera, CameraKey, CameraPath, Material, Scene};
 
 const ROOMS: i32 = 3;

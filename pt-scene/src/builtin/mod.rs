@@ -15,7 +15,6 @@ mod solids;
 mod textures;
 mod veach;
 
-
 use crate::{Material, Mesh, Scene};
 
 /// Names of the built-in scenes, with one line each.

@@ -327,7 +327,6 @@ impl GpuScene {
     pub fn read_instances(&self) -> Result<Vec<InstanceRecord>> {
         self.instances.read()
     }
-
 }
 
 impl SceneResources for GpuScene {

@@ -3,10 +3,10 @@
 use anyhow::{Result, ensure};
 use clap::Args;
 use pt_checkerboard::{CheckerboardParams, Interleave};
-use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_core::harness::{PassRow, StageTimes, WARM_UP, copy_bandwidth, measure};
-use pt_image::image_file::ImageSize;
 use pt_core::{ChannelImages, Device, DeviceOptions, StageInputs};
+use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_image::image_file::ImageSize;
 use pt_post::oracle::{self, TaaFrame, TaaOracle};
 use pt_post::{BloomMode, BloomParams, ChainParts, Encoding, PostChain, PostParams, Tonemap, Upscale};
 use pt_shaders::channels::{COLOR, DISPLAY, FLAT_COLOR};

@@ -2,11 +2,11 @@
 
 use anyhow::Result;
 use clap::Args;
-use pt_image::atomic_file::{check_writable, write_atomic};
-use pt_image::image_file::ImageSize;
 use pt_core::trace::RayKind;
 use pt_core::trace::bench::{BenchOptions, bench, default_size};
 use pt_core::{Device, DeviceOptions};
+use pt_image::atomic_file::{check_writable, write_atomic};
+use pt_image::image_file::ImageSize;
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
 use serde_json::json;
 use std::io::Write;
