@@ -24,7 +24,11 @@ fn assert_same(folder: &Path, live: &str, replayed: &str, frames: std::ops::Rang
         let (live, replayed) = (read(live), read(replayed));
         assert!(live.layers.len() > 1, "layers besides the picture are compared too");
         for layer in &live.layers {
-            assert!(replayed.layer(&layer.name) == Some(layer), "frame {frame}: layer {:?} differs", layer.name);
+            assert!(
+                replayed.layer(&layer.name) == Some(layer),
+                "frame {frame}: layer {:?} differs",
+                layer.name
+            );
         }
     }
 }
@@ -44,14 +48,19 @@ fn replays_are_the_frames_bit_by_bit() {
     for (capture, frames) in [("all", 0..8), ("late", 4..8)] {
         run(&format!("replay {dir}/{capture} --from checkerboard -o {dir}/{capture}_c_#.exr {TAA}"));
         assert_same(folder.path(), "live", &format!("{capture}_c"), frames.clone());
-        run(&format!("replay {dir}/{capture} --from post -o {dir}/{capture}_p_#.exr --aov post.resolved,post.taa_history"));
+        run(&format!(
+            "replay {dir}/{capture} --from post -o {dir}/{capture}_p_#.exr --aov post.resolved,post.taa_history"
+        ));
         // The replay reads flat_color and so does not write it.
         for frame in frames {
             let read = |name: &str| LayeredImage::read_exr(&folder.path().join(name)).unwrap();
             let (live, replayed) =
                 (read(&format!("live_{frame}.exr")), read(&format!("{capture}_p_{frame}.exr")));
             for name in ["", "post.resolved", "post.taa_history"] {
-                assert!(live.layer(name).is_some() && live.layer(name) == replayed.layer(name), "{frame} {name:?}");
+                assert!(
+                    live.layer(name).is_some() && live.layer(name) == replayed.layer(name),
+                    "{frame} {name:?}"
+                );
             }
         }
     }
@@ -184,7 +193,9 @@ fn bad_captures_are_refused_by_name() {
 fn the_python_example_reads_a_capture() {
     let folder = tempfile::tempdir().unwrap();
     let dir = folder.path().display();
-    run(&format!("capture cornell --size 18x10 --frames 1..3 --profile q2rtx --backend compute --reference-spp 2 -o {dir}/c"));
+    run(&format!(
+        "capture cornell --size 18x10 --frames 1..3 --profile q2rtx --backend compute --reference-spp 2 -o {dir}/c"
+    ));
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let output = std::process::Command::new("python3")
         .env("PYTHONPATH", format!("{root}/target/python"))
@@ -195,5 +206,8 @@ fn the_python_example_reads_a_capture() {
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.contains("frame 2: [18, 10] pixels") && text.contains("flat_color.R"), "{text}");
-    assert!(text.contains("history.post.taa_history.R") && text.contains("MSE against the reference"), "{text}");
+    assert!(
+        text.contains("history.post.taa_history.R") && text.contains("MSE against the reference"),
+        "{text}"
+    );
 }

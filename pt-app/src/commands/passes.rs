@@ -7,8 +7,8 @@ use crate::params;
 use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
-use pt_core::{ChannelImages, Recorder};
 use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Recorder};
 use pt_image::image_file::ImageSize;
 use std::io::Write;
 
@@ -93,6 +93,7 @@ fn images_line(images: &ChannelImages) -> String {
         }
     }
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-    let parts: Vec<_> = stages.iter().map(|(stage, bytes)| format!("{stage} {:.1} MiB", mib(*bytes))).collect();
+    let parts: Vec<_> =
+        stages.iter().map(|(stage, bytes)| format!("{stage} {:.1} MiB", mib(*bytes))).collect();
     format!("images held: {:.1} MiB ({})", mib(images.bytes()), parts.join(", "))
 }

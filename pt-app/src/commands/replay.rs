@@ -96,12 +96,13 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
             Some(frame) => frame,
             None => capture.frame(number)?,
         };
-        recorded_frame.load(full.images(), full.given())?;
         let sidecar = &recorded_frame.sidecar;
         let moment =
             Moment { record: sidecar.record(), jitter: sidecar.jitter, time_step: sidecar.time_step };
         let mut frame = recorder.begin()?;
-        full.replay(&mut frame, moment, &params)?;
+        full.replay(&mut frame, moment, &params, |images, given| {
+            Ok::<_, anyhow::Error>(recorded_frame.load(images, given)?)
+        })?;
         frame.submit()?;
         if wanted.contains(&number) {
             for output in &outputs {

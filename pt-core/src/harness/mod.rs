@@ -11,6 +11,7 @@ pub use bench::bench;
 pub use copy::{CopyBandwidth, copy_bandwidth};
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
+use crate::capture::folder::{CaptureFolder, FolderError};
 use crate::capture::{self, CaptureError, keys};
 use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
@@ -49,6 +50,9 @@ pub enum HarnessError {
         /// What is wrong with it.
         problem: CaptureError,
     },
+    /// A folder of recorded frames.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// The device.
     #[error(transparent)]
     Device(#[from] Error),
@@ -110,8 +114,8 @@ impl StageArgs {
 /// Arguments of a program that runs a stage on recorded channels.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReplayArgs {
-    /// Recorded channels: an EXR with a layer for each, as `pt render --aov all` writes.
-    #[arg(value_name = "CAPTURE.exr")]
+    /// Recorded channels: an EXR with a layer for each, as `pt render --aov all` writes, or a folder of `pt capture`.
+    #[arg(value_name = "CAPTURE")]
     pub capture: PathBuf,
     /// EXR to write: the output of the stage, one layer per channel.
     #[arg(short, long, value_name = "OUT.exr")]
@@ -138,7 +142,7 @@ where
 {
     let params = args.stage.params()?;
     args.output.as_deref().map_or(Ok(()), check_output)?;
-    let recorded = LayeredImage::read_exr(&args.capture)?;
+    let recorded = read_capture(&args.capture)?;
     let device = args.stage.open_device()?;
     let images = capture::load(&device, &recorded, stages)
         .map_err(|problem| HarnessError::Capture { path: args.capture.clone(), problem })?;
@@ -153,6 +157,18 @@ where
         }
         None => Ok(()),
     }
+}
+
+/// A recorded frame: an EXR, or the first frame of a folder that `pt capture` wrote.
+///
+/// # Errors
+/// A file or folder that can't be read.
+pub fn read_capture(path: &Path) -> Result<LayeredImage, HarnessError> {
+    if !path.is_dir() {
+        return Ok(LayeredImage::read_exr(path)?);
+    }
+    let folder = CaptureFolder::open(path)?;
+    Ok(folder.frame(folder.range().start)?.into_image())
 }
 
 /// Checks before any work that a capture can be written to `path`.

@@ -13,7 +13,6 @@ use glam::{Affine3A, Quat, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-
 /// Which of a file's animations play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AnimationChoice {
