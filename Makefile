@@ -36,6 +36,7 @@ test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	begin() { printf '\n== %s s: %s\n' $$((SECONDS - start)) "$$*"; }
 	begin set-up
 	scripts/setup-vulkan.sh --tests
+	scripts/setup-python.sh
 	cargo fmt --version >/dev/null 2>&1 && cargo clippy --version >/dev/null 2>&1 ||
 		{ echo "rustfmt or clippy is missing: rustup component add rustfmt clippy" >&2; exit 2; }
 	begin format

@@ -45,7 +45,7 @@ knobs! {
         /// `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
         /// Where all stages of the frame take their random numbers from.
-        pub random: RandomSource = RandomSource::White, source "Heitz and Belcour 2019; Burley 2020";
+        pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020";
     }
 }
 

@@ -1,4 +1,4 @@
-//! Which transforms the world allows.
+//! Limits on transforms.
 
 use glam::{Affine3A, Quat, Vec3};
 

@@ -13,7 +13,6 @@ use glam::{Affine3A, Quat, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-
 /// Which of a file's animations play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AnimationChoice {
@@ -58,7 +57,7 @@ pub struct AnimationInfo {
     pub plays: bool,
 }
 
-/// What a [`Track`] moves.
+/// The target of a [`Track`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Property {
     /// Metres.
