@@ -1,7 +1,9 @@
 //! The command line: the list of commands.
 
+#[cfg(feature = "codecs")]
+use crate::commands::bake;
 use crate::commands::{
-    bake, bench, capture, compare, info, knobs, merge, passes, reference, render, replay, scenes, sheet,
+    bench, capture, compare, info, knobs, merge, passes, reference, render, replay, scenes, sheet,
 };
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -42,6 +44,7 @@ pub enum Command {
     /// Join slices of one render of `pt reference`.
     Merge(merge::MergeArgs),
     /// Compress a scene's textures ahead of time, for `pt render --baked`.
+    #[cfg(feature = "codecs")]
     Bake(bake::BakeArgs),
     /// Compare an image with its reference: error metrics.
     Compare(compare::CompareArgs),
@@ -66,6 +69,7 @@ impl Cli {
             Command::Replay(args) => replay::run(args, out),
             Command::Reference(args) => reference::run(args, out),
             Command::Merge(args) => merge::run(args, out),
+            #[cfg(feature = "codecs")]
             Command::Bake(args) => bake::run(args, out),
             Command::Compare(args) => compare::run(args, out),
             Command::Sheet(args) => sheet::run(args, out),

@@ -70,7 +70,7 @@ fn resolve_all(device: &Device, shots: &[Shot], params: &TaaParams) -> Vec<Image
     let color = pt_core::Image::new(device, "color", Format::Rgba32F, SIZE).unwrap();
     let motion = pt_core::Image::new(device, "motion", Format::Rg32F, SIZE).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
-    let mut next = |shot: &Shot| {
+    let next = |shot: &Shot| {
         // Alpha holds the pixel's flags: a surface that neither reflects nor refracts.
         let texels: Vec<f32> =
             shot.color.pixels.iter().flat_map(|c| [c[0] as f32, c[1] as f32, c[2] as f32, 1.0]).collect();

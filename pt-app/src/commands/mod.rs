@@ -1,5 +1,6 @@
 //! The commands, each with its arguments.
 
+#[cfg(feature = "codecs")]
 pub mod bake;
 pub mod bench;
 pub mod capture;
