@@ -20,6 +20,7 @@ named_enum! {
     }
 }
 
+#[expect(clippy::derivable_impls, reason = "named_enum! declares the enum")]
 impl Default for TraceBackend {
     fn default() -> Self {
         Self::Auto
