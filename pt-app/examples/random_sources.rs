@@ -67,7 +67,8 @@ fn main() -> Result<()> {
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in SCENES {
         let scene = pt_import::open(name, &LoadOptions::default())?;
-        let device = DeviceArgs { backend: pt_core::trace::TraceBackend::Compute, device: None, validation: false };
+        let device =
+            DeviceArgs { backend: pt_core::trace::TraceBackend::Compute, device: None, validation: false };
         let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
         let truth = render(&mut session, RandomSource::White, SEEDS, TRUTH_FRAMES)?;
         let blurred_truth = blur(&truth);
