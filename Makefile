@@ -6,8 +6,8 @@ SHELL := bash
 .DEFAULT_GOAL := help
 .PHONY: help frame test bench doc fmt toolchain
 
-# Size of the picture and frames averaged by `make frame`, for example `make frame SIZE=640x360 FRAMES=16`.
-SIZE ?= 1280x720
+# Size of the picture and frames averaged by `make frame`, for example `make frame SIZE=1280x720 FRAMES=256`.
+SIZE ?= 640x360
 FRAMES ?= 64
 
 # cargo where rustup puts it, also in shells that read no profile; the lock file binds in CI.
@@ -17,7 +17,7 @@ ifeq ($(origin CXX),default)
 CXX := c++
 endif
 locked := $(if $(CI),--locked)
-pt := cargo run $(locked) -q -p pt-app
+pt := cargo run $(locked) -p pt-app
 
 help: ## list these commands
 	@sed -nE 's/^([a-z]+):.*## (.*)/make \1\t\2/p' Makefile | expand -t 16
@@ -25,8 +25,9 @@ help: ## list these commands
 frame: toolchain ## render the built-in gallery to out/frame.png and out/frame.exr
 	@scripts/setup-vulkan.sh
 	mkdir -p out
+	# The profile of the tests: built sooner than --release, and the time goes into kernels, which the driver compiles.
 	echo "building (the first time takes minutes) and rendering the gallery, $(SIZE), $(FRAMES) frames"
-	$(pt) --release -- render gallery --size $(SIZE) --frames $(FRAMES) --accumulate --profile still -o out/frame.png -o out/frame.exr
+	$(pt) -- render gallery --size $(SIZE) --frames $(FRAMES) --accumulate --profile still -o out/frame.png -o out/frame.exr
 	echo "pictures: $$PWD/out/frame.png (display), $$PWD/out/frame.exr (linear scene radiance)"
 
 test: toolchain ## everything CI asks: format, lints, documentation, all tests
@@ -34,6 +35,7 @@ test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	begin() { printf '\n== %s s: %s\n' $$((SECONDS - start)) "$$*"; }
 	begin set-up
 	scripts/setup-vulkan.sh --tests
+	scripts/setup-python.sh
 	cargo fmt --version >/dev/null 2>&1 && cargo clippy --version >/dev/null 2>&1 ||
 		{ echo "rustfmt or clippy is missing: rustup component add rustfmt clippy" >&2; exit 2; }
 	begin format
@@ -47,7 +49,7 @@ test: toolchain ## everything CI asks: format, lints, documentation, all tests
 
 bench: toolchain ## rays per second of every trace backend, then the benchmarks of every kernel
 	@scripts/setup-vulkan.sh
-	$(pt) --release -- bench trace gallery
+	$(pt) -q --release -- bench trace gallery
 	cargo bench $(locked) --workspace
 
 doc: toolchain ## the crates' documentation, in target/doc

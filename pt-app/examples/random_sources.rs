@@ -11,6 +11,7 @@ use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
 use pt_core::random::RandomSource;
+use pt_core::trace::TraceBackend;
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{Metric, compare};
 use pt_import::LoadOptions;
@@ -67,8 +68,7 @@ fn main() -> Result<()> {
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in SCENES {
         let scene = pt_import::open(name, &LoadOptions::default())?;
-        let device =
-            DeviceArgs { backend: pt_core::trace::TraceBackend::Compute, device: None, validation: false };
+        let device = DeviceArgs { backend: TraceBackend::Compute, device: None, validation: false };
         let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
         let truth = render(&mut session, RandomSource::White, SEEDS, TRUTH_FRAMES)?;
         let blurred_truth = blur(&truth);

@@ -1,11 +1,11 @@
-//! Which images besides the main one go into an EXR.
+//! `--aov`: the images that an EXR holds besides the main one.
 
 use anyhow::{Result, bail, ensure};
 use pt_core::ChannelImages;
 use pt_shaders::channels::{ChannelId, ExtentClass};
 use std::str::FromStr;
 
-/// Which channels besides the image go into an EXR.
+/// The images that an EXR holds besides the main one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AovSelection {
     /// Every channel there is.

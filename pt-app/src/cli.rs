@@ -11,7 +11,7 @@ use std::io::Write;
 #[derive(Debug, Parser)]
 #[command(name = "pt", version, about, after_help = EXIT_CODES)]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -21,29 +21,29 @@ const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check failed, 2 wrong usage or
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Devices, drivers, trace backends and what `auto` chooses.
+    /// List devices, drivers and trace backends, and the backend that `auto` chooses.
     Info(info::InfoArgs),
-    /// The built-in scenes, or what is in a scene.
+    /// List the built-in scenes, or the content of one scene.
     Scenes(scenes::ScenesArgs),
-    /// The passes of the frame in order: what each reads, writes and moves.
+    /// List the passes of the frame in order: what each reads, writes and moves.
     Passes(passes::PassesArgs),
-    /// The knobs that `--set` takes, with their defaults and ranges.
+    /// List the knobs (parameters) that `--set` takes, with their defaults and ranges.
     Knobs(knobs::KnobsArgs),
-    /// Measure.
+    /// Measure speed: ray tracing, the reference path tracer, post-processing.
     Bench(bench::BenchArgs),
     /// Render frames of a scene.
     Render(Box<render::RenderArgs>),
-    /// Record frames of a scene: all channels between the stages, and what a later stage needs to go on from them.
+    /// Record frames of a scene: the channels between the stages, and the histories at the first frame.
     Capture(Box<capture::CaptureArgs>),
     /// Run the rest of the frame on recorded frames, without a scene.
     Replay(replay::ReplayArgs),
-    /// Ground truth: path trace a scene without bias.
+    /// Path trace the ground truth of a scene, without bias.
     Reference(Box<reference::ReferenceArgs>),
     /// Join slices of one render of `pt reference`.
     Merge(merge::MergeArgs),
     /// Compress a scene's textures ahead of time, for `pt render --baked`.
     Bake(bake::BakeArgs),
-    /// Measure an image against its reference.
+    /// Compare an image with its reference: error metrics.
     Compare(compare::CompareArgs),
     /// Put many images on one sheet, with their names.
     Sheet(sheet::SheetArgs),

@@ -1,4 +1,4 @@
-//! Every knob as one tree for the frame and one for the reference: what `--set`, profiles and studies address.
+//! All knobs: one tree for the frame, one for the reference. `--set` and profiles address them by key.
 
 use anyhow::{Context, Result};
 use pt_core::knobs;

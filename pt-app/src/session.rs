@@ -1,4 +1,4 @@
-//! What the commands that run the frame have in common: device, scene, camera.
+//! Set-up that all commands share that run the frame: device, scene, camera.
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
@@ -12,7 +12,8 @@ use pt_shaders::glam::Vec3;
 use std::panic::resume_unwind;
 use std::thread::{self, ScopedJoinHandle};
 
-/// Up to here the automatic camera is searched while the scene is uploaded. Either makes a tree, of some 200 bytes a triangle in the making.
+/// Larger scenes are uploaded after the search for an automatic camera, not at the same time: each builds a tree, which needs some 200 bytes
+/// per triangle during construction.
 const MOST_TRIANGLES_BESIDE: usize = 2_000_000;
 
 /// A scene on a device, ready to be rendered.
@@ -32,8 +33,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Opens the device and uploads the scene. A camera for a scene that has none is found meanwhile, or before, with one tree less in
-    /// memory at a time.
+    /// Opens the device and uploads the scene. If the scene has no camera, an automatic one is searched at the same time, or, to save
+    /// memory, before.
     ///
     /// # Errors
     /// A camera that the scene does not have, no device, or a scene that does not fit.
@@ -64,13 +65,13 @@ impl Session {
         Ok(Self { device, scene, gpu, lights, camera, load })
     }
 
-    /// What the scene's textures would take without compression, with mips, the environment included.
+    /// Bytes of the scene's textures without compression, with mips, including the environment.
     pub fn uncompressed_texture_bytes(&self) -> u64 {
         let environment = 16 * self.scene.environment.image.texels.len() as u64;
         self.scene.textures.iter().map(Texture::uncompressed_bytes).sum::<u64>() + environment
     }
 
-    /// Brings the scene to `time`, and what was there in the frame before to `previous` (seconds): on the host, then on the device.
+    /// Moves the scene to `time` (seconds), first on the host, then on the device. `previous`: time of the last frame.
     ///
     /// # Errors
     /// When the frame can't take the uploads.
@@ -86,21 +87,21 @@ impl Session {
         format!("{} ({})", info.name, info.driver_line())
     }
 
-    /// Fails with what the validation layers said, if they ran and said anything.
+    /// Fails if the validation layers reported anything.
     ///
     /// # Errors
     /// Any message.
     pub fn check_validation(&self) -> Result<()> {
         match self.device.validation().map(|log| log.messages()) {
             Some(messages) if !messages.is_empty() => {
-                bail!("the validation layers said {} times, first: {}", messages.len(), messages[0])
+                bail!("{} validation messages, the first: {}", messages.len(), messages[0])
             }
             _ => Ok(()),
         }
     }
 }
 
-/// What a thread made; its panic is passed on.
+/// Joins a thread and returns its result; forwards its panic.
 pub(crate) fn join<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
@@ -110,7 +111,7 @@ pub fn fold_seed(seed: u64) -> u32 {
     (seed as u32) ^ ((seed >> 32) as u32).wrapping_mul(0x9e37_79b9)
 }
 
-/// The camera that the arguments name, else the scene's first; `None` when it has none.
+/// The camera that the arguments select, or the scene's first one; `None` if it has none.
 fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
     let CameraArgs { camera: choice, look, vfov } = args;
     if let Some(LookAt { eye, target }) = *look {

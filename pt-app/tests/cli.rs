@@ -84,7 +84,7 @@ fn render_takes_every_flag() {
         (Some("llvm"), Some("fast"))
     );
     let camera =
-        |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().camera.camera.unwrap();
+        |text: &str| render(&format!("a.glb -o a.exr --camera {text}")).unwrap().frame.camera.camera.unwrap();
     assert_eq!(camera("2"), CameraChoice::Index(2));
     assert_eq!(camera("Front"), CameraChoice::Name("Front".into()));
     assert_eq!(render("a.glb -o a.exr --aov all").unwrap().aov, Some(AovSelection::All));

@@ -231,7 +231,7 @@ fn scenes_and_passes_are_listed() {
     }
     let direct = &table[at[1]];
     let has = |list: &str, name: &str| direct[list].as_array().unwrap().iter().any(|n| n == name);
-    assert!(has("reads", "ch_shading_position") && has("writes", "ch_color_hf"), "{direct}");
+    assert!(has("reads", "shading_position") && has("writes", "color_hf"), "{direct}");
     let text = succeeds(folder.path(), "passes --size 64x36");
     assert!(!text.contains("accumulate"), "a stage that is off is absent: {text}");
     assert!(text.find("primary rays").unwrap() < text.find("tone map").unwrap());

@@ -1,4 +1,4 @@
-//! The seam between the checkerboarded frame and the flat one: both fields interleaved, split surfaces blended.
+//! From the split frame to the flat frame: interleaves the two checkerboard fields and blends split surfaces.
 //!
 //! The pass is [`Interleave`]; the coordinate mapping is part of the frame contract ([`pt_core::split`]).
 
@@ -33,7 +33,7 @@ pub struct Interleave {
 }
 
 impl Interleave {
-    /// What it touches; it writes every pixel.
+    /// The images that it accesses; it writes every pixel.
     pub const IO: StageIo =
         StageIo { reads: &[COLOR, MOTION], writes: &[FLAT_COLOR, FLAT_MOTION], ..StageIo::of("interleave") };
 

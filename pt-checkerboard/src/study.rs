@@ -1,4 +1,4 @@
-//! Ways to show a surface that both reflects and refracts, compared at equal numbers of rays.
+//! Compares schemes that show a surface which both reflects and refracts, at equal numbers of rays.
 //!
 //! A pixel should show `share * reflection + (1 - share) * refraction`. Given both images, each scheme is played through with
 //! a number of rays for each pixel; what it shows then can be measured against that sum.
@@ -9,7 +9,7 @@ use pt_core::rng::random4;
 use pt_core::split::{split_size, split_to_flat};
 use pt_shaders::records::SPLIT_FLAGS;
 
-/// What a pixel traces.
+/// A scheme that shows a split surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
     /// One field reflects, the other refracts; each pixel is blended with its neighbours of the other field. One ray a pixel
@@ -39,7 +39,7 @@ impl Scheme {
     }
 }
 
-/// What is seen of a split surface.
+/// A split surface: the radiance along its reflected and its refracted path.
 #[derive(Clone, Copy, Debug)]
 pub struct SplitSurface<'a> {
     /// Pixels of the frame.

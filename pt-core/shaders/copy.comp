@@ -1,4 +1,4 @@
-// Copies an image of half floats texel by texel: the yardstick for the bandwidth of kernels that do little else.
+// Copies an image of half floats texel by texel, to measure the copy bandwidth.
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(set = 2, binding = 0) uniform sampler2D source;
 layout(set = 2, binding = 1, rgba16f) uniform writeonly image2D target;

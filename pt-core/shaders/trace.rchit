@@ -1,4 +1,4 @@
-// Hands the hit to the ray generation shader as the driver names it.
+// Passes the hit to the ray generation shader as the driver reports it.
 #include "trace/payload.glsl"
 
 layout(location = 0) rayPayloadInEXT TracePayload payload;

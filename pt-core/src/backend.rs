@@ -1,4 +1,4 @@
-//! Which way of finding hits is used.
+//! The trace backend that is used.
 
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -47,7 +47,7 @@ impl TraceBackend {
     }
 
     /// # Errors
-    /// [`Error::Unsupported`] when the device can't do it, naming what it lacks and what can be used.
+    /// [`Error::Unsupported`] if the device does not support it; names the missing extension and the backends that it supports.
     pub fn check(self, device: &Device) -> Result<()> {
         self.missing(device).map_or(Ok(()), |why| {
             let names: Vec<_> = Self::available(device).into_iter().map(Self::name).collect();

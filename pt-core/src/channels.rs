@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::history::History;
 use crate::image::Image;
 use crate::sizes::FrameSizes;
-use pt_shaders::channels::{Channel, ChannelId};
+use pt_shaders::channels::{Channel, ChannelId, Lifetime};
 use std::collections::BTreeMap;
 
 pub use pt_shaders::records::field_width;
@@ -15,7 +15,7 @@ enum Slot {
     History(History<Image>),
 }
 
-/// An image that was asked for and is not there.
+/// An image that was requested and is not allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lacking {
     /// The image.
@@ -24,13 +24,14 @@ pub struct Lacking {
     pub previous: bool,
 }
 
-/// Allocated images. Made by [`FramePlan::allocate`](crate::plan::FramePlan::allocate) from what the stages declare.
+/// The allocated images of a frame, from [`FramePlan::allocate`](crate::plan::FramePlan::allocate) according to the declarations of
+/// the stages.
 pub struct ChannelImages {
     sizes: FrameSizes,
     slots: BTreeMap<ChannelId, Slot>,
     /// Whether a frame has been recorded since the last reset.
     has_frame: bool,
-    /// Whether the images hold what a frame before this one left.
+    /// Whether the images hold the content of a frame before this one.
     has_history: bool,
 }
 
@@ -93,7 +94,7 @@ impl ChannelImages {
         self.sizes
     }
 
-    /// Images that are there: the frame contract in table order, then the private images of the stages.
+    /// The allocated images: the frame contract in table order, then the private images of the stages.
     pub fn ids(&self) -> impl Iterator<Item = ChannelId> {
         self.slots.keys().copied()
     }
@@ -101,7 +102,7 @@ impl ChannelImages {
     /// This frame's image.
     ///
     /// # Panics
-    /// When no stage of the plan touches it. Passes use [`ChannelImages::get`], which reports that as an error.
+    /// If no stage of the plan declares it. Passes use [`ChannelImages::get`], which reports this as an error.
     pub fn current(&self, id: ChannelId) -> &Image {
         self.get(id).unwrap_or_else(|_| panic!("{} is not allocated", id.full_name()))
     }
@@ -123,7 +124,7 @@ impl ChannelImages {
         }
     }
 
-    /// Begins a frame: what was current becomes previous.
+    /// Begins a frame: the current images become the previous ones.
     pub fn begin_frame(&mut self) {
         self.has_history = self.has_frame;
         if self.has_frame {
@@ -136,8 +137,8 @@ impl ChannelImages {
         self.has_frame = true;
     }
 
-    /// Whether previous and carried images hold what the last frame left. Not so in the first frame and in the one after
-    /// [`ChannelImages::reset_history`]: a stage starts over there.
+    /// Whether previous and carried images hold the content of the last frame. They do not in the first frame and in the one after
+    /// [`ChannelImages::reset_history`]; a stage then starts without history.
     pub fn has_history(&self) -> bool {
         self.has_history
     }
@@ -147,19 +148,18 @@ impl ChannelImages {
         self.has_frame
     }
 
-    /// Forgets the frames so far: after a cut or a teleport of the camera. The one reset of all histories of all stages.
+    /// Invalidates all histories of all stages, after a cut or a teleport of the camera.
     pub fn reset_history(&mut self) {
         self.has_frame = false;
     }
 
-    /// Says that histories were filled from outside with what a last frame left.
+    /// Declares the histories valid after the caller has loaded them.
     pub fn resume_history(&mut self) {
         self.has_frame = true;
     }
 
-    /// Images whose content the next frame reads: kept ones and carried ones.
+    /// Images whose content the next frame reads: those kept from the last frame, and carried ones.
     pub fn histories(&self) -> impl Iterator<Item = ChannelId> {
-        use pt_shaders::channels::Lifetime;
         let outlives = |(id, slot): (&ChannelId, &Slot)| {
             let lives = matches!(slot, Slot::History(_)) || id.channel().lifetime == Lifetime::Carried;
             lives.then_some(*id)
@@ -167,11 +167,14 @@ impl ChannelImages {
         self.slots.iter().filter_map(outlives)
     }
 
+    /// Bytes of an image, with last frame's where that is kept; 0 when it is not there.
+    pub fn bytes_of(&self, id: ChannelId) -> u64 {
+        let slot = self.slots.get(&id);
+        slot.map_or(0, |slot| channel_bytes(id, self.sizes, matches!(slot, Slot::History(_))))
+    }
+
     /// Bytes of all images.
     pub fn bytes(&self) -> u64 {
-        let bytes = |(&id, slot): (&ChannelId, &Slot)| {
-            channel_bytes(id, self.sizes, matches!(slot, Slot::History(_)))
-        };
-        self.slots.iter().map(bytes).sum()
+        self.ids().map(|id| self.bytes_of(id)).sum()
     }
 }

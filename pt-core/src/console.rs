@@ -1,11 +1,11 @@
-//! What programs print, and how they fail.
+//! Output and exit codes of programs.
 
 use std::error::Error;
 use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
 use std::process::ExitCode;
 
-/// A writer that goes on quietly when the reader has left (`pt compare A B | head -1`): the work and its exit code do
-/// not depend on who listens. Other errors, such as a full disk, are passed on.
+/// A writer that ignores that its reader has closed the pipe (`pt compare A B | head -1`): the work and its exit code do
+/// not depend on the reader. Other errors, such as a full disk, are passed on.
 #[derive(Debug)]
 pub struct Console<W> {
     inner: W,

@@ -1,4 +1,4 @@
-//! What can go wrong between the program and the device.
+//! Errors of device, kernels, frames and scenes.
 
 use ash::vk;
 
@@ -15,7 +15,7 @@ pub enum Error {
         "no Vulkan driver found; run scripts/setup-vulkan.sh, or install your GPU's driver or Mesa's lavapipe"
     )]
     NoDriver,
-    /// No device has what the frame needs.
+    /// No device fulfils the requirements of the frame.
     #[error("no usable Vulkan device: {0}; run scripts/setup-vulkan.sh to install Mesa's lavapipe")]
     NoDevice(String),
     /// `--device` matched nothing usable.
@@ -44,8 +44,8 @@ pub enum Error {
         /// The image.
         channel: String,
     },
-    /// A knob that decides on kernels, images or passes is another one than the stage was made with.
-    #[error("{key} changed: it decides on kernels, images or passes, so the frame has to be made anew")]
+    /// A structural knob differs from the value that the stage was created with.
+    #[error("{key} is structural and changed between frames: create the frame (or the stage) anew")]
     StructuralKnob {
         /// Dotted name of the knob.
         key: String,

@@ -1,4 +1,4 @@
-//! Values that a frame shares with the last one.
+//! Pairs of resources that swap at the start of a frame: this frame's and the last frame's.
 
 /// A value of this frame and of the last one.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ impl<T> History<T> {
         &self.previous
     }
 
-    /// Ends the frame: what was current becomes previous.
+    /// Swaps the two: the current value becomes the previous one.
     pub fn swap(&mut self) {
         std::mem::swap(&mut self.current, &mut self.previous);
     }

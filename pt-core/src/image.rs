@@ -1,4 +1,4 @@
-//! Screen-space storage images. They stay in GENERAL layout all their life: barriers are about memory only.
+//! Screen-space storage images. They always stay in GENERAL layout, so barriers only concern memory.
 
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
@@ -257,7 +257,7 @@ impl Image {
     /// Inverse of [`Image::read_u32`], for the integer formats. Values above the format's range become its largest.
     ///
     /// # Errors
-    /// When there are not `components()` values per texel, the texels are no integers, or the device fails.
+    /// If there are not `components()` values per texel, the texels are not integers, or the device fails.
     pub fn write_u32(&self, values: &[u32]) -> Result<()> {
         match self.0.format {
             Format::R16Uint => {

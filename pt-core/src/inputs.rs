@@ -1,4 +1,4 @@
-//! What every stage of a frame needs, as one value.
+//! The inputs of every stage as one value: scene, frame uniforms, images.
 
 use crate::channels::ChannelImages;
 use crate::frame::{Frame, Pass, Uniforms};
@@ -8,14 +8,14 @@ use crate::plan::StageIo;
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
 use pt_shaders::records::FrameRecord;
 
-/// A scene on the device, with its lights: all that kernels find through `scene.glsl` and `trace.glsl`.
+/// A scene on the device with its lights: everything that kernels access through `scene.glsl` and `trace.glsl`.
 pub trait SceneResources {
     /// Binds it to a pass.
     fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r>;
 }
 
-/// Light of the split frame, divided by the reflectance of the surface: what the lighting stages make, a denoiser filters,
-/// and the composite puts together. Who made it does not matter to who takes it.
+/// Demodulated light of the split frame (divided by the reflectance of the surface): the lighting stages compute it, a denoiser
+/// filters it, and the composite turns it into radiance. Its consumer does not name the producer's channels.
 #[derive(Clone, Copy)]
 pub struct SplitLight<'a> {
     /// High-frequency diffuse light: irradiance / pi, linear radiance.
@@ -25,35 +25,35 @@ pub struct SplitLight<'a> {
 }
 
 impl<'a> SplitLight<'a> {
-    /// What the lighting stages wrote, not filtered.
+    /// The output of the lighting stages, not denoised.
     pub fn unfiltered(images: &'a ChannelImages) -> Self {
         Self { hf: images.current(COLOR_HF), spec: images.current(COLOR_SPEC) }
     }
 
-    /// The images that [`SplitLight::unfiltered`] hands on.
+    /// The images that [`SplitLight::unfiltered`] returns.
     pub const UNFILTERED: StageIo =
         StageIo { reads: &[COLOR_HF, COLOR_SPEC], ..StageIo::of("denoiser: off") };
 }
 
-/// What every stage of a frame needs: the scene with its lights, the frame's uniforms, its images.
+/// The inputs of every stage: the scene with its lights, the frame uniforms, the images.
 #[derive(Clone, Copy)]
 pub struct StageInputs<'a> {
     /// `None` in a replay, which has no scene.
     pub scene: Option<&'a dyn SceneResources>,
-    /// Camera, size, frame index and seed; `None` where no kernel asks for them.
+    /// Camera, size, frame index and seed; `None` if no kernel uses them.
     pub uniforms: Option<&'a Uniforms<FrameRecord>>,
     /// Channels and private images.
     pub images: &'a ChannelImages,
 }
 
 impl<'a> StageInputs<'a> {
-    /// For stages that work from images alone.
+    /// For stages that need only images.
     pub fn new(images: &'a ChannelImages) -> Self {
         Self { scene: None, uniforms: None, images }
     }
 
-    /// Declares a pass of a stage: binds what the stage's declaration names, and scene and frame uniforms where the kernel
-    /// asks for them.
+    /// Begins a pass of a stage: binds the images of the stage's declaration, and scene and frame uniforms if the kernel uses
+    /// them.
     pub fn pass<'f, 'r>(
         &self,
         frame: &'f mut Frame<'r>,
@@ -71,13 +71,13 @@ impl<'a> StageInputs<'a> {
         }
     }
 
-    /// Threads for one each of the split frame's texels.
+    /// One thread per texel of the split frame.
     pub fn split_threads(&self) -> [u32; 3] {
         let [width, height] = crate::split::split_size(self.images.size());
         [width, height, 1]
     }
 
-    /// Threads for one each of the flat frame's pixels.
+    /// One thread per pixel of the flat frame.
     pub fn flat_threads(&self) -> [u32; 3] {
         let [width, height] = self.images.size();
         [width, height, 1]

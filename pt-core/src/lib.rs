@@ -1,4 +1,4 @@
-//! Device, memory, kernels, the frame recorder, trace backends and captures: what every stage stands on.
+//! The base of every stage: device, memory, kernels, the frame recorder and plan, knobs, trace backends and captures.
 
 mod backend;
 pub mod blue_noise;

@@ -6,7 +6,7 @@ use std::time::Instant;
 /// One step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Phase {
-    /// What was done.
+    /// Name of the step.
     pub name: &'static str,
     /// How long it took, milliseconds.
     pub ms: f64,

@@ -1,5 +1,5 @@
-//! What stages pass on: each declares once which images it reads, reads of the last frame, writes and updates. Allocation,
-//! the checks before anything is allocated, and the bindings of its passes come from that one declaration.
+//! Declarations of stages: each stage declares once which images it reads, reads of the last frame, writes and updates. The
+//! allocation, the checks before it, and the bindings of the passes follow from that declaration.
 
 use crate::channels::{ChannelImages, Lacking};
 use crate::device::Device;
@@ -9,7 +9,7 @@ use crate::sizes::FrameSizes;
 use pt_shaders::channels::{ChannelId, Lifetime};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a stage touches of the frame's images: channels of the frame contract and its own private images.
+/// The images that a stage accesses: channels of the frame contract and its own private images.
 #[derive(Clone, Copy, Debug)]
 pub struct StageIo {
     /// Name of the stage, for messages.
@@ -18,19 +18,19 @@ pub struct StageIo {
     pub reads: &'static [ChannelId],
     /// Content of the last frame, only read.
     pub reads_previous: &'static [ChannelId],
-    /// Written without looking at what is there.
+    /// Written without reading the old content.
     pub writes: &'static [ChannelId],
     /// Read and written in place.
     pub updates: &'static [ChannelId],
 }
 
 impl StageIo {
-    /// A stage that touches nothing yet: `StageIo { reads: &[...], ..StageIo::of("composite") }`.
+    /// A stage that accesses nothing yet: `StageIo { reads: &[...], ..StageIo::of("composite") }`.
     pub const fn of(stage: &'static str) -> Self {
         Self { stage, reads: &[], reads_previous: &[], writes: &[], updates: &[] }
     }
 
-    /// Checks that each image is touched by one of the stage's kernels: a declaration says no more than what happens.
+    /// Checks that at least one of the stage's kernels accesses each declared image.
     ///
     /// # Errors
     /// [`Error::Unused`] for the first that none touches.
@@ -52,11 +52,11 @@ impl StageIo {
 #[derive(Clone, Debug)]
 pub struct FramePlan {
     sizes: FrameSizes,
-    /// What a stage so far has written.
+    /// Images that the stages added so far write.
     written: BTreeSet<ChannelId>,
-    /// Images that live on by themselves, which no stage has to write first.
+    /// Images with lifetime `Carried`; no stage has to write them first.
     carried: BTreeSet<ChannelId>,
-    /// Of which the last frame's content is read, with the stage that does.
+    /// Images whose content of the last frame is read, with the stage that reads it.
     previous: BTreeMap<ChannelId, &'static str>,
 }
 
@@ -67,7 +67,7 @@ impl FramePlan {
         Self { sizes, written, carried, previous }
     }
 
-    /// Channels that are filled from outside: by a capture, or by a test.
+    /// Declares images that a capture or a test fills.
     pub fn given(&mut self, channels: impl IntoIterator<Item = ChannelId>) {
         self.written.extend(channels);
     }
@@ -89,7 +89,7 @@ impl FramePlan {
         Ok(())
     }
 
-    /// Channels of the frame contract that are read and that no stage so far writes: what a replay has to load.
+    /// Images that the stages read and that no stage before them writes. A replay has to load them.
     pub fn missing(&self, stages: &[StageIo]) -> BTreeSet<ChannelId> {
         let mut written = self.written.clone();
         let mut missing = BTreeSet::new();
@@ -104,7 +104,7 @@ impl FramePlan {
         missing
     }
 
-    /// Allocates every image that the stages touch; a previous one only where a stage reads it.
+    /// Allocates every image that the stages access; last frame's content is kept only where a stage reads it.
     ///
     /// # Errors
     /// [`Error::NoWriter`] when the last frame's content is read of an image that no stage writes; more than the device's
@@ -121,7 +121,7 @@ impl FramePlan {
 }
 
 impl ChannelImages {
-    /// Images of stages that run alone, in this order: what no stage of them writes is filled from outside.
+    /// Images of stages that run alone, in this order. The caller fills the images that no stage writes.
     ///
     /// # Errors
     /// As [`FramePlan::allocate`].

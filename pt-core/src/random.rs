@@ -57,7 +57,7 @@ fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 / 16_777_216.0
 }
 
-/// What a ray knows to decide about BLEND surfaces. `dimension`: that of the decision which the ray follows from.
+/// The random state of a ray that decides which BLEND surfaces stop it. `dimension`: that of the decision that created the ray.
 pub fn random_coverage(
     source: RandomSource,
     pixel: [u32; 2],

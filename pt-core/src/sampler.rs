@@ -1,4 +1,4 @@
-//! How textures are looked up, and the layout of their table: what a device makes once, before there is any texture.
+//! Texture samplers and the layout of the texture table, which a device creates once.
 
 use crate::error::{Result, VkContext};
 use ash::vk;

@@ -1,4 +1,4 @@
-//! The sizes that the images of a frame are given in.
+//! The sizes of a frame: as traced, after temporal upscaling, and of the picture.
 
 use crate::split::split_size;
 use pt_shaders::channels::ExtentClass;

@@ -52,7 +52,7 @@ pub fn owen_scramble(x: u32, seed: u32) -> u32 {
     laine_karras(x.reverse_bits(), seed).reverse_bits()
 }
 
-/// Point `index` of the sequence with its order and its values scrambled: what the seeds have in common with others' does not show.
+/// Point `index` of the sequence, with its order and its values scrambled by the seeds. Points of different seeds are uncorrelated.
 pub fn scrambled_sobol(index: u32, seeds: [u32; 4]) -> [u32; 4] {
     let x = sobol(owen_scramble(index, pcg(seeds[0] ^ seeds[3])));
     std::array::from_fn(|d| owen_scramble(x[d], seeds[d]))

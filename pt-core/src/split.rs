@@ -26,7 +26,7 @@ pub const fn split_size(flat_size: [u32; 2]) -> [u32; 2] {
     [2 * field_width(flat_size[0]), flat_size[1]]
 }
 
-/// Sorts the pixels of a flat frame (scan-line order) into its two fields; `fill` goes where there is no flat pixel.
+/// Sorts the pixels of a flat frame (scan-line order) into its two fields; split pixels without a flat pixel get `fill`.
 ///
 /// # Panics
 /// When `flat` has not `flat_size[0] * flat_size[1]` pixels.
@@ -40,7 +40,7 @@ pub fn to_split<T: Copy>(flat: &[T], flat_size: [u32; 2], fill: T) -> Vec<T> {
         .collect()
 }
 
-/// Puts the two fields of a split image together again: the inverse of [`to_split`].
+/// Interleaves the two fields of a split image: the inverse of [`to_split`].
 ///
 /// # Panics
 /// When `split` has not as many pixels as [`split_size`] says.

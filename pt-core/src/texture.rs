@@ -119,7 +119,7 @@ impl TextureTable {
     }
 }
 
-/// A [`TextureTable`] in the making: textures are added one by one, so that their texels need not be in memory together.
+/// Builds a [`TextureTable`]: textures are added one by one, so that their texels need not be in memory at the same time.
 pub struct TextureTableBuilder {
     table: Inner,
     /// As large as the largest texture so far.

@@ -76,8 +76,8 @@ fn passes_see_each_others_writes() {
     assert_eq!(total, expected.iter().map(|&d| (d / 2.0 + d) as u32).sum::<u32>());
 
     let table = recorder.pass_table();
-    assert_eq!(table[2].reads, ["ch_view_depth", "sums"]);
-    assert_eq!(table[1].writes, ["ch_view_depth"]);
+    assert_eq!(table[2].reads, ["view_depth", "sums"]);
+    assert_eq!(table[1].writes, ["view_depth"]);
 }
 
 #[test]
@@ -87,6 +87,7 @@ fn histories_and_sampled_images() {
     let kernel = Kernel::compute::<()>(&device, &kernels::HISTORY, &[]).unwrap();
     let ramp: Vec<f32> = (0..11).flat_map(|_| (0..38).flat_map(|x| [x as f32, 0.0, 0.0, 0.0])).collect();
     s.images.current(MOTION).write_f32(&ramp).unwrap();
+    s.images.begin_frame();
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     let push = TestPush { offset: 0.0 };

@@ -1,4 +1,4 @@
-// Demodulated light back to radiance, on the split extent:
+// Turns demodulated light into radiance. Extent: split frame.
 //   color = (hf * albedo + spec * max(0.01, F0)) * throughput, then the transparent layer "over" it.
 // Where there is no surface only the transparent layer counts.
 #include "channels.glsl"

@@ -1,7 +1,7 @@
 //! From the light channels of the split frame to its radiance.
 //!
-//! There is no filter here yet: [`Composite`] puts the noisy channels together, with the reflectance that they were
-//! divided by, the path throughput and the transparent layer.
+//! There is no denoiser yet. [`Composite`] multiplies the light channels by the reflectance that they were divided by and by the path
+//! throughput, and adds the transparent layer.
 
 #![forbid(unsafe_code)]
 
@@ -40,7 +40,7 @@ pub struct Composite {
 }
 
 impl Composite {
-    /// What it touches besides the light that it is given; it writes every pixel.
+    /// The images that it accesses besides its [`SplitLight`]; it writes every pixel.
     pub const IO: StageIo = StageIo {
         reads: &[BASE_COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, VIEW_DIRECTION, THROUGHPUT, TRANSPARENT],
         writes: &[COLOR],

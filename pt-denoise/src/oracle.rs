@@ -5,7 +5,7 @@ use crate::DenoiseParams;
 /// F0 of a dielectric with an index of refraction of 1.5 (glTF 2.0, appendix B).
 const DIELECTRIC_F0: f64 = 0.04;
 
-/// What the composite reads at one pixel, in the units of the channels of the same names.
+/// The inputs of the composite at one pixel, in the units of the channels of the same names.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pixel {
     /// Direct diffuse light.

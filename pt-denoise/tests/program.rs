@@ -147,7 +147,7 @@ fn replays_a_frame() {
         layer
     };
     let replayed = sorted(out.layer("color").unwrap().clone());
-    assert_eq!(replayed, sorted(read_layer(&images, COLOR).unwrap()));
+    assert_eq!(replayed, sorted(read_layer(&images, COLOR).unwrap().0));
     assert!(out.channel("color", "R").unwrap().to_f32().iter().any(|&v| v > 1.0), "the frame is not black");
     assert_eq!(out.metadata["seed"], "7");
     assert!(out.metadata.contains_key("driver"));

@@ -1,4 +1,4 @@
-// A surface as the G-buffer describes it, whichever ray found it.
+// Stores a surface to the G-buffer, whether a primary ray or a bounce found it.
 #include "channels.glsl"
 #include "clusters.glsl"
 #include "environment.glsl"

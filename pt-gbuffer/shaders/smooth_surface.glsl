@@ -1,4 +1,4 @@
-// The lobes of a mirror or of glass: where each one leads and how much light it carries.
+// The lobes of a mirror or of glass: the direction and the throughput of each.
 #include "bsdf/fresnel.glsl"
 #include "bsdf/ggx.glsl"
 #include "gbuffer_store.glsl"

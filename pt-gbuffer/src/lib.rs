@@ -1,4 +1,4 @@
-//! First visible surface: primary rays into the split G-buffer, then mirrors and glass replaced by what they show.
+//! The first visible surface: primary rays into the split G-buffer; then mirrors and glass are replaced by what they show.
 //!
 //! * [`PrimaryRays`]: one ray a pixel through a thin lens; at its hit the whole contract is written: visibility, normals,
 //!   material, motion, inverse footprint depth, ray-cone texture gradients;

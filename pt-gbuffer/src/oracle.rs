@@ -8,7 +8,7 @@ use pt_core::trace::NativeScene;
 use pt_scene::Scene;
 use pt_shaders::records::{CameraRecord, NONE, Ray, SKY_DISTANCE};
 
-/// What a pixel's ray finds.
+/// The hit of a pixel's ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Instance index.

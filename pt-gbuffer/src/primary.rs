@@ -11,7 +11,7 @@ pub struct PrimaryRays {
 }
 
 impl PrimaryRays {
-    /// What the stage touches.
+    /// The images that the stage accesses.
     pub const IO: StageIo = StageIo {
         writes: &[
             channels::RNG_SEED,

@@ -5,7 +5,7 @@ use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
 use pt_shaders::records::{MASK_OPAQUE, MASK_TRANSMISSIVE};
 
-/// The reflect/refract stage: where the G-buffer holds a mirror or glass, what is seen in or through it takes its place.
+/// The reflect/refract stage: where the G-buffer holds a mirror or glass, the surface seen in or through it replaces it.
 ///
 /// Metals below [`GbufferParams::mirror_roughness`] reflect with Schlick's Fresnel term, as their regular shading does. Glass
 /// reflects by Fresnel's equations and lets the rest through: straight on when it is thin, bent and with absorption when it is
@@ -17,7 +17,7 @@ pub struct ReflectRefract {
 }
 
 impl ReflectRefract {
-    /// What the stage touches; it writes and updates at replaced surfaces only.
+    /// The images that the stage accesses; it writes and updates only where it replaces a surface.
     pub const IO: StageIo = StageIo {
         reads: &[channels::RNG_SEED, channels::BOUNCE_THROUGHPUT],
         writes: &[channels::CLUSTER, channels::NORMAL, channels::VERTEX_NORMAL],

@@ -38,7 +38,7 @@ fn writes_the_g_buffer() {
         (&["no-such-scene"][..], "no-such-scene"),
         (&["cornell", "--set", "jiter=none"], "closest: \"jitter\""),
         (&["cornell", "--size", "0x9"], "out of range"),
-        (&["cornell", "--backend", "cuda"], "unknown trace backend"),
+        (&["cornell", "--backend", "cuda"], "expected one of auto, compute"),
         (&["cornell", "-o", "a.png"], "only exr"),
     ] {
         let failed = run(arguments);

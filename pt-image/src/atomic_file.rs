@@ -17,7 +17,7 @@ pub enum FileError {
         /// Its folder.
         folder: PathBuf,
     },
-    /// What should be the folder of the file is something else.
+    /// The parent path of the file is not a folder.
     #[error("cannot write {}: {} is not a folder", path.display(), folder.display())]
     NotAFolder {
         /// The file asked for.
@@ -67,8 +67,8 @@ pub enum FileError {
 
 /// Writes `bytes` under `path`: into a temporary file of the same folder, flushed to the disk, then renamed.
 ///
-/// Whoever reads `path` sees the old content or the new one, never a part, also when the process is killed
-/// meanwhile (a kill can leave a `.NAME.*.tmp` file beside it). A symbolic link is followed, not replaced.
+/// A reader of `path` sees the old content or the new one, never a part, even if the process is killed while it
+/// writes (a kill can leave a `.NAME.*.tmp` file beside it). A symbolic link is followed, not replaced.
 ///
 /// # Errors
 /// [`FileError`], with the temporary file removed.

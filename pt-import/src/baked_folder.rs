@@ -1,4 +1,4 @@
-//! Folders of baked textures: where they lie, and how their files are named.
+//! Folders of baked textures and the names of their files.
 
 use std::path::{Path, PathBuf};
 
@@ -51,7 +51,7 @@ impl BakedFolder {
         Self::open(path)
     }
 
-    /// Name of the file for an image file and what it is used for.
+    /// Name of the file for an image file and its use.
     pub fn file_name(image: &[u8], usage: TextureUsage) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(ENCODER.as_bytes());

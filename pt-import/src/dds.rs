@@ -16,7 +16,7 @@ pub struct DdsTexture {
     pub height: u32,
     /// How it is compressed.
     pub format: BlockFormat,
-    /// The header calls the colour sRGB-encoded. What the texture is used for decides, not this.
+    /// The header says that the colour is sRGB-encoded. The use of the texture decides, not this flag.
     pub srgb: bool,
     /// From the finest mip level on, each as long as [`BlockFormat::level_bytes`] says.
     pub levels: Vec<Vec<u8>>,

@@ -1,4 +1,4 @@
-//! The extensions of glTF, and what this importer does with each.
+//! The glTF extensions and how this importer treats each of them.
 
 use pt_scene::{ExtensionUse, Support};
 
@@ -81,7 +81,7 @@ pub(crate) fn needs_codecs(name: &str) -> bool {
     cfg!(not(feature = "codecs")) && CODECS.contains(&name)
 }
 
-/// What the importer does with the extension of this name.
+/// How the importer treats the extension of this name.
 pub fn support(name: &str) -> Support {
     if needs_codecs(name) {
         return Refused;

@@ -12,7 +12,7 @@ const HEADER: usize = 12;
 const JSON: u32 = 0x4E4F534A;
 const BIN: u32 = 0x004E4942;
 
-/// Takes a file apart: GLB by its magic bytes, anything else as JSON.
+/// Splits a file into JSON and binary data: GLB (recognised by its magic bytes), or plain JSON.
 pub(crate) fn split(mut file: Vec<u8>, notices: &mut Notices) -> Result<Container, String> {
     if !file.starts_with(b"glTF") {
         if file.starts_with(b"\xef\xbb\xbf") {

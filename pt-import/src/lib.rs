@@ -1,4 +1,4 @@
-//! Files into scenes: glTF 2.0 into [`Scene`], with its compressions, and textures baked ahead of time.
+//! Reads glTF 2.0 files, with their compressed forms, into [`Scene`]; bakes textures ahead of time.
 //!
 //! The `gltf` crate parses the JSON into typed structs. Everything that follows an index or reads bytes is checked here,
 //! because the crate's own accessors panic on files that break the format.

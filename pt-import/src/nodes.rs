@@ -83,7 +83,7 @@ pub(crate) fn read(
     Ok(origins)
 }
 
-/// The scene asked for by name or, failing that, by index; else the default one, else the first.
+/// The requested scene, by name or else by index; without a request the default scene, or the first one.
 fn chosen_scene(document: &Document, options: &LoadOptions) -> Result<Option<Index<JsonScene>>, SceneError> {
     let scenes = &document.root.scenes;
     let Some(wanted) = &options.scene else {

@@ -1,10 +1,10 @@
-//! What can be asked of a load.
+//! Options of the importer.
 
 use std::path::PathBuf;
 
 use pt_scene::AnimationChoice;
 
-/// What [`crate::load`] and [`crate::open`] do besides reading the scene.
+/// Options of [`crate::load`] and [`crate::open`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Lat-long `.hdr` or `.exr` that becomes the environment, in place of the scene's own.

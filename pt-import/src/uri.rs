@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use pt_scene::SceneError;
 use pt_scene::read_file;
 
-/// What a URI leads to.
+/// The target of a URI.
 pub(crate) enum Target {
     /// Embedded bytes and the media type that they claim.
     Data(Vec<u8>, String),
@@ -13,7 +13,7 @@ pub(crate) enum Target {
     Path(String),
 }
 
-/// Takes a URI apart; the error says what is wrong with it.
+/// Parses a URI; the error says what is wrong with it.
 pub(crate) fn parse(uri: &str) -> Result<Target, String> {
     if let Some(data) = uri.get(..5).filter(|s| s.eq_ignore_ascii_case("data:")).and(uri.get(5..)) {
         let (media, text) =

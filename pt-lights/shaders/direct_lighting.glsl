@@ -1,6 +1,6 @@
-// One pixel of the direct lighting pass. For a candidate at direction l with density pdf, of unshadowed radiance L, the estimate
-// of the reflected light is f(l) L cos / pdf (one-sample Monte Carlo), with the BRDF's parts kept apart: color_hf gets the
-// diffuse part without the albedo, color_spec the specular part divided by demodulation(F0). Whoever includes this has
+// One pixel of the direct lighting pass. For a candidate at direction l with density pdf, of unshadowed radiance L, the estimate of
+// the reflected light is f(l) L cos / pdf (one-sample Monte Carlo), with the BRDF's parts kept apart: color_hf gets the diffuse
+// part without the albedo, color_spec the specular part divided by demodulation(F0). A kernel that includes this must define
 // trace_occluded(Ray, uint, uvec2).
 #include "channels.glsl"
 #include "frame.glsl"

@@ -55,7 +55,7 @@ impl AliasTable {
         Some(Self { entries, counts })
     }
 
-    /// What the GPU sees.
+    /// The table as the GPU reads it.
     pub fn entries(&self) -> &[AliasRecord] {
         &self.entries
     }

@@ -38,7 +38,7 @@ pub struct DirectLighting {
 }
 
 impl DirectLighting {
-    /// What the stage touches.
+    /// The images that the stage accesses.
     pub const IO: StageIo = StageIo {
         reads: &[
             channels::RNG_SEED,

@@ -1,9 +1,9 @@
 //! Light sampling and the direct lighting pass.
 //!
-//! * [`LightLists`]: which lights a scene has and how likely each is picked; [`LightTables`]: the same on the GPU;
+//! * [`LightLists`]: the lights of a scene and the probability of each; [`LightTables`]: the same on the GPU;
 //! * `lights.glsl`, `sampling.glsl`, `brdf.glsl` (in pt-shaders): the samplers, for every kernel that needs light;
 //! * [`DirectLighting`]: the pass, one candidate and one shadow ray for each kind of light;
-//! * [`light_powers`]: what each light of a scene gives in watts;
+//! * [`light_powers`]: the power of each light of a scene in watts;
 //! * [`oracle`]: the same mathematics on the CPU.
 
 mod alias;

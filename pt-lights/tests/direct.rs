@@ -4,13 +4,13 @@ mod common;
 
 use common::scene::{Uploaded, polygon};
 use glam::{Affine3A, DVec3, UVec2, Vec3};
-use pt_core::StageInputs;
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
+use pt_core::{FrameSizes, StageInputs};
 use pt_lights::oracle::brdf::Brdf;
 use pt_lights::oracle::sampling::basis_around;
 use pt_lights::{DirectLighting, DirectParams};
@@ -83,9 +83,7 @@ fn render_after(
     let stage = DirectLighting::new(device, backend).unwrap();
     let mut uploaded = Uploaded::new(device, scene, backend);
     step(&mut uploaded.scene);
-    let images =
-        ChannelImages::new(device, SIZE, DirectLighting::READS.iter().chain(DirectLighting::WRITES).copied())
-            .unwrap();
+    let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO]).unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms").unwrap();
     let count = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
     let points: Vec<Point> = (0..count).map(&point).collect();

@@ -16,7 +16,7 @@ pub struct Accumulate {
 }
 
 impl Accumulate {
-    /// What it touches.
+    /// The images that it accesses.
     pub const IO: StageIo = StageIo {
         reads: &[FLAT_COLOR],
         updates: &[ACCUMULATED, ACCUMULATE_RESIDUAL],

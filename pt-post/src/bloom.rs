@@ -85,8 +85,8 @@ impl<'a> From<&'a Image> for Bloomed<'a> {
 const CHAIN: [ChannelId; MAX_LEVELS as usize] =
     [BLOOM_1, BLOOM_2, BLOOM_3, BLOOM_4, BLOOM_5, BLOOM_6, BLOOM_7, BLOOM_8, BLOOM_9, BLOOM_10];
 
-/// Spreads a share of the light of every pixel over its surroundings. Weights sum to 1: away from the border the sum over the
-/// image stays what it was.
+/// Spreads a share of the light of every pixel over its surroundings. Weights sum to 1, so that the sum over the image is preserved
+/// away from the border.
 pub struct Bloom {
     quarter_kernel: Kernel,
     blur_kernel: Kernel,
@@ -95,7 +95,7 @@ pub struct Bloom {
 }
 
 impl Bloom {
-    /// What it touches besides its source. The chain has as many levels as may be asked for.
+    /// The images that it accesses besides its source, for the largest number of levels.
     pub fn io(mode: BloomMode) -> StageIo {
         let writes: &[ChannelId] = match mode {
             BloomMode::Off => &[],
@@ -118,7 +118,7 @@ impl Bloom {
         })
     }
 
-    /// Adds its passes to the frame and returns `source`, which has the resolved size, with what they make of it.
+    /// Adds its passes to the frame. Returns `source`, which has the resolved size, together with its bloom.
     ///
     /// # Errors
     /// When the passes do not fit into the frame.
@@ -196,13 +196,13 @@ impl Bloom {
     }
 }
 
-/// A frame with its bloom as an image, for what cannot take [`Bloomed`].
+/// Writes a frame with its bloom to an image, for consumers that cannot take [`Bloomed`].
 pub struct BloomMix {
     kernel: Kernel,
 }
 
 impl BloomMix {
-    /// What it touches besides its source.
+    /// The images that it accesses besides its source.
     pub const IO: StageIo = StageIo { writes: &[BLOOMED], ..StageIo::of("bloom mix") };
 
     /// Creates the kernel.

@@ -1,4 +1,4 @@
-//! Everything that happens to the flat frame, put together once: `pt render`, `pt bench post` and `pt-post` record this.
+//! The stages of pt-post composed into one chain, which `pt render`, `pt replay`, `pt bench post` and `pt-post` record.
 
 use crate::accumulate::Accumulate;
 use crate::bloom::{Bloom, BloomMix, BloomMode, Bloomed};
@@ -11,12 +11,12 @@ use crate::tone_map::ToneMap;
 use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Result, StageInputs, StageIo};
 use pt_shaders::channels::{ACCUMULATED, ChannelId, FLAT_COLOR, FLAT_MOTION};
 
-/// Which parts of the chain are not a matter of knobs.
+/// Parts of the chain that do not depend on knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChainParts {
     /// The frames are averaged (the photo mode), instead of temporal anti-aliasing.
     pub accumulate: bool,
-    /// A picture is made: exposed, tone-mapped, encoded. Else the chain ends with linear radiance.
+    /// The chain ends with a picture: exposed, tone-mapped, encoded. Otherwise it ends with linear radiance.
     pub picture: bool,
 }
 
@@ -62,7 +62,7 @@ impl PostChain {
         })
     }
 
-    /// What the stages touch, in order.
+    /// The declarations of the stages, in order.
     pub fn io(&self) -> Vec<StageIo> {
         let mut stages = Vec::new();
         stages.extend(self.accumulate.as_ref().map(|_| Accumulate::IO));
@@ -85,8 +85,8 @@ impl PostChain {
         StageIo { writes, ..StageIo::of("picture") }
     }
 
-    /// Records the stages for one frame. `time_step`: seconds since the last frame, for the eye's adaptation; `None`: each frame
-    /// is exposed by itself. `jitter`: where in its pixels the frame was sampled, from the centre, pixels.
+    /// Records the stages for one frame. `time_step`: seconds since the last frame, for eye adaptation; `None`: no adaptation.
+    /// `jitter`: where in its pixels the frame was sampled, from the centre, pixels.
     ///
     /// # Errors
     /// When the passes do not fit into the frame, or a structural knob is not the one that the chain was made with.
@@ -144,7 +144,7 @@ impl PostChain {
         &self.exposure
     }
 
-    /// Buffers that the next frame goes on with, besides the images: they belong to the histories of a capture.
+    /// Buffers that carry state to the next frame, besides the images. A capture records them with the histories.
     pub fn state(&self) -> Vec<&Buffer> {
         if self.parts.picture { self.exposure.state().to_vec() } else { Vec::new() }
     }

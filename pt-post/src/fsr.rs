@@ -34,7 +34,7 @@ pub struct Fsr {
 }
 
 impl Fsr {
-    /// What it touches: codes in, upscaled codes between its passes.
+    /// The images that it accesses: its input, and the upscaled codes between its passes.
     pub fn io(upscales: bool) -> StageIo {
         let writes: &[ChannelId] = if upscales { &[DISPLAY_CODES, UPSCALED_CODES] } else { &[DISPLAY_CODES] };
         StageIo { writes, ..StageIo::of("fsr") }
@@ -53,7 +53,7 @@ impl Fsr {
         })
     }
 
-    /// What the codes in `display_codes` have to be for an output of `encoding`: scRGB is linear, and made at the end.
+    /// The encoding of `display_codes` for an output of `encoding`: scRGB is linear, and therefore computed at the end.
     pub fn input_encoding(encoding: Encoding) -> Encoding {
         if encoding == Encoding::Srgb { Encoding::Srgb } else { Encoding::Pq }
     }

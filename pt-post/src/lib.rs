@@ -1,5 +1,5 @@
-//! What happens to the flat frame: running mean or temporal anti-aliasing, bloom, exposure, tone curve, display codes,
-//! upscaling. [`PostChain`] puts the stages together.
+//! Post-processing of the flat frame: accumulation or temporal anti-aliasing, bloom, exposure, tone curve, display codes,
+//! upscaling. [`PostChain`] composes the stages.
 
 #![forbid(unsafe_code)]
 

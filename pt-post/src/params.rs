@@ -1,4 +1,4 @@
-//! Knobs of everything that happens to the flat frame.
+//! Knobs of post-processing.
 
 use crate::bloom::BloomParams;
 use crate::fsr::FsrParams;

@@ -69,7 +69,7 @@ pub struct Taa {
 }
 
 impl Taa {
-    /// What it touches besides colour and motion.
+    /// The images that it accesses besides colour and motion.
     pub const IO: StageIo =
         StageIo { reads_previous: &[TAA_HISTORY], writes: &[TAA_HISTORY, RESOLVED], ..StageIo::of("taa") };
 

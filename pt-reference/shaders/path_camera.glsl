@@ -1,4 +1,4 @@
-// Where paths begin.
+// Camera rays: the start of paths.
 #include "camera.glsl"
 #include "sampling.glsl"
 

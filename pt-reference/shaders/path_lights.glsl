@@ -1,4 +1,4 @@
-// Light for a path: one light sample at a vertex (next event estimation), and what the path's own ray meets.
+// Light of a path: one light sample at each vertex (next event estimation), and the light that the path's own rays hit.
 #include "lights.glsl"
 
 bool kind_on(uint kind) { return (light_kinds & kind) != 0u; }

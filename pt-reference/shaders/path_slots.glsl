@@ -1,7 +1,7 @@
-// Where paths wait between the kernels of an iteration (advance, trace, shade, shadow): a slot for each pixel of the tile, which traces the
-// pixel's samples one after the other, and a list of the slots whose path goes on: Laine, Karras, Aila 2013, "Megakernels
-// Considered Harmful: Wavefront Path Tracing on GPUs". Slots stand in blocks of 8 x 4 pixels, so that neighbours in the list
-// are neighbours in the image.
+// The slots that hold paths between the kernels of an iteration (advance, trace, shade, shadow): a slot for each pixel of the tile,
+// which traces the pixel's samples one after the other, and a list of the slots whose path goes on: Laine, Karras, Aila 2013,
+// "Megakernels Considered Harmful: Wavefront Path Tracing on GPUs". Slots stand in blocks of 8 x 4 pixels, so that neighbours in
+// the list are neighbours in the image.
 //
 // The buffer push.paths: three lists (one of live slots that is read, one that is written, one of slots with a shadow ray), then rows of
 // 16 bytes a slot, so that threads side by side load side by side.

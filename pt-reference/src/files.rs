@@ -25,7 +25,7 @@ pub enum ReferenceFileError {
     /// Not readable as an image.
     #[error(transparent)]
     Image(#[from] ImageFileError),
-    /// Readable, but not what was asked for.
+    /// Readable, but not of the expected kind.
     #[error("{path}: {what}", path = path.display())]
     Content {
         /// The file.
@@ -42,7 +42,7 @@ pub struct EstimateFile {
     pub estimate: Estimate,
     /// Sample indices that went in, in increasing order.
     pub ranges: Vec<Range<u32>>,
-    /// What it is an image of.
+    /// The identity of the render.
     pub identity: Identity,
 }
 

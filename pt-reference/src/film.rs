@@ -4,7 +4,7 @@ use crate::records::{FilmPixel, FirstHitPixel};
 use bytemuck::Zeroable;
 use glam::{DVec3, Vec2, Vec3};
 
-/// What [`crate::PathTracer`] has summed up, bit by bit: enough to go on with.
+/// The sums of [`crate::PathTracer`], bit by bit, from which a render can be resumed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmState {
     /// Width and height in pixels.
@@ -84,7 +84,7 @@ pub struct EstimatePixel {
     pub coverage: f32,
 }
 
-/// An image with what is known about its error.
+/// An image with its variance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Width and height in pixels.

@@ -1,4 +1,4 @@
-//! What an estimate is an estimate of: slices may be merged, and checkpoints resumed, only when this agrees.
+//! The identity of a reference render: slices can be merged, and checkpoints resumed, only if it agrees.
 
 use std::collections::BTreeMap;
 

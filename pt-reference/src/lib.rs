@@ -3,7 +3,7 @@
 //!
 //! * [`PathTracer`]: the kernels and the sums that they add to; [`Progressive`]: a render that can be stopped and resumed;
 //! * [`FilmState`]: sums on the host, bit by bit; [`Estimate`]: mean and variance, which can be merged;
-//! * [`EstimateFile`], [`Checkpoint`]: both as files, with the [`Identity`] of what they show;
+//! * [`EstimateFile`], [`Checkpoint`]: both as files, with the [`Identity`] of the render;
 //! * [`direct`]: direct light in double precision.
 
 #![forbid(unsafe_code)]

@@ -126,7 +126,7 @@ impl PathTracer {
         Ok(tracer)
     }
 
-    /// States what solids the camera is inside of; none unless told.
+    /// Sets the solids that the camera is inside of; none by default.
     pub(crate) fn set_camera_interior(&mut self, interior: &InteriorList) {
         self.camera_solids = [(0, 1.0); CAPACITY];
         for (place, solid) in self.camera_solids.iter_mut().zip(interior.solids()) {
@@ -135,7 +135,7 @@ impl PathTracer {
         }
     }
 
-    /// Replaces the sums, for a render that goes on; waits.
+    /// Replaces the sums, to resume a render; waits for the device.
     ///
     /// # Errors
     /// When the device fails.

@@ -26,7 +26,7 @@ named_enum! {
 }
 
 gpu_struct! {
-    /// What a pixel has gathered.
+    /// The sums of a pixel.
     pub struct FilmPixel {
         /// Sum of the samples' radiance.
         pub sum: Vec3,

@@ -74,7 +74,7 @@ fn sun_over_a_floor() {
         let mut stage = Stage::new(&device, scene);
         // The nominal lux are those of a surface that faces the sun; the cosine is linear over the disc.
         let exact = 0.5 / f64::from(PI) * 3.0 * 0.8;
-        let estimate = stage.render(&down(0.0, 0.0), [32, 32], &Default::default(), 0, 64);
+        let estimate = stage.render(&down(0.0, 0.0), [64, 64], &Default::default(), 0, 16);
         assert_mean(&estimate, exact, &format!("sun of radius {angular_radius}"));
     }
 }
@@ -101,7 +101,7 @@ fn metal_furnace_keeps_its_energy_with_compensation() {
         let (mut stage, camera) = furnace(&device, material);
         let mean = |stage: &mut Stage<'_>, energy_compensation| {
             let params = ReferenceParams { energy_compensation, ..Default::default() };
-            common::renders::image_mean(&stage.render(&camera, [24, 24], &params, 3, 64)).0.x
+            common::renders::image_mean(&stage.render(&camera, [48, 48], &params, 3, 16)).0.x
         };
         let (on, off) = (mean(&mut stage, true), mean(&mut stage, false));
         println!("roughness {roughness}: {on:.4} with energy compensation, {off:.4} without");
@@ -131,7 +131,8 @@ fn furnace_over_roughness_and_metalness() {
             // The floor's +Y is the lobe's +Z.
             let camera = Camera::look_at("floor", 10.0 * Vec3::new(wo.x, wo.z, wo.y), Vec3::ZERO, 1e-3);
             let params = ReferenceParams { energy_compensation, ..Default::default() };
-            let estimate = stage.render(&camera, [16, 16], &params, 6, 256);
+            // Many pixels rather than many samples of each: what a pass costs beside its threads would be most of the time.
+            let estimate = stage.render(&camera, [64, 64], &params, 6, 32);
             let expected = albedo(&surface, wo.as_dvec3());
             assert_mean(
                 &estimate,

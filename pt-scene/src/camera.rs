@@ -104,9 +104,9 @@ fn looking(eye: Vec3, target: Vec3) -> Affine3A {
 pub struct CameraKey {
     /// Seconds.
     pub time: f64,
-    /// Where the camera is.
+    /// Position of the camera.
     pub position: Vec3,
-    /// What it looks at.
+    /// The target point.
     pub target: Vec3,
 }
 

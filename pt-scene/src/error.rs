@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-/// Why a scene, texture or environment could not be had. Every message is one line: the file, the place in it, what
+/// Why a scene, texture or environment could not be loaded. Every message is one line: the file, the place in it, what
 /// is wrong.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {

@@ -1,11 +1,11 @@
-//! What became of the glTF extensions that a file uses.
+//! The glTF extensions that a file uses, and how the importer treated them.
 
-/// What an importer does with an extension.
+/// How an importer treats an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Support {
     /// Honoured.
     Supported,
-    /// Left out, with a notice; a picture shows nothing of it, so that it is no obstacle where it is required.
+    /// Left out, with a notice. It does not affect a picture, so a file may require it.
     Ignored,
     /// It changes the picture: left out with a notice where a file merely uses it, refused by name where it is required.
     Refused,
@@ -18,6 +18,6 @@ pub struct ExtensionUse {
     pub name: String,
     /// Named in `extensionsRequired`.
     pub required: bool,
-    /// What became of it: [`Support::Supported`] or [`Support::Ignored`], as the scene was loaded.
+    /// How it was treated: [`Support::Supported`] or [`Support::Ignored`], because the scene was loaded.
     pub support: Support,
 }

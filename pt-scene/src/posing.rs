@@ -1,4 +1,4 @@
-//! Meshes in their present pose, on the CPU.
+//! Meshes in their current pose, on the CPU.
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use std::sync::Arc;
@@ -143,6 +143,7 @@ fn cofactors(m: &Mat3A) -> Mat3A {
 mod tests {
     use super::*;
     use glam::Quat;
+    use glam::Vec4;
 
     /// Four vertices along +X; the first two belong to joint 0, the last to joint 1, the third to both.
     fn mesh() -> Mesh {

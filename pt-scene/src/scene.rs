@@ -37,7 +37,7 @@ pub struct Scene {
     pub pose: Pose,
     /// Where they were in the previous frame.
     pub pose_prev: Pose,
-    /// What the loader left out or changed, one sentence each.
+    /// What the importer left out or changed, one sentence each.
     pub notices: Vec<String>,
     /// How long the steps of loading took; empty for scenes made by code.
     pub load_phases: Vec<Phase>,

@@ -7,7 +7,7 @@ pub use pt_core::texture::BlockFormat;
 /// Longest side of a texture that is accepted, texels.
 pub const MAX_TEXTURE_SIDE: u32 = 16384;
 
-/// What happens to texture coordinates outside 0..1.
+/// Addressing of texture coordinates outside 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The texture tiles.
@@ -15,7 +15,7 @@ pub enum Wrap {
     Repeat,
     /// Every other tile is mirrored.
     MirroredRepeat,
-    /// The border texel goes on.
+    /// Clamped to the border texel.
     ClampToEdge,
 }
 
@@ -94,8 +94,8 @@ impl Texture {
         Self { name: name.into(), width, height, usage, texels, sampler }
     }
 
-    /// The linear RGBA value of one texel of the finest level. Of compressed textures this decodes a whole block: who
-    /// reads many texels takes [`Texture::decoded`] first.
+    /// The linear RGBA value of one texel of the finest level. A compressed texture decodes a whole block for it; to read many
+    /// texels use [`Texture::decoded`] first.
     pub fn texel(&self, x: u32, y: u32) -> [f32; 4] {
         match &self.texels {
             Texels::Rgba8(texels) => {

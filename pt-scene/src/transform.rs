@@ -1,4 +1,4 @@
-//! Which transforms the world allows.
+//! Limits on transforms.
 
 use glam::{Affine3A, Quat, Vec3};
 
@@ -21,4 +21,24 @@ pub fn visible(transform: Affine3A) -> Affine3A {
     let translation = Vec3::from(transform.translation);
     let translation = if translation.is_finite() { translation } else { Vec3::ZERO };
     Affine3A::from_scale_rotation_translation(Vec3::splat(1e-6), Quat::IDENTITY, translation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_vanishes_stays_invertible() {
+        let shown = visible(Affine3A::from_scale_rotation_translation(
+            Vec3::new(1.0, 0.0, 1.0),
+            Quat::IDENTITY,
+            Vec3::Y,
+        ));
+        assert!(is_invertible(&shown) && shown.translation == Vec3::Y.into());
+        assert!(is_invertible(&visible(Affine3A::from_scale(Vec3::splat(f32::NAN)))));
+        let fine = Affine3A::from_scale(Vec3::new(2.0, -1.0, 1.0));
+        assert_eq!(visible(fine), fine);
+        // Can be inverted, but takes what is far away beyond single precision.
+        assert!(!is_invertible(&Affine3A::from_scale(Vec3::new(1.0, 1.0, 1e-30))));
+    }
 }

@@ -1,6 +1,6 @@
 //! What textures are used for.
 
-/// What a texture holds: decides how texels are decoded, how mips are made and how they are compressed.
+/// The use of a texture. It decides how texels are decoded, how mips are computed and how they are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TextureUsage {
     /// RGB is sRGB-encoded colour, alpha linear data of its own (or unused).

@@ -1,6 +1,6 @@
-// What a point lies inside of: solids that may overlap. Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images":
-// where solids overlap the strongest is there and the others are not; boundaries of the others inside of it are false hits, which
-// a path passes as if they were not. The strongest has the highest priority, of equal ones the highest index of refraction, of equal
+// The solids that a point is inside of; they may overlap. Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images":
+// where solids overlap the strongest is there and the others are not; boundaries of the others inside of it are false hits, which a
+// path passes as if they were not. The strongest has the highest priority, of equal ones the highest index of refraction, of equal
 // ones the lowest medium index: the same whatever the order in which they were entered. Host twin: pt_reference::oracle::interior.
 //
 // The list lives in registers and belongs to the path. Pure functions:

@@ -1,6 +1,6 @@
-// Sampling the scene's lights from a shading point: one candidate of one kind of light at a time. Every function takes 4 x 32
-// random bits (random_bits) and returns a sample whose pdf holds all the choices made on the way; nothing is clamped.
-// Host twin: pt_lights::oracle::lights.
+// Samples the scene's lights from a shading point. Each function samples one kind of light: it takes 4 x 32 random bits
+// (random_bits) and returns a sample whose pdf contains all choices made on the way. Nothing is clamped. Host twin:
+// pt_lights::oracle::lights.
 #include "scene.glsl"
 #include "ray_offset.glsl"
 #include "sampling.glsl"

@@ -1,5 +1,5 @@
-// Random numbers as a pure function of (pixel, frame, dimension, seed): PCG-4D of Jarzynski and Olano 2020,
-// "Hash Functions for GPU Rendering". The host twin is pt_core::rng. What stages draw from is random.glsl.
+// Random numbers as a pure function of (pixel, frame, dimension, seed): PCG-4D of Jarzynski and Olano 2020, "Hash Functions for GPU
+// Rendering". The host twin is pt_core::rng. Stages draw their numbers from random.glsl.
 #include "dimensions.glsl"
 
 uvec4 pcg4d(uvec4 v) {

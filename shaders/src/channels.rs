@@ -1,4 +1,4 @@
-//! The frame contract: every screen-space image that crosses a stage seam, declared once; and the private images of
+//! The frame contract: every screen-space image that passes between stages, declared once; and the private images of
 //! stages, declared the same way with [`stage_images!`](crate::stage_images!).
 //!
 //! A table generates the GLSL declarations, the images that pt-core allocates, the layers of `--aov` and of captures, and
@@ -23,25 +23,25 @@ pub enum ExtentClass {
     ResolvedPart(u32),
 }
 
-/// How long an image's content counts.
+/// How long the content of an image is valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lifetime {
-    /// Until the end of the frame. A frame writes it before it reads it. The last frame's content is kept (GLSL: name +
-    /// `_prev`) only where a stage reads it.
+    /// Until the end of the frame: a frame writes the image before it reads it. Last frame's content is kept (GLSL: name + `_prev`)
+    /// only if a stage reads it.
     Frame,
-    /// Until the next reset of history: a frame goes on with what the last one left, in the same image.
+    /// Until the next reset of the histories: each frame updates the content of the last one in the same image.
     Carried,
 }
 
-/// What a layer of an EXR says about one word of the texel, or about a pair of them.
+/// How a layer of an EXR stores one word of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stored {
     /// A number, under this name.
     Float(&'static str, usize),
     /// An integer, under this name; in a float image its bits.
     Uint(&'static str, usize),
-    /// A unit vector, octahedral 2 x 16 bit: X, Y, Z for people, and the word itself as `code` (uint), which counts when
-    /// the layer is read back. 0 = no direction.
+    /// A unit vector, octahedral 2 x 16 bit: X, Y, Z for viewers, and the word itself as `code` (uint), which is the one that is
+    /// read back. 0 = no direction.
     Direction(usize),
 }
 
@@ -73,7 +73,7 @@ pub mod stored {
 /// One screen-space image: of the frame contract, or private to a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// The stage that it is private to; empty for the frame contract.
+    /// The stage that owns it; empty for channels of the frame contract.
     pub stage: &'static str,
     /// Name in Rust, GLSL, AOV files and documents.
     pub name: &'static str,
@@ -81,7 +81,7 @@ pub struct Channel {
     pub format: Format,
     /// Size class.
     pub extent: ExtentClass,
-    /// How long its content counts.
+    /// How long its content is valid.
     pub lifetime: Lifetime,
     /// How it is stored in an EXR.
     pub stored: &'static [Stored],

@@ -1,10 +1,10 @@
-//! What the host and the GPU both see, written once.
+//! Declarations that the host and the GPU share, written once.
 //!
 //! * [`gpu_struct!`]: a record is declared in Rust and its GLSL declaration is generated from it (scalar block layout);
 //! * [`named_enum!`]: an enum has its names and its GLSL constants from one declaration;
-//! * [`channels`]: the frame contract, i.e. every screen-space image that crosses a stage seam;
+//! * [`channels`]: the frame contract, i.e. every screen-space image that passes between stages, and tables of private images;
 //! * [`gpu_constants!`]: the same for constants, [`constants`]: those that several crates share;
-//! * [`dimensions`]: which decision draws which random numbers;
+//! * [`dimensions`]: the dimension of each random decision;
 //! * [`records`]: the records that several crates share (camera, frame, scene tables);
 //! * `compiler` (feature of the same name, for build scripts): GLSL to SPIR-V with includes, errors as file:line.
 //!

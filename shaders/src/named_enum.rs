@@ -47,7 +47,7 @@ pub trait NamedEnum: Copy + PartialEq + 'static {
     }
 }
 
-/// No value has that name.
+/// A name that no value has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownName {
     /// What was asked for.

@@ -1,6 +1,6 @@
 //! The knob `gbuffer.random` reaches every stage, and no source of random numbers changes how much light there is.
 
-use pt_app::args::BackendChoice;
+use pt_core::trace::TraceBackend;
 use pt_app::params::{self, FrameParams};
 use pt_shaders::channels::{ACCUMULATED, COLOR_HF, ChannelId, VIEW_DIRECTION, VISIBILITY};
 use pt_tests::{Frames, builtin};
@@ -15,14 +15,14 @@ fn with(source: &str, sets: &[&str]) -> FrameParams {
 
 const SIZE: [u32; 2] = [64, 48];
 
-fn frames(scene: &str, params: FrameParams, backend: BackendChoice, seed: u32, accumulate: bool) -> Frames {
+fn frames(scene: &str, params: FrameParams, backend: TraceBackend, seed: u32, accumulate: bool) -> Frames {
     let scene = builtin(scene);
     let camera = scene.default_camera();
     Frames::with_params(scene, &camera, backend, SIZE, seed, accumulate, params)
 }
 
 /// A channel of one frame, as bits.
-fn channel(scene: &str, params: FrameParams, backend: BackendChoice, id: ChannelId) -> Vec<u32> {
+fn channel(scene: &str, params: FrameParams, backend: TraceBackend, id: ChannelId) -> Vec<u32> {
     let mut frames = frames(scene, params, backend, 3, false);
     frames.render(0.0);
     let values = match id.channel().format.is_uint() {
@@ -47,9 +47,9 @@ fn every_stage_draws_from_the_source() {
         ("blended surfaces", "kinds", &still, VISIBILITY),
     ];
     for (what, scene, sets, id) in cases {
-        let seen = SOURCES.map(|source| channel(scene, with(source, sets), BackendChoice::Compute, id));
+        let seen = SOURCES.map(|source| channel(scene, with(source, sets), TraceBackend::Compute, id));
         assert!(seen[0] != seen[1] && seen[1] != seen[2] && seen[0] != seen[2], "{what}");
-        assert_eq!(seen[2], channel(scene, with("sobol", sets), BackendChoice::Compute, id), "{what}, again");
+        assert_eq!(seen[2], channel(scene, with("sobol", sets), TraceBackend::Compute, id), "{what}, again");
     }
 }
 
@@ -58,7 +58,7 @@ fn every_stage_draws_from_the_source() {
 fn backends_agree_on_blended_surfaces() {
     let still = ["gbuffer.jitter=none", "gbuffer.depth_of_field=false"];
     for source in &SOURCES[1..] {
-        let seen = [BackendChoice::Compute, BackendChoice::RayQuery, BackendChoice::RtPipeline]
+        let seen = [TraceBackend::Compute, TraceBackend::RayQuery, TraceBackend::RtPipeline]
             .map(|backend| channel("kinds", with(source, &still), backend, VISIBILITY));
         for other in &seen[1..] {
             let same = seen[0].chunks_exact(2).zip(other.chunks_exact(2)).filter(|(a, b)| a == b).count();
@@ -72,7 +72,7 @@ fn light(scene: &str, source: &str) -> [(f64, f64); 4] {
     const SEEDS: u32 = 8;
     let runs: Vec<[f64; 4]> = (0..SEEDS)
         .map(|seed| {
-            let mut frames = frames(scene, with(source, &[]), BackendChoice::Compute, seed, true);
+            let mut frames = frames(scene, with(source, &[]), TraceBackend::Compute, seed, true);
             (0..16).for_each(|_| frames.render(0.0));
             let image = frames.image(ACCUMULATED);
             frames.finish();

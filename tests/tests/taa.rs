@@ -9,6 +9,7 @@ use pt_core::{ChannelImages, FrameSizes, StageInputs};
 use pt_core::{Device, Recorder};
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{Metric, compare};
+use pt_post::images::RESOLVED;
 use pt_post::oracle::Image;
 use pt_post::{ClipSpace, Rectify, Taa, TaaParams};
 use pt_shaders::channels::{BASE_COLOR, FLAT_MOTION, Format, NORMAL, VISIBILITY};

@@ -1,4 +1,4 @@
-//! The view.
+//! Arguments that select the camera.
 
 use super::values::{finite, numbers};
 use clap::Args;
@@ -7,13 +7,13 @@ use std::str::FromStr;
 /// Degrees.
 const DEFAULT_VFOV: f32 = 50.0;
 
-/// The view.
+/// Camera arguments.
 #[derive(Clone, Debug, Args)]
 pub struct CameraArgs {
     /// Camera of the scene, by name or by index from 0 [default: the first, or one that frames the scene]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "look", help_heading = "Camera")]
     pub camera: Option<CameraChoice>,
-    /// Eye and target point instead of a camera of the scene, scene units, +Y up.
+    /// Eye and target point instead of a camera of the scene, in scene units, +Y up.
     #[arg(long, value_name = "EX,EY,EZ,TX,TY,TZ", allow_hyphen_values = true, help_heading = "Camera")]
     pub look: Option<LookAt>,
     /// Vertical field of view of --look, degrees, between 0 and 180.
@@ -27,7 +27,7 @@ impl Default for CameraArgs {
     }
 }
 
-/// A camera of the scene: digits are an index from 0, anything else a name.
+/// A camera of the scene, by index from 0 (digits only) or by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CameraChoice {
     /// Index from 0.
@@ -50,9 +50,9 @@ impl FromStr for CameraChoice {
 /// A view from one point to another, scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookAt {
-    /// Where the camera is.
+    /// Position of the camera.
     pub eye: [f32; 3],
-    /// What it looks at; never equal to `eye`.
+    /// Target point; never equal to `eye`.
     pub target: [f32; 3],
 }
 

@@ -1,4 +1,4 @@
-//! Flags that are short for knobs. What a flag takes, its help and its default come from the declaration of the knob.
+//! Flags that stand for knobs. The values that a flag accepts, its help and its default come from the declaration of the knob.
 
 use super::values::one_of;
 use clap::builder::ValueParser;
@@ -7,27 +7,27 @@ use pt_core::settings::Knob;
 use pt_shaders::KnobKind;
 use std::marker::PhantomData;
 
-/// A flag that is short for a knob, or for a table of knobs that are true or false: it takes the list of those that are true.
+/// A flag that stands for a knob, or for a table of boolean knobs: it then takes the list of those that are true.
 #[derive(Clone, Copy)]
 pub struct Flag {
     /// Without the dashes.
     pub name: &'static str,
     /// Key of the knob or of the table.
     pub key: &'static str,
-    /// What stands for the value in the help.
+    /// Placeholder of the value in the help.
     pub value_name: &'static str,
-    /// What the flag stands for when no value is given; `None`: a value must be given. Knobs that are true or false take none.
+    /// Value if none is given; `None`: a value is required. Flags of boolean knobs take no value.
     pub without_value: Option<&'static str>,
-    /// Other values: what is written, what it stands for.
+    /// Other names of values: returns the value for a name.
     pub aliases: fn(&str) -> Option<String>,
-    /// What else the flag sets, unless another flag does: with which value (empty: any), which assignment.
+    /// Other assignments that the flag makes unless another flag does: for which value (empty: any), which assignment.
     pub implies: &'static [(&'static str, &'static str)],
-    /// What the help says after the knob's own sentence. Of a table: what the list is of.
+    /// Text in the help after the knob's own sentence; for a table, the name of the list.
     pub note: &'static str,
 }
 
 impl Flag {
-    /// A flag of which only the knob need be said.
+    /// A flag that stands for a knob and nothing else.
     pub const fn new(name: &'static str, key: &'static str, value_name: &'static str) -> Self {
         Self { name, key, value_name, without_value: None, aliases: |_| None, implies: &[], note: "" }
     }
@@ -75,7 +75,7 @@ impl Flag {
         arg.value_parser(parser).action(ArgAction::Append)
     }
 
-    /// What the flag says as assignments, first what it implies; empty when it is not given.
+    /// The flag as assignments, implied ones first; empty if it is not given.
     fn assignments(&self, knobs: &[Knob], matches: &ArgMatches) -> [Vec<String>; 2] {
         let Some(knob) = knobs.iter().find(|knob| knob.key == self.key) else {
             let Some(on) = matches.get_many::<String>(self.name) else { return Default::default() };
@@ -111,7 +111,7 @@ pub trait FlagSet {
     fn knobs() -> Vec<Knob>;
 }
 
-/// What the flags of `S` on a command line say.
+/// The flags of `S` on a command line.
 pub struct Flags<S> {
     /// As assignments for `--set`.
     pub sets: Vec<String>,

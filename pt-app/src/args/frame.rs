@@ -1,4 +1,4 @@
-//! What the frames of `pt render` and `pt capture` are made of.
+//! Arguments that `pt render` and `pt capture` share: scene, camera, size, knobs, device.
 
 use super::values::assignment;
 use super::{CameraArgs, DeviceArgs, PostArgs, SceneArgs};
@@ -8,13 +8,13 @@ use clap::Args;
 use pt_image::image_file::ImageSize;
 use pt_post::Upscale;
 
-/// What the frames are made of.
+/// Scene, camera, size, knobs and device of a frame.
 #[derive(Clone, Debug, Args)]
 pub struct FrameArgs {
-    /// What is rendered.
+    /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The view.
+    /// The camera.
     #[command(flatten)]
     pub camera: CameraArgs,
 
@@ -27,17 +27,17 @@ pub struct FrameArgs {
     /// Seed of all random numbers; another seed gives independent noise.
     #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Frame")]
     pub seed: u64,
-    /// What happens to the frame after it is traced.
+    /// Flags for post-processing.
     #[command(flatten)]
     pub post: PostArgs,
-    /// Knobs to start from: the name of a built-in profile or a TOML file.
+    /// Initial values of the knobs: the name of a built-in profile, or a TOML file.
     #[arg(long, value_name = "NAME|FILE", help_heading = "Frame")]
     pub profile: Option<String>,
-    /// Set one knob, after the profile and the flags above; may be repeated.
+    /// Set one knob; overrides the profile and the flags above; may be repeated.
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment, help_heading = "Frame")]
     pub set: Vec<String>,
 
-    /// Where it runs.
+    /// Device and trace backend.
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -61,13 +61,13 @@ impl FrameArgs {
         self.size.into()
     }
 
-    /// Time that frame `index` shows, seconds. A mean of frames shows one instant; without it time goes on.
+    /// Time of frame `index`, seconds. With `--accumulate` all frames show the same time.
     pub fn time(&self, index: u32) -> f64 {
         let shown = if self.accumulate { 0.0 } else { f64::from(index) / self.scene.fps };
         self.scene.time + shown
     }
 
-    /// Seconds between frames for the eye's adaptation; `None` for a mean of frames.
+    /// Seconds between frames for eye adaptation; `None` with `--accumulate`.
     pub fn time_step(&self) -> Option<f32> {
         (!self.accumulate).then_some((1.0 / self.scene.fps) as f32)
     }

@@ -1,4 +1,4 @@
-//! Flags of `pt render` for what happens to the frame after it is traced.
+//! Flags for the post-processing of the frame.
 
 use super::flags::{Flag, FlagSet, Flags};
 use crate::params::FrameParams;

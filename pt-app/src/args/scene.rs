@@ -1,4 +1,4 @@
-//! Command-line arguments that say which scene is read, and how.
+//! Arguments that select the scene and say how it is loaded.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ pub struct SceneArgs {
     /// glTF or GLB file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub file: String,
-    /// How it is read.
+    /// How it is loaded.
     #[command(flatten)]
     pub load: LoadArgs,
     /// Time of the first frame in the scene's animation, seconds.
@@ -26,13 +26,13 @@ pub struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// What the loader needs to know.
+    /// Options of the importer.
     pub fn load_options(&self) -> LoadOptions {
         LoadOptions { time: self.time, ..self.load.load_options() }
     }
 }
 
-/// What is taken from a scene's file, and what is added.
+/// How a scene is loaded.
 #[derive(Clone, Debug, Args)]
 pub struct LoadArgs {
     /// Which of the scenes in a glTF file, by name or by index from 0 [default: the file's own choice, or the first]
@@ -41,32 +41,32 @@ pub struct LoadArgs {
     /// Which of the material variants in a glTF file (KHR_materials_variants), by name or by index from 0 [default: none]
     #[arg(long, value_name = "NAME|INDEX", help_heading = "Scene")]
     pub variant: Option<String>,
-    /// Folder of textures that `pt bake` compressed; images that it lacks are decoded.
+    /// Folder of textures from `pt bake`; images that it does not contain are decoded.
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub baked: Option<PathBuf>,
-    /// Most texels that all images of the scene may have together.
+    /// Limit on the texels of all images of the scene together.
     #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
     pub max_texture_pixels: u64,
-    /// Most bytes of geometry that the scene may ask for: a small file can name the same data any number of times.
+    /// Limit on the bytes of geometry of the scene; a small file can ask for a lot by repeating the same data.
     #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_GEOMETRY_BYTES, help_heading = "Scene")]
     pub max_geometry_bytes: u64,
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
-    /// Turns the environment about +Y, in degrees, counter-clockwise seen from above: 90 moves what was at +X to -Z.
+    /// Rotate the environment about +Y, in degrees, counter-clockwise seen from above: 90 moves +X to -Z.
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true, help_heading = "Scene")]
     pub env_rotation: f32,
     /// Factor on the radiance of the environment, 0 or more.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = not_negative, allow_negative_numbers = true, help_heading = "Scene")]
     pub env_intensity: f32,
-    /// Animation of a glTF file that plays: a name, an index from 0, all, or none. Animations start again when they are over [default: the
-    /// first, with every other one that moves nothing that is moved already]
+    /// Animation of a glTF file to play: a name, an index from 0, all, or none. Animations repeat [default: the first, and all others
+    /// that move only what no earlier one moves]
     #[arg(long, value_name = "NAME|INDEX|all|none", help_heading = "Scene")]
     pub animation: Option<AnimationChoice>,
 }
 
 impl LoadArgs {
-    /// What the loader needs to know, for the scene as it is at time 0.
+    /// Options of the importer, with the scene at time 0.
     pub fn load_options(&self) -> LoadOptions {
         LoadOptions {
             environment: self.env.clone(),

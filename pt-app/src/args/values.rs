@@ -1,4 +1,4 @@
-//! Values of arguments.
+//! Parsers for the values of arguments.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use pt_shaders::{NamedEnum, NamedValue, UnknownName};

@@ -1,4 +1,4 @@
-//! `pt bake`: a scene's textures compressed into a folder of DDS files.
+//! `pt bake` compresses the textures of a scene into a folder of DDS files.
 
 use crate::args::values::named;
 use crate::progress::Progress;
@@ -16,13 +16,13 @@ use std::time::Instant;
 pub struct BakeArgs {
     /// glTF or GLB file.
     pub scene: PathBuf,
-    /// Folder for the DDS files; made when it is not there, may serve several scenes.
+    /// Folder for the DDS files; created if missing; several scenes may share it.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// How long the encoder searches; best takes three times as long and is some 2 dB better on hard images.
+    /// Quality of the encoder; best takes three times as long and is up to 2 dB better.
     #[arg(long, value_name = "Q", value_parser = named::<Quality>(), default_value = Quality::Fast.name())]
     pub quality: Quality,
-    /// Most texels that an image may have.
+    /// Limit on the texels of an image.
     #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS)]
     pub max_texture_pixels: u64,
     /// Print JSON instead of a table.

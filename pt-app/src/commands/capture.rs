@@ -1,4 +1,4 @@
-//! `pt capture`: frames of a scene, recorded so that stages can be run on them.
+//! `pt capture` records frames of a scene, so that stages can be run on them.
 
 use crate::args::FrameArgs;
 use crate::args::values::FrameRange;
@@ -21,16 +21,16 @@ use std::path::PathBuf;
 /// `pt capture`
 #[derive(Clone, Debug, Args)]
 pub struct CaptureArgs {
-    /// Folder for the frames; it is made if it is not there, and must not hold a capture yet.
+    /// Folder for the frames; created if missing; must not contain a capture yet.
     #[arg(short, long, value_name = "DIR", help_heading = "Output")]
     pub output: PathBuf,
-    /// Frames to record, from A up to B without B; the frames before A are rendered too, since histories build up over them.
+    /// Frames to record: A to B - 1. The frames before A are rendered too, because histories build up over them.
     #[arg(long, value_name = "A..B", default_value = "0..1", help_heading = "Output")]
     pub frames: FrameRange,
-    /// Also path trace every recorded frame with this many samples a pixel, as its ground truth.
+    /// Also path trace the ground truth of every recorded frame, with this many samples per pixel.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Output")]
     pub reference_spp: Option<u32>,
-    /// What the frames are made of.
+    /// Scene, camera, size, knobs and device.
     #[command(flatten)]
     pub frame: FrameArgs,
 }
@@ -135,7 +135,7 @@ fn sidecar(session: &Session, time: f64, moment: Moment, params: &FrameParams) -
     })
 }
 
-/// The path traced picture of the scene as it stands, as the bytes of an EXR.
+/// Path traces the scene at its current time; returns the bytes of an EXR.
 fn reference(session: &mut Session, moment: Moment, spp: u32) -> Result<Vec<u8>> {
     let Session { device, scene, gpu, lights, .. } = session;
     let params = ReferenceParams { spp, ..ReferenceParams::default() };

@@ -1,4 +1,4 @@
-//! `pt info`: devices, drivers, trace backends, what `auto` chooses and why.
+//! `pt info` prints devices, drivers, trace backends, and which backend `auto` chooses and why.
 
 use anyhow::Result;
 use clap::Args;

@@ -1,4 +1,4 @@
-//! `pt knobs`: everything that `--set` takes.
+//! `pt knobs` lists everything that `--set` takes.
 
 use crate::params::all_knobs;
 use anyhow::{Result, ensure};

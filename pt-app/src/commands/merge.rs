@@ -1,4 +1,4 @@
-//! `pt merge`: slices of one render of `pt reference`, joined.
+//! `pt merge` joins slices of one render of `pt reference`.
 
 use super::reference::files::{check_exr, write};
 use anyhow::{Context, Result, bail, ensure};
@@ -15,10 +15,10 @@ pub struct MergeArgs {
     /// Files of `pt reference` with disjoint ranges of samples of one render.
     #[arg(required = true, value_name = "A.exr")]
     pub inputs: Vec<PathBuf>,
-    /// Image to write, as by `pt reference`.
+    /// Image to write, in the format of `pt reference`.
     #[arg(short, long, value_name = "OUT.exr")]
     pub output: PathBuf,
-    /// Write OUT.exr alone.
+    /// Write only OUT.exr.
     #[arg(long)]
     pub no_aov: bool,
 }
@@ -26,7 +26,7 @@ pub struct MergeArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// Files that are no estimates, of different renders, or with common samples.
+/// Files that are not estimates, that belong to different renders, or that share samples.
 pub fn run(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
     check_exr(&args.output)?;
     let mut files: Vec<(&Path, EstimateFile)> = Vec::new();

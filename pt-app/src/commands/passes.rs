@@ -1,4 +1,4 @@
-//! `pt passes`: the frame as a table.
+//! `pt passes` prints the passes of the frame as a table.
 
 use crate::args::values::{assignment, named};
 use crate::args::{CameraArgs, DeviceArgs};
@@ -7,8 +7,8 @@ use crate::params;
 use crate::session::Session;
 use anyhow::Result;
 use clap::Args;
-use pt_core::Recorder;
 use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Recorder};
 use pt_image::image_file::ImageSize;
 use std::io::Write;
 
@@ -18,19 +18,19 @@ pub struct PassesArgs {
     /// Print JSON instead of a table.
     #[arg(long)]
     pub json: bool,
-    /// Image size that extents and bytes are given for.
+    /// Image size for which extents and bytes are printed.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: ImageSize,
-    /// glTF or GLB file, or the name of a built-in scene: animated ones have passes of their own.
+    /// glTF or GLB file, or the name of a built-in scene. Animated scenes have additional passes.
     #[arg(long, value_name = "S", default_value = "cornell")]
     pub scene: String,
-    /// With the pass that averages frames.
+    /// Include the pass that averages frames.
     #[arg(long)]
     pub accumulate: bool,
-    /// Set one parameter; may be repeated.
+    /// Set one knob; may be repeated.
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
     pub set: Vec<String>,
-    /// How rays are traced.
+    /// Trace backend.
     #[arg(long, value_name = "B", value_parser = named::<TraceBackend>(), default_value_t = TraceBackend::Compute)]
     pub backend: TraceBackend,
     /// Vulkan device, by index or part of its name.
@@ -38,7 +38,7 @@ pub struct PassesArgs {
     pub device: Option<String>,
 }
 
-/// Runs the command: records two frames of the scene, the second a sixtieth of a second later, and prints what was declared.
+/// Runs the command: records two frames of the scene, the second one 1/60 s later, and prints the declared accesses.
 ///
 /// # Errors
 /// Unknown keys, a device that can't do it.
@@ -78,5 +78,22 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
         }
         writeln!(out, "     writes  {}", pass.writes.join(" "))?;
     }
+    writeln!(out, "{}", images_line(full.images()))?;
     Ok(true)
+}
+
+/// The memory that the images take: those between the stages, then those of each stage.
+fn images_line(images: &ChannelImages) -> String {
+    let mut stages: Vec<(&str, u64)> = Vec::new();
+    for id in images.ids() {
+        let stage = if id.is_contract() { "between the stages" } else { id.channel().stage };
+        match stages.last_mut() {
+            Some((last, bytes)) if *last == stage => *bytes += images.bytes_of(id),
+            _ => stages.push((stage, images.bytes_of(id))),
+        }
+    }
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let parts: Vec<_> =
+        stages.iter().map(|(stage, bytes)| format!("{stage} {:.1} MiB", mib(*bytes))).collect();
+    format!("images held: {:.1} MiB ({})", mib(images.bytes()), parts.join(", "))
 }

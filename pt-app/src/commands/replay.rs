@@ -1,4 +1,4 @@
-//! `pt replay`: the rest of the frame on recorded frames, without a scene.
+//! `pt replay` runs the rest of the frame on recorded frames, without a scene.
 
 use crate::aov::{self, AovSelection};
 use crate::args::values::{FrameRange, assignment};
@@ -26,20 +26,20 @@ pub struct ReplayArgs {
     /// Folder that `pt capture` wrote.
     #[arg(value_name = "DIR")]
     pub capture: PathBuf,
-    /// First stage to run; what the stages before it wrote is taken from the capture.
+    /// First stage to run. The output of the stages before it comes from the capture.
     #[arg(long, value_name = "STAGE", value_enum)]
     pub from: Stage,
-    /// Set one knob, on top of those that the capture was recorded with; may be repeated.
+    /// Set one knob; the others keep the values of the capture; may be repeated.
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
     pub set: Vec<String>,
-    /// Frames to write [default: all of the capture]; the recorded frames before them are run too, since histories build up.
+    /// Frames to write: A to B - 1 [default: all]. The recorded frames before A are run too, because histories build up over them.
     #[arg(long, value_name = "A..B")]
     pub frames: Option<FrameRange>,
-    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. A run of # in the name
-    /// stands for the number of the frame, and every frame is written.
+    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. With a run of # in the
+    /// name every frame is written, and its number replaces the #.
     #[arg(short, long, value_name = "OUT.{png,exr}")]
     pub output: Vec<PathBuf>,
-    /// Further images for an EXR: all channels, or a list of NAME and STAGE.NAME.
+    /// More images for the EXR: `all` channels, or a list of NAME (channel) and STAGE.NAME (private image of a stage).
     #[arg(long, value_name = "all|A,B")]
     pub aov: Option<AovSelection>,
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
@@ -96,12 +96,13 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
             Some(frame) => frame,
             None => capture.frame(number)?,
         };
-        recorded_frame.load(full.images(), full.given())?;
         let sidecar = &recorded_frame.sidecar;
         let moment =
             Moment { record: sidecar.record(), jitter: sidecar.jitter, time_step: sidecar.time_step };
         let mut frame = recorder.begin()?;
-        full.replay(&mut frame, moment, &params)?;
+        full.replay(&mut frame, moment, &params, |images, given| {
+            Ok::<_, anyhow::Error>(recorded_frame.load(images, given)?)
+        })?;
         frame.submit()?;
         if wanted.contains(&number) {
             for output in &outputs {
@@ -119,7 +120,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     let timings = recorder.finish()?;
     progress.finish();
     if let Some(messages) = device.validation().map(|log| log.messages()).filter(|m| !m.is_empty()) {
-        anyhow::bail!("the validation layers said {} times, first: {}", messages.len(), messages[0]);
+        anyhow::bail!("{} validation messages, the first: {}", messages.len(), messages[0]);
     }
     let ms = Spread::of(timings.iter().map(|frame| frame.gpu_ms).collect()).median_ms;
     writeln!(
@@ -135,7 +136,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     Ok(true)
 }
 
-/// Fills what the first frame goes on with: histories and buffers.
+/// Restores histories and buffers before the first frame.
 fn restore(first: &RecordedFrame, full: &mut FullFrame) -> Result<()> {
     let missing = first.load_histories(full.images_mut())?;
     if !missing.is_empty() {

@@ -1,4 +1,4 @@
-//! Runs the interleave alone: an image is sorted into its checkerboard fields on the host and put together again on the
+//! Runs the interleave alone: an image is sorted into its checkerboard fields on the host and interleaved again on the
 //! device. With a second image, the schemes for surfaces that reflect one and refract the other are compared. Exit codes: 0
 //! done, 1 pixels of regular surfaces came back altered, 2 usage or environment.
 
@@ -25,7 +25,7 @@ use std::process::ExitCode;
 struct Args {
     /// Image: exr, hdr, png or jpg.
     input: PathBuf,
-    /// Checkerboard flags of every pixel: 1 primary, 2 reflection, 4 refraction; with more than one, fields are blended.
+    /// Checkerboard flags of every pixel: 1 primary, 2 reflection, 4 refraction; with several flags the fields are blended.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..8))]
     flags: u8,
     /// Second image of the same size: prints the error of each scheme for a surface that reflects the first and refracts this

@@ -1,7 +1,7 @@
 //! Folders of recorded frames: an index, and for each frame an EXR, a sidecar in JSON and perhaps a reference image.
 //!
-//! The index names every file with its hash and is written anew after each frame, so that an interrupted capture ends with the
-//! last whole frame.
+//! The index names every file with its hash. It is rewritten after each frame, so that an interrupted capture keeps all complete
+//! frames.
 
 use super::layer::{CaptureError, read_layer, write_layer};
 use super::sidecar::Sidecar;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Name of the index.
 pub const INDEX: &str = "index.json";
-/// Front of the layers that hold what the first frame went on with.
+/// Prefix of the layers that hold the histories of the first frame.
 const HISTORY: &str = "history.";
 
 /// Why a folder can't be written or read. One line that names the file.
@@ -25,7 +25,7 @@ pub enum FolderError {
     /// The file system refused.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A file is not what the index or the format says.
+    /// The content of a file does not match the index or the format.
     #[error("{}: {problem}", path.display())]
     Content {
         /// The file.
@@ -107,8 +107,8 @@ impl CaptureWriter {
         Ok(Self { folder: folder.into(), index })
     }
 
-    /// Records a frame: all channels of the frame contract as they are, with `histories` as [`read_histories`] returned them
-    /// before the frame.
+    /// Records a frame: the current content of all channels of the frame contract, and `histories`, which [`read_histories`]
+    /// returned before the frame.
     ///
     /// # Errors
     /// A device that fails, a file that can't be written; then the frames before it stay.
@@ -187,7 +187,7 @@ impl Parts {
     }
 }
 
-/// The images that the next frame goes on with, as layers of a capture; nothing when there was no frame yet.
+/// The histories that the next frame will read, as layers of a capture; empty before the first frame.
 ///
 /// # Errors
 /// When the device fails.
@@ -218,7 +218,7 @@ pub struct CaptureFolder {
 pub struct RecordedFrame {
     path: PathBuf,
     parts: Vec<(String, LayeredImage)>,
-    /// What is told about it.
+    /// Its cameras, seed, knobs and device.
     pub sidecar: Sidecar,
 }
 
@@ -313,8 +313,8 @@ impl RecordedFrame {
         ids.iter().try_for_each(|&id| self.load_one(images, id, ""))
     }
 
-    /// Fills the histories of `images` with what the frame went on with, so that the next frame does. Returns the names of those that
-    /// the recorded run had not; then nothing is filled, and the next frame starts over.
+    /// Restores the histories that the recorded frame started with. If the capture lacks some of them, it restores nothing and
+    /// returns their names; the next frame then starts without history.
     ///
     /// # Errors
     /// A layer that is missing or does not fit.

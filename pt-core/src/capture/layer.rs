@@ -3,7 +3,7 @@
 use crate::channels::ChannelImages;
 use crate::error::Error;
 use crate::image::Image;
-use crate::pack::unpack_unit_vector;
+use crate::pack::{pack_unit_vector, unpack_unit_vector};
 use crate::split::{to_flat, to_split};
 use glam::Vec3;
 use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
@@ -126,7 +126,15 @@ pub fn write_layer(images: &ChannelImages, id: ChannelId, layer: &Layer) -> Resu
         match *part {
             Stored::Float(name, k) => set(k, &mut source.floats(name)?.into_iter().map(f32::to_bits)),
             Stored::Uint(name, k) => set(k, &mut source.words(name)?.iter().copied()),
-            Stored::Direction(k) => set(k, &mut source.words(CODE)?.iter().copied()),
+            Stored::Direction(k) if source.samples(CODE)?.is_some() => {
+                set(k, &mut source.words(CODE)?.iter().copied());
+            }
+            // Made by another program: any code of the direction will do.
+            Stored::Direction(k) => {
+                let [x, y, z] = [source.floats("X")?, source.floats("Y")?, source.floats("Z")?];
+                let vectors = x.into_iter().zip(y).zip(z).map(|((x, y), z)| Vec3::new(x, y, z));
+                set(k, &mut vectors.map(|v| if v == Vec3::ZERO { 0 } else { pack_unit_vector(v) }));
+            }
         }
     }
     if channel.extent == ExtentClass::Split {
@@ -145,7 +153,7 @@ pub fn write_layer(images: &ChannelImages, id: ChannelId, layer: &Layer) -> Resu
 /// Fills an image of this frame from the layer of a capture that has its name.
 ///
 /// # Errors
-/// No such layer, else as [`write_layer`].
+/// No such layer; otherwise as [`write_layer`].
 pub fn load_image(images: &ChannelImages, id: ChannelId, capture: &LayeredImage) -> Result<(), CaptureError> {
     let name = id.full_name();
     match capture.layer(&name) {

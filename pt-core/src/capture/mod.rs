@@ -1,9 +1,9 @@
 //! Recorded frames: images of the frame as layers of EXR files, both ways, and folders of frames in sequence.
 //!
-//! A capture of one frame is a [`LayeredImage`] with one layer per channel, called as in the channel table, in flat scan-line
-//! order. How the texels become components is a column of the table ([`pt_shaders::channels::Stored`]). Writing a layer back gives
-//! the texels that it was read from, with two limits: what a split image of odd width holds where there is no flat pixel is not
-//! recorded, and comes back as zeros; NaN comes back as NaN.
+//! A capture of one frame is a [`LayeredImage`] with one layer per channel, named as in the channel table, in flat scan-line
+//! order. A column of the table says how texels are stored ([`pt_shaders::channels::Stored`]). Loading a layer restores the texels
+//! that it was written from, with two limits: texels of a split image of odd width that have no flat pixel are not recorded and
+//! become zero; NaN becomes NaN, perhaps with other bits.
 //!
 //! Metadata: text under the keys of [`keys`]; readers need none of them.
 
@@ -52,7 +52,7 @@ pub mod keys {
     pub const VERSION: &str = "version";
 }
 
-/// Allocates what stages touch for the frame that `capture` holds, and fills what they read from the layers.
+/// Allocates the images of stages for the frame in `capture`, and loads the images that they read from its layers.
 ///
 /// # Errors
 /// A layer or component that is missing, or a device that refuses.

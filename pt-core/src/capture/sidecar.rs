@@ -1,4 +1,4 @@
-//! What is told about a recorded frame besides its images.
+//! The JSON file beside a recorded frame: cameras, seed, knobs, device.
 
 use pt_shaders::glam::{Mat4, Vec2};
 use pt_shaders::records::{CameraRecord, FrameRecord};
@@ -68,7 +68,7 @@ pub struct Sidecar {
     pub random: u32,
     /// Where in its pixels the frame was sampled, from the centre, pixels.
     pub jitter: [f32; 2],
-    /// Seconds since the last frame, for the eye's adaptation; `null`: the frame was exposed by itself.
+    /// Seconds since the last frame, for eye adaptation; `null`: no adaptation.
     pub time_step: Option<f32>,
     /// The frame's camera.
     pub camera: CapturedCamera,
@@ -82,12 +82,12 @@ pub struct Sidecar {
     pub driver: String,
     /// Trace backend.
     pub backend: String,
-    /// Whether there was a frame before it that it went on from.
+    /// Whether the frame had histories of a frame before it.
     pub has_history: bool,
-    /// Images that the frame went on with from the one before it, recorded as layers `history.NAME`: at the first frame of a
-    /// capture that does not begin with the first frame of its run.
+    /// Histories that the frame started with, recorded as layers `history.NAME`. Only in the first frame of a capture that does not
+    /// begin with the first frame of its run.
     pub histories: Vec<String>,
-    /// Buffers that the frame went on with, by name, as hexadecimal bytes.
+    /// Buffers with state that the frame started with, by name, as hexadecimal bytes.
     pub state: BTreeMap<String, String>,
 }
 
@@ -105,7 +105,7 @@ pub fn to_hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Bytes from hexadecimal digits; `None` when the text is something else.
+/// Bytes from hexadecimal digits; `None` for any other text.
 pub fn from_hex(text: &str) -> Option<Vec<u8>> {
     if !text.is_ascii() || text.len() % 2 != 0 {
         return None;

@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct DeviceOptions {
     /// Index in the list of devices, part of a device's name, `gpu` or `cpu`; `None`: the best one, a discrete GPU before the CPU.
     pub device: Option<String>,
-    /// Turn on the validation layers with synchronization validation and collect what they say.
+    /// Enable the validation layers with synchronization validation and collect their messages.
     pub validation: bool,
 }
 
@@ -113,7 +113,7 @@ impl Drop for Instance {
 }
 
 impl Device {
-    /// All devices that the loader shows, best first, with what they can do and why one can't be used.
+    /// All devices, best first, with their capabilities and, if one cannot be used, the reason.
     pub fn list() -> Result<Vec<DeviceInfo>> {
         let instance = Instance::new(false)?;
         Ok(selection::candidates(&instance.raw)?.into_iter().map(|c| c.info).collect())
@@ -175,7 +175,7 @@ impl Device {
         })))
     }
 
-    /// What the device is and can do.
+    /// Properties and capabilities of the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.0.info
     }
@@ -188,7 +188,7 @@ impl Device {
         }
     }
 
-    /// What the validation layers said; `None` when opened without them.
+    /// Messages of the validation layers; `None` when opened without them.
     pub fn validation(&self) -> Option<&ValidationLog> {
         self.0.instance.validation.as_ref().map(|messenger| messenger.log())
     }

@@ -1,11 +1,11 @@
-//! Which devices there are, what they can do, which one is opened.
+//! Lists the devices and their capabilities, and selects one.
 
 use crate::error::{Error, Result, VkContext};
 use ash::{khr, vk};
 use serde::Serialize;
 use std::ffi::CStr;
 
-/// What a device can do beyond the minimum.
+/// Optional capabilities of a device.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Capabilities {
     /// `VK_KHR_ray_query`.
@@ -32,7 +32,7 @@ pub struct Capabilities {
     pub scratch_alignment: u32,
 }
 
-/// What a device is.
+/// Properties of a device.
 #[derive(Clone, Debug, Serialize)]
 pub struct DeviceInfo {
     /// Position in the list of devices, best first.
@@ -49,7 +49,7 @@ pub struct DeviceInfo {
     pub vulkan: String,
     /// Size of the device-local heap in bytes.
     pub memory_bytes: u64,
-    /// What it can do.
+    /// Its optional capabilities.
     pub capabilities: Capabilities,
     /// Why the frame can't run on it; `None`: it can.
     pub unusable: Option<String>,

@@ -1,4 +1,4 @@
-//! From declared accesses to barriers.
+//! Derives barriers from declared accesses.
 //!
 //! Images stay in GENERAL layout, so ordering needs memory barriers only, and the hazards of one pass merge into a single
 //! one (Vulkan specification, "Memory dependencies").
@@ -14,7 +14,7 @@ pub(crate) struct Touch {
     pub(crate) write: bool,
 }
 
-/// What has happened to a resource since its last write.
+/// Accesses to a resource since its last write.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
     write_stage: S,

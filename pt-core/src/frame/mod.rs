@@ -1,5 +1,5 @@
-//! The frame recorder. A pass says what it reads and what it writes; barriers, timestamps, debug labels and the pass
-//! table follow from that one declaration.
+//! The frame recorder. A pass declares what it reads and writes; barriers, timestamps, debug labels and the pass table follow
+//! from that declaration. In steady state a frame allocates nothing and creates no pipelines.
 
 mod copies;
 mod hazards;

@@ -86,8 +86,8 @@ impl<'f, 'r> Pass<'f, 'r> {
         self.bind(name, image.into(), Use::Sample)
     }
 
-    /// Images that the stage's declaration names, as far as the kernel has a binding for them: `ch_NAME` or `im_NAME` for texels,
-    /// `tex_NAME` to sample, each with `_prev` for the last frame's content.
+    /// Binds the images of a stage's declaration that the kernel uses: `ch_NAME` or `im_NAME` for texels, `tex_NAME` to sample,
+    /// each with `_prev` for the last frame's content.
     pub fn touches(mut self, images: &ChannelImages, io: &StageIo) -> Self {
         for (ids, how) in [(io.reads, Use::Read), (io.writes, Use::Write), (io.updates, Use::Update)] {
             for &id in ids {
@@ -152,7 +152,7 @@ impl<'f, 'r> Pass<'f, 'r> {
         self
     }
 
-    /// Only some threads read and write what is bound: [`PassInfo::bytes`] is an upper bound.
+    /// Declares that only some threads access the bound resources: [`PassInfo::bytes`] is then an upper bound.
     pub fn touches_part(mut self) -> Self {
         self.touches_part = true;
         self

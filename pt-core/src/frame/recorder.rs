@@ -296,8 +296,8 @@ impl<'r> Frame<'r> {
         })
     }
 
-    /// Copies a buffer into a [`Location::Readback`] buffer of at least its size, in frame order; [`Buffer::mapped`] shows what was there
-    /// once the frame is finished.
+    /// Copies a buffer into a [`Location::Readback`] buffer of at least its size, in frame order; [`Buffer::mapped`] shows the
+    /// content once the frame is finished.
     pub fn download(&mut self, buffer: &Buffer, to: &Buffer) -> Result<()> {
         let touch = |access, write| Touch { stage: vk::PipelineStageFlags2::ALL_TRANSFER, access, write };
         let touches = [
@@ -376,7 +376,7 @@ impl<'r> Frame<'r> {
         Ok(())
     }
 
-    /// As a pass, for what is no kernel: the commands of `record` between the barrier for `touches` and the timestamps.
+    /// Records commands that are not a kernel as a pass: `record` runs between the barrier for `touches` and the timestamps.
     pub(crate) fn encode_other(
         &mut self,
         info: PassInfo,

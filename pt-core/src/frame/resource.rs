@@ -1,4 +1,4 @@
-//! What passes touch, what a frame in flight keeps alive, and the rows of the pass table.
+//! Resources that passes access, resources that a frame in flight keeps alive, and the rows of the pass table.
 
 use crate::buffer::Buffer;
 use crate::image::Image;
@@ -10,7 +10,7 @@ use crate::texture::TextureTable;
 pub struct PassInfo {
     /// Pass name.
     pub name: String,
-    /// Kernel that it runs; in parentheses what the driver does instead, such as `(copy)`.
+    /// The kernel that it runs; in parentheses a command of the driver, such as `(copy)`.
     pub kernel: String,
     /// Threads.
     pub extent: [u32; 3],
@@ -31,7 +31,7 @@ impl PassInfo {
     }
 }
 
-/// What a frame in flight keeps alive.
+/// A resource that a frame in flight keeps alive.
 pub(crate) enum Keep {
     Buffer(#[expect(dead_code, reason = "held, not used")] Buffer),
     Image(#[expect(dead_code, reason = "held, not used")] Image),

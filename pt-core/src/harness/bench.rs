@@ -1,4 +1,4 @@
-//! The `main` of every stage's benches.
+//! The `main` function of every stage's benchmark.
 
 use super::{WARM_UP, measure};
 use crate::console::program;
@@ -26,7 +26,7 @@ struct BenchArgs {
     bench: bool,
 }
 
-/// Frame of a run that is no measurement.
+/// Size of the frame in a run that is not a measurement.
 const TRIAL_SIZE: [u32; 2] = [64, 36];
 
 /// Times a stage and prints the table: `cargo bench -p CRATE [-- WIDTHxHEIGHT] [--frames N] [--device D]`.

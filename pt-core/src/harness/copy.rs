@@ -17,8 +17,8 @@ pub struct CopyBandwidth {
     pub fastest: String,
 }
 
-/// What kernels are measured against that do little else: the fastest way to copy as many bytes as an image of half floats of `size`
-/// has, by kernels (8 bytes a thread between images, 16 between buffers) or by the driver. The medians over `frames`.
+/// Measures the bandwidth that memory-bound kernels are compared with: the fastest way to copy the bytes of a half-float image of `size`,
+/// by kernels (8 bytes per thread between images, 16 between buffers) or by the driver. Medians over `frames`.
 ///
 /// # Errors
 /// When the device fails.

@@ -1,4 +1,4 @@
-//! What programs and benches of single stages share: arguments, device, recorded inputs, timing, the table.
+//! Shared by the programs and benchmarks of single stages: arguments, device, recorded inputs, timing, the table of times.
 //!
 //! A program that works from recorded channels alone is one call of [`replay`] inside [`crate::console::program`]; others
 //! put [`StageArgs`] and [`measure`] together themselves. A bench is one call of [`bench()`].
@@ -11,6 +11,7 @@ pub use bench::bench;
 pub use copy::{CopyBandwidth, copy_bandwidth};
 pub use measure::{PassRow, Spread, StageTimes, measure};
 
+use crate::capture::folder::{CaptureFolder, FolderError};
 use crate::capture::{self, CaptureError, keys};
 use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
@@ -26,10 +27,10 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Frames that are recorded before those whose time counts: drivers compile at the first, caches fill.
+/// Number of warm-up frames: drivers compile in the first one, and caches fill.
 pub const WARM_UP: u32 = 4;
 
-/// What can go wrong in a stage program.
+/// Errors of a stage program.
 #[derive(Debug, thiserror::Error)]
 pub enum HarnessError {
     /// A knob.
@@ -38,10 +39,10 @@ pub enum HarnessError {
     /// A file that can't be read or written.
     #[error(transparent)]
     File(#[from] ImageFileError),
-    /// The output is asked for as something else than EXR.
+    /// The output is not an EXR.
     #[error("{}: only exr can be written here", .0.display())]
     NotExr(PathBuf),
-    /// A capture without what the stage reads.
+    /// A capture without the channels that the stage reads.
     #[error("{}: {problem}", path.display())]
     Capture {
         /// The file.
@@ -49,6 +50,9 @@ pub enum HarnessError {
         /// What is wrong with it.
         problem: CaptureError,
     },
+    /// A folder of recorded frames.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// The device.
     #[error(transparent)]
     Device(#[from] Error),
@@ -60,10 +64,10 @@ pub enum HarnessError {
 /// Arguments of every stage program.
 #[derive(Clone, Debug, clap::Args)]
 pub struct StageArgs {
-    /// Knob of the stage; may be repeated.
+    /// Set a knob of the stage; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Frames whose time counts, after 4 that warm up.
+    /// Number of timed frames, after 4 warm-up frames.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
@@ -110,19 +114,19 @@ impl StageArgs {
 /// Arguments of a program that runs a stage on recorded channels.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReplayArgs {
-    /// Recorded channels: an EXR with a layer for each, such as `pt render --aov all` writes.
-    #[arg(value_name = "CAPTURE.exr")]
+    /// Recorded channels: an EXR with a layer for each, as `pt render --aov all` writes, or a folder of `pt capture`.
+    #[arg(value_name = "CAPTURE")]
     pub capture: PathBuf,
-    /// What the stage writes, as layers of an EXR.
+    /// EXR to write: the output of the stage, one layer per channel.
     #[arg(short, long, value_name = "OUT.exr")]
     pub output: Option<PathBuf>,
-    /// What all stage programs take.
+    /// Arguments that all stage programs share.
     #[command(flatten)]
     pub stage: StageArgs,
 }
 
-/// Runs a stage on a capture: loads the channels that it reads, records it again and again, prints the table, and writes
-/// what they wrote. `stages`: what they touch; `set_up` makes the stage, and what it returns records one frame.
+/// Runs stages on a capture: loads the channels that they read, records frames, prints the table of times, and writes the
+/// channels that they write. `stages`: their declarations; `set_up` creates the stages and returns the function that records a frame.
 ///
 /// # Errors
 /// An unknown knob, a file that can't be read or written or lacks a channel, a device that can't do it.
@@ -138,7 +142,7 @@ where
 {
     let params = args.stage.params()?;
     args.output.as_deref().map_or(Ok(()), check_output)?;
-    let recorded = LayeredImage::read_exr(&args.capture)?;
+    let recorded = read_capture(&args.capture)?;
     let device = args.stage.open_device()?;
     let images = capture::load(&device, &recorded, stages)
         .map_err(|problem| HarnessError::Capture { path: args.capture.clone(), problem })?;
@@ -153,6 +157,18 @@ where
         }
         None => Ok(()),
     }
+}
+
+/// A recorded frame: an EXR, or the first frame of a folder that `pt capture` wrote.
+///
+/// # Errors
+/// A file or folder that can't be read.
+pub fn read_capture(path: &Path) -> Result<LayeredImage, HarnessError> {
+    if !path.is_dir() {
+        return Ok(LayeredImage::read_exr(path)?);
+    }
+    let folder = CaptureFolder::open(path)?;
+    Ok(folder.frame(folder.range().start)?.into_image())
 }
 
 /// Checks before any work that a capture can be written to `path`.

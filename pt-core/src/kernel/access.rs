@@ -1,4 +1,4 @@
-//! What a SPIR-V module really does with its resources, and how its structs are laid out: read off the instructions.
+//! Reads from the instructions of a SPIR-V module how it accesses its resources and how its structs are laid out.
 //!
 //! spirq tells names and types; it does not tell whether a storage image is read, written or both, nor the layout of
 //! structs that are reached through device addresses. Opcodes and decorations: SPIR-V specification, section 3.
@@ -39,7 +39,7 @@ const DECORATION_OFFSET: u32 = 35;
 pub(crate) struct Access {
     pub(crate) read: bool,
     pub(crate) write: bool,
-    /// Passed to a function: what happens there is not followed.
+    /// Passed to a function, whose accesses are not analysed.
     pub(crate) unknown: bool,
 }
 

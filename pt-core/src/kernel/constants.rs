@@ -1,4 +1,4 @@
-//! Specialisation constants: values that a kernel is compiled with, known by the names of their GLSL declarations.
+//! Specialisation constants, by the names of their GLSL declarations: values that are fixed when a pipeline is created.
 //!
 //! GLSL declares them as `layout(constant_id = 0) const uint scene_features = 0xffffffffu;`. A constant that the host does not give
 //! keeps the value of its declaration.
@@ -114,7 +114,7 @@ pub struct ConstantDeclaration {
 /// The constants of a kernel by name.
 pub(crate) type Declarations = BTreeMap<String, ConstantDeclaration>;
 
-/// Checks values against what a kernel declares, in any of its shaders.
+/// Checks values against the declarations in the shaders of a kernel.
 pub(crate) fn check(
     kernel: &str,
     declared: &Declarations,

@@ -1,4 +1,4 @@
-//! Kernels: a pipeline with its interface, bound by reflected names.
+//! Kernels: a pipeline with its interface. Resources are bound by the names in the SPIR-V.
 
 mod access;
 mod constants;

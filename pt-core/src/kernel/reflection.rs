@@ -1,4 +1,4 @@
-//! What a kernel expects: bindings by name, push constants, workgroup size; and its agreement with the host's records.
+//! Reflection of a kernel: bindings by name, push constants, workgroup size; and the check of its structs against the host's records.
 
 use super::access::{self, Access, StructLayout};
 use super::constants::{ConstantDeclaration, ConstantType, Declarations};
@@ -10,7 +10,7 @@ use spirq::ty::{DescriptorType, ImageFormat, Type};
 use spirq::var::Variable;
 use std::collections::BTreeMap;
 
-/// What can be bound to a name.
+/// The kind of resource that can be bound to a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
     /// `uniform` block.

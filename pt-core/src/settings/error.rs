@@ -1,4 +1,4 @@
-//! What can be wrong with a setting.
+//! Errors in settings.
 
 use pt_image::atomic_file::FileError;
 use std::path::PathBuf;
@@ -76,7 +76,7 @@ pub enum SettingsError {
         key: String,
         /// The value as given.
         value: String,
-        /// What the key takes.
+        /// The values that the key accepts.
         expected: String,
     },
     /// The field refused the value (unknown variant, integer out of its type, ...).
@@ -84,7 +84,7 @@ pub enum SettingsError {
     Value {
         /// The key.
         key: String,
-        /// What serde said.
+        /// Message of serde.
         reason: String,
     },
     /// Out of the range that the parameters allow.
@@ -95,7 +95,7 @@ pub enum SettingsError {
     Toml {
         /// Line of the file, from 1.
         line: usize,
-        /// What the parser said.
+        /// Message of the parser.
         reason: String,
     },
     /// The profile could not be read.

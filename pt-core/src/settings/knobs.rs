@@ -19,20 +19,20 @@ pub trait Knobs: Clone + Default + PartialEq + Serialize + DeserializeOwned {
     /// The first knob that is out of its range.
     fn validate(&self) -> Result<(), InvalidValue>;
 
-    /// The first structural knob that differs: what was made for one of the two does not serve the other.
+    /// The first structural knob that differs, if any: then the stages must be created anew.
     fn structural_difference(&self, other: &Self) -> Option<String>;
 }
 
-/// What the declaration of a knob says.
+/// The declaration of a knob.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knob {
     /// Dotted name, as `--set` takes it.
     pub key: String,
-    /// What it takes.
+    /// The kind of its value.
     pub kind: KnobKind,
     /// Whether it takes `none` too.
     pub optional: bool,
-    /// Value unless told otherwise; null: none.
+    /// Default value; null: none.
     pub default: Value,
     /// Least and greatest value.
     pub range: Option<[Value; 2]>,
@@ -44,7 +44,7 @@ pub struct Knob {
     pub doc: String,
     /// Paper or section that it comes from; may be empty.
     pub source: &'static str,
-    /// Whether other kernels, images or passes are made for another value; the rest are read in every frame.
+    /// Whether another value needs other kernels, images or passes; all other knobs are read in every frame.
     pub structural: bool,
 }
 
@@ -95,7 +95,7 @@ impl Knob {
         Self { key: format!("{table}.{}", self.key), ..self }
     }
 
-    /// What values it takes, in words: its range with the unit, or the names of its values.
+    /// The values that it accepts, as text: its range with the unit, or the names of its values.
     pub fn takes(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         let text = match &self.range {
@@ -132,7 +132,7 @@ impl Knob {
         plain(&self.default)
     }
 
-    /// What it does, where that comes from, and whether it is structural.
+    /// Its sentence, its source, and whether it is structural.
     pub fn description(&self) -> String {
         let source = if self.source.is_empty() { String::new() } else { format!(" ({})", self.source) };
         let doc = self.doc.trim_end_matches('.');
@@ -232,9 +232,9 @@ fn is_unlimited(greatest: &Value) -> bool {
 /// assert_eq!(BlurParams::default().structural_difference(&other).as_deref(), Some("levels"));
 /// ```
 ///
-/// After the default come, each only where there is one: the range (`in`), the `unit`, the `source` (paper or section), and
-/// `=> structural` for what decides which kernels, images or passes are made. Fields without a default are structs of knobs
-/// themselves. The crate that uses it needs `serde` (with `derive`) and `pt-shaders`.
+/// After the default follow, each optional: the range (`in`), the `unit`, the `source` (paper or section), and `=> structural` if
+/// another value needs other kernels, images or passes. A field without a default is a struct of knobs itself. The
+/// crate that uses it needs `serde` (with `derive`) and `pt-shaders`.
 #[macro_export]
 macro_rules! knobs {
     (@default) => { Default::default() };

@@ -38,7 +38,7 @@ where
     finish(settings, tree)
 }
 
-/// Lays the TOML `text` over `settings`: what it does not name stays.
+/// Applies the TOML `text` to `settings`; settings that it does not name keep their values.
 ///
 /// # Errors
 /// [`SettingsError`]; `settings` is unchanged then.

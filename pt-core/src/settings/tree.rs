@@ -1,4 +1,4 @@
-//! Parameters as a tree of JSON values, which keys lead into and texts are read for.
+//! Parameters as a tree of JSON values: look-up by key, and parsing of values from text.
 
 use super::error::SettingsError;
 use serde_json::{Map, Number, Value};

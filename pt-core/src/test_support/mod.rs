@@ -1,4 +1,4 @@
-//! For tests of all crates: a device with validation on, whose messages fail the test, and statistics.
+//! Support for the tests of all crates: statistics, and a device with validation enabled whose messages fail the test.
 
 pub mod statistics;
 

@@ -1,4 +1,4 @@
-//! What a backend needs to find hits in a scene.
+//! The acceleration structures of a scene, for each backend.
 
 use super::refit::Refit;
 use super::vulkan_as::DriverStructures;
@@ -12,8 +12,8 @@ use crate::frame::{Frame, Pass};
 use obvhs::aabb::Aabb;
 use pt_shaders::records::{BvhNode, MeshRecord, SceneRecord};
 
-/// The acceleration structure of a scene for one backend. Instances move, and so do the vertices of meshes that were announced to
-/// deform; triangles stay what they are.
+/// The acceleration structure of a scene for one backend. Instances move, and so do the vertices of meshes that were declared as
+/// deforming; the triangles themselves do not change.
 pub struct AccelStructure {
     backend: TraceBackend,
     meshes: usize,
@@ -134,7 +134,7 @@ impl AccelStructure {
         }
     }
 
-    /// Declares to a pass what its rays read.
+    /// Declares to a pass the resources that its rays read.
     pub fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         match &self.kind {
             Kind::Compute(trees) => {

@@ -113,7 +113,7 @@ pub fn bench(
     Ok(rows)
 }
 
-/// What `auto` measured.
+/// The measurements of `auto`.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Choice {
     /// The compute backend, or the fastest other one that is faster by [`CLEARLY_FASTER`].
@@ -130,11 +130,11 @@ const LAUNCH_WIDTH: u32 = 1024;
 /// Rays that `auto` times: few enough for a CPU, enough to fill a GPU for a fraction of a millisecond.
 const CHOICE_RAYS: [u32; 2] = [1 << 13, 1 << 18];
 
-/// The backends take turns: a GPU that wakes up gets faster from one run to the next, which must not decide.
+/// The backends take turns: a GPU raises its clock from one run to the next, which must not affect the choice.
 const CHOICE_ROUNDS: u32 = 6;
 
-/// Times as fast as the compute backend that another must be: what is measured in milliseconds varies by tens of per cent, and a
-/// choice that changes from run to run changes pictures in their last bits. Ray tracing hardware is several times as fast.
+/// Speed relative to compute that another backend must reach. Measurements of milliseconds vary by tens of per cent, and a choice that
+/// changes from run to run changes the last bits of pictures. Ray tracing hardware is several times as fast.
 pub const CLEARLY_FASTER: f64 = 1.5;
 
 /// The backend for this scene, see [`Choice`]: each is timed for a few milliseconds on rays from random points of its bounds.

@@ -1,4 +1,4 @@
-//! The rays that the benches shoot, and the CPU's traversal of them.
+//! The rays that the benchmarks trace, and the CPU tracing them.
 
 use super::ray_list::Query;
 use super::{BvhQuality, InstancePlacement, MeshGeometry, NativeScene};
@@ -47,7 +47,7 @@ pub(super) struct RayList {
     pub(super) hits: Vec<Hit>,
 }
 
-/// The CPU's traversal on all cores, of as many rays of every kind as something else has traced.
+/// Rays of every kind, traced on all cores of the CPU as the baseline.
 pub struct NativeRays {
     pub(super) scene: NativeScene,
     pub(super) lists: Vec<RayList>,

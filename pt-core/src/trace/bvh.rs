@@ -105,7 +105,7 @@ impl MeshBvh {
         Ok(Self { bvh, triangles })
     }
 
-    /// Object-space bounds; `None` when there is no triangle.
+    /// Object-space bounds; `None` without triangles.
     pub fn bounds(&self) -> Option<Aabb> {
         (!self.bvh.nodes.is_empty()).then_some(self.bvh.total_aabb)
     }

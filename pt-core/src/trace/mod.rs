@@ -1,10 +1,10 @@
-//! Finding hits: three backends behind one GLSL interface (`trace.glsl`), chosen with [`TraceBackend`].
+//! Three backends trace rays behind one GLSL interface (`trace.glsl`); [`TraceBackend`] selects one.
 //!
-//! * compute: two-level wide BVH traversed in GLSL, on every device;
+//! * compute: our two-level wide BVH traversed in GLSL, on every device;
 //! * ray-query: `VK_KHR_ray_query` in compute kernels;
 //! * rt-pipeline: `VK_KHR_ray_tracing_pipeline`.
 //!
-//! All of them name the same hit: instance, triangle of its mesh, and barycentrics and t computed by one GLSL function.
+//! All backends find the same hit: instance, triangle of its mesh, and barycentrics and t computed by one GLSL function.
 
 mod accel;
 pub mod bench;

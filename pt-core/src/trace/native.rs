@@ -1,4 +1,4 @@
-//! The two-level traversal on the CPU, all cores: the yardstick of `pt bench trace` and the oracle of the GPU backends.
+//! Two-level traversal on all cores of the CPU: the baseline of `pt bench trace` and the oracle of the GPU backends.
 //!
 //! Plain `obvhs` closest-hit and any-hit queries over the same trees that the compute backend reads.
 

@@ -1,4 +1,4 @@
-//! Bare triangles on the device and kernels that trace a list of rays through them: for the bench, `auto` and tests.
+//! Triangles on the device and kernels that trace a list of rays through them, for `pt bench trace`, `auto` and tests.
 
 use super::push::RayListPush;
 use super::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, MovedMesh, TraceBackend};
@@ -12,7 +12,7 @@ use crate::texture::TextureTable;
 use glam::{Affine3A, Vec3, Vec4};
 use pt_shaders::records::{Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord};
 
-/// What is asked about the rays.
+/// The query: nearest hit or occlusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Query {
     /// The nearest hit.

@@ -1,6 +1,7 @@
 //! Refitting of the compute backend's trees on the device: same topology, new boxes (`bvh_refit.comp`).
 //!
-//! Cheap, and as good as a new tree while the mesh keeps its shape roughly; a mesh that is torn apart keeps tracing right, but slower.
+//! Refitting is cheap. A refitted tree is as good as a new one while the mesh roughly keeps its shape; otherwise it stays correct but
+//! becomes slower to trace.
 
 use super::bvh::levels;
 use super::push::{NodeBounds, RefitNode, RefitPush};
@@ -12,7 +13,7 @@ use crate::kernel::Kernel;
 use crate::kernels;
 use obvhs::cwbvh::CwBvh;
 
-/// Threads a row of the launch: 65,535 workgroups a row is all that every device takes.
+/// Threads per row of the launch: devices must support only 65,535 workgroups per row.
 const ROW: u32 = 1 << 20;
 
 /// The nodes of all deforming meshes, level by level.

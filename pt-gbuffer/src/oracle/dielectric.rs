@@ -31,7 +31,7 @@ pub fn metal(base_color: DVec3, theta: f64) -> DVec3 {
     base_color + (DVec3::ONE - base_color) * (1.0 - theta.cos()).powi(5)
 }
 
-/// What the two fields of a split glass let through: (reflection, transmission).
+/// The throughputs of the two fields of a split glass: (reflection, transmission).
 pub fn split(reflectance: f64, transmission: f64, base_color: DVec3) -> (DVec3, DVec3) {
     (DVec3::splat(2.0 * reflectance), 2.0 * (1.0 - reflectance) * transmission * base_color)
 }

@@ -9,7 +9,7 @@ use super::{
     IMAGE_STATE_KEY, ImageFileError, Layer, LayeredImage, MAX_IMAGE_SIDE, check_size, extension, srgb_decode,
 };
 
-/// What the linear values stand for.
+/// The meaning of the linear values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageState {
     /// Radiance (or anything proportional to it) before exposure and tone mapping: EXR and Radiance HDR files.
@@ -28,7 +28,7 @@ pub struct LinearImage {
     pub height: u32,
     /// Rows from the top, width x height pixels.
     pub pixels: Vec<[f32; 3]>,
-    /// What the values stand for.
+    /// The meaning of the values.
     pub state: ImageState,
 }
 

@@ -32,7 +32,7 @@ pub enum Outcome {
 pub struct BakedTexture {
     /// Name from the scene.
     pub name: String,
-    /// What it is used for.
+    /// The use of the texture.
     pub usage: TextureUsage,
     /// Width and height.
     pub extent: [u32; 2],

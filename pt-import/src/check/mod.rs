@@ -11,7 +11,7 @@ use crate::notices::Notices;
 pub(crate) use json::read as json;
 use pt_scene::SceneError;
 
-/// References, and all that can be said without the compressed data.
+/// Checks references, and everything else that does not need the compressed data.
 pub(crate) fn structure(document: &Document, notices: &mut Notices) -> Result<(), SceneError> {
     data::views(document, notices)?;
     data::references(document)?;

@@ -4,7 +4,7 @@ use crate::document::Document;
 use crate::notices::Notices;
 use pt_scene::SceneError;
 
-/// Nodes form trees; what they name exists.
+/// Checks that nodes form trees and that their references exist.
 pub(crate) fn check(document: &Document, notices: &mut Notices) -> Result<(), SceneError> {
     let root = &document.root;
     let mut parents = vec![None; root.nodes.len()];

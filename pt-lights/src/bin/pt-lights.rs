@@ -30,13 +30,13 @@ struct Args {
     /// Lat-long environment, .hdr or .exr.
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
-    /// Surface points, as the side of a square.
+    /// Number of surface points, as the side of a square.
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..=4096))]
     side: u32,
-    /// Candidates for each point and kind.
+    /// Light samples for each point and kind of light.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=65536))]
     frames: u32,
-    /// auto, compute, ray-query or rt-pipeline.
+    /// Trace backend: auto, compute, ray-query or rt-pipeline.
     #[arg(long, default_value = "auto")]
     backend: TraceBackend,
     /// Device, by index or part of its name [default: the best].

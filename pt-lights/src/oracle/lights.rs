@@ -153,7 +153,7 @@ impl<'a> LightSampler<'a> {
         })
     }
 
-    /// Density of [`LightSampler::environment`] for a direction that something else found.
+    /// Density of [`LightSampler::environment`] for a direction from another strategy.
     pub fn environment_pdf(&self, direction: Vec3) -> f64 {
         let Some(alias) = &self.lists.environment_alias else { return 0.0 };
         let [width, height] = self.lists.environment_size.map(|side| side as usize);

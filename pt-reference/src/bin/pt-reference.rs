@@ -25,7 +25,7 @@ struct Args {
     /// Width x height in pixels.
     #[arg(long, default_value = "64x64", value_parser = size)]
     size: [u32; 2],
-    /// Samples of a pixel.
+    /// Samples per pixel.
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pixel: u32,
     /// Points along each side of the grid on an emissive triangle.
@@ -34,7 +34,7 @@ struct Args {
     /// Rows of the grid on the environment.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1024))]
     environment: u32,
-    /// Linear scene radiance to write.
+    /// EXR to write, linear scene radiance.
     #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
 }

@@ -112,7 +112,7 @@ impl Bsdf {
         schlick((f0 * self.specular_color).min(DVec3::ONE) * self.specular, self.specular, cos_theta)
     }
 
-    /// What a microfacet reflects and lets pass.
+    /// Reflectance and transmittance of a microfacet.
     fn interface(&self, cos_theta: f64) -> (DVec3, f64) {
         let f = self.dielectric_fresnel(cos_theta);
         let metal = schlick(self.base_color, 1.0, cos_theta);

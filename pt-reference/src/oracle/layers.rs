@@ -1,4 +1,4 @@
-//! What lies round the microfacet lobes: sheen, coat, energy compensation.
+//! Sheen, coat and energy compensation around the microfacet lobes.
 
 use super::albedo;
 use glam::DVec3;

@@ -13,8 +13,6 @@ use glam::{Affine3A, Quat, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::transform::is_invertible;
-
 /// Which of a file's animations play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AnimationChoice {
@@ -59,7 +57,7 @@ pub struct AnimationInfo {
     pub plays: bool,
 }
 
-/// What a [`Track`] moves.
+/// The target of a [`Track`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Property {
     /// Metres.
@@ -353,21 +351,6 @@ mod tests {
         assert_eq!(Rig::new(vec![node(Some(1), Vec3::X), node(Some(0), Vec3::X)], vec![]), Err(0));
         assert_eq!(Rig::new(vec![node(Some(7), Vec3::X)], vec![]), Err(0));
         assert_eq!(Rig::new(vec![], vec![track(3, Property::Scale, &[0.0], &[1.0; 3])]), Err(3));
-    }
-
-    #[test]
-    fn what_vanishes_stays_invertible() {
-        let shown = visible(Affine3A::from_scale_rotation_translation(
-            Vec3::new(1.0, 0.0, 1.0),
-            Quat::IDENTITY,
-            Vec3::Y,
-        ));
-        assert!(is_invertible(&shown) && shown.translation == Vec3::Y.into());
-        assert!(is_invertible(&visible(Affine3A::from_scale(Vec3::splat(f32::NAN)))));
-        let fine = Affine3A::from_scale(Vec3::new(2.0, -1.0, 1.0));
-        assert_eq!(visible(fine), fine);
-        // Can be inverted, but takes what is far away beyond single precision.
-        assert!(!is_invertible(&Affine3A::from_scale(Vec3::new(1.0, 1.0, 1e-30))));
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Everything that reuse of earlier frames gets wrong: objects that move over and behind others, lights that move and blink,
-//! shadows that sweep, a camera that walks. All of it is a function of time alone.
+//! A stress test for temporal reuse: objects that move in front of and behind others, lights that move and blink, moving shadows,
+//! a walking camera. Everything is a function of time alone.
 
 use std::f32::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! Meshes that change their shape, on the device: one kernel puts all their vertices where the pose of the frame wants them.
+//! Deforming meshes on the device: one kernel moves all their vertices to the pose of the frame.
 
 use super::deform_records::{DeformPush, DeformVertex, DeltaRecord, InfluenceRecord, JointRecord};
 use super::{kernels, records};
@@ -9,7 +9,7 @@ use pt_core::trace::MovedMesh;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result};
 use pt_shaders::records::MeshRecord;
 
-/// Threads a row of the launch: 65,535 workgroups a row is all that every device takes.
+/// Threads per row of the launch: devices must support only 65,535 workgroups per row.
 const ROW: u32 = 1 << 20;
 
 /// Vertices of all meshes that deform, one behind the other. Positions are kept twice, of this frame and of the last one that moved

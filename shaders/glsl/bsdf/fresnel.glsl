@@ -1,4 +1,4 @@
-// Fresnel terms: what an interface reflects, by the angle of the light to it. Host twins: pt_gbuffer::oracle::dielectric,
+// Fresnel terms: the reflectance of an interface by the angle of incidence. Host twins: pt_gbuffer::oracle::dielectric,
 // pt_lights::oracle::brdf.
 
 // Reflectance at normal incidence of a dielectric with an index of refraction of 1.5.

@@ -1,5 +1,5 @@
-// What the lobes of the reference's surface share (bsdf.glsl): the surface at a point, what evaluating and sampling it give, and the
-// names of flags. Each lobe stands in a file of its own (coat, interface, diffuse, sheen) and offers
+// Shared by the lobes of the reference's surface (bsdf.glsl): the surface at a point, the results of evaluation and sampling, and
+// the flags. Each lobe has a file of its own (coat, interface, diffuse, sheen) and provides
 //
 //     BsdfValue NAME_evaluate(Bsdf b, ...)    its part of f |cos| and of the mixture's density: they add up to the whole. The
 //                                             interface has two: interface_reflection, interface_transmission

@@ -1,9 +1,9 @@
-// trace.glsl as a compute kernel's own traversal of two levels of compressed 8-wide BVHs: Ylitie, Karras, Laine 2017,
-// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs". Nodes: BvhNode, made by pt_core::trace::bvh.
+// trace.glsl for the compute backend: traverses two levels of compressed 8-wide BVHs (Ylitie, Karras, Laine 2017,
+// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs"). Nodes: BvhNode, made by pt_core::trace::bvh.
 //
 // Written for SIMD without branches as well (lavapipe executes both sides of every `if`, and a loop's body at least once):
 // what is rare, entering an instance and testing alpha, sits in the outer loop; loads are 64 bit wide, stack entries too.
-// With several instances each turn of the outer loop visits one node, so that lanes which change level do not wait until
+// With several instances each iteration of the outer loop visits one node, so that lanes which change level do not wait until
 // all others have left their instances.
 layout(local_size_x = 8, local_size_y = 4) in;
 

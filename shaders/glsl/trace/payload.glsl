@@ -1,5 +1,4 @@
-// What the ray tracing pipeline's shaders pass to each other: the hit as the driver names it, and what the
-// any-hit shader needs to know of the ray.
+// The payload of the ray tracing pipeline: the hit as the driver reports it, and the data of the ray that the any-hit shader needs.
 struct TracePayload {
     uint instance; // NONE: nothing was hit
     uint geometry;

@@ -1,4 +1,4 @@
-// trace.glsl with VK_KHR_ray_query in a compute kernel.
+// trace.glsl for the ray-query backend: VK_KHR_ray_query in a compute kernel.
 layout(local_size_x = 8, local_size_y = 4) in;
 
 uvec2 launch_id() { return gl_GlobalInvocationID.xy; }

@@ -1,4 +1,4 @@
-// trace.glsl in a ray generation shader. One hit group and one miss shader serve all rays: occlusion rays skip the
+// trace.glsl for the rt-pipeline backend: a ray generation shader. One hit group and one miss shader serve all rays: occlusion rays skip the
 // closest-hit shader and start out as "hit", which only the miss shader takes back.
 #include "trace/payload.glsl"
 

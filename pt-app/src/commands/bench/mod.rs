@@ -11,7 +11,7 @@ use std::io::Write;
 /// `pt bench`
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// What to measure.
+    /// The benchmark.
     #[command(subcommand)]
     pub command: BenchCommand,
 }
@@ -23,7 +23,7 @@ pub enum BenchCommand {
     Trace(trace::BenchTraceArgs),
     /// GPU time, bytes and share of the copy bandwidth of every pass from the interleave to the picture.
     Post(post::BenchPostArgs),
-    /// Paths and rays per second of the reference path tracer, beside the CPU tracing as many rays.
+    /// Paths and rays per second of the reference path tracer, compared with the CPU tracing the same number of rays.
     Path(Box<path::BenchPathArgs>),
 }
 

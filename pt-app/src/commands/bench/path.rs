@@ -1,4 +1,4 @@
-//! `pt bench path`: the whole path loop of the reference path tracer, and the CPU's traversal of as many rays.
+//! `pt bench path` measures the whole path loop of the reference path tracer, and the CPU tracing the same number of rays.
 
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::session::Session;
@@ -19,10 +19,10 @@ use std::time::Instant;
 /// `pt bench path`
 #[derive(Clone, Debug, Args)]
 pub struct BenchPathArgs {
-    /// What is rendered.
+    /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The view.
+    /// The camera.
     #[command(flatten)]
     pub camera: CameraArgs,
     /// Also write the result to this JSON file.
@@ -34,16 +34,16 @@ pub struct BenchPathArgs {
     /// Samples of each pixel in a timed window.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub spp: u32,
-    /// Scattering events after the first hit, at most.
+    /// Maximum number of scattering events after the first hit.
     #[arg(long, value_name = "B", default_value_t = 8)]
     pub max_bounces: u32,
     /// Scattering events before Russian roulette begins.
     #[arg(long, value_name = "K", default_value_t = ReferenceParams::default().roulette_start)]
     pub roulette_start: u32,
-    /// Timed windows; the median counts.
+    /// Number of timed windows; the median is reported.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub windows: u32,
-    /// Where it runs.
+    /// Device and trace backend.
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -51,7 +51,7 @@ pub struct BenchPathArgs {
 /// Most rays of a kind that the CPU traces in a window, where a GPU has traced many more.
 const MOST_NATIVE_RAYS: f64 = 2e6;
 
-/// What a number of samples took, and the CPU's traversal after it.
+/// Times of a number of samples on the device, and of the CPU tracing the same number of rays after it.
 struct Window {
     seconds: f64,
     pass_ms: BTreeMap<String, f64>,

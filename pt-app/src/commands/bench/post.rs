@@ -1,4 +1,4 @@
-//! `pt bench post`: every pass from the interleave to the picture, alone on a synthetic frame.
+//! `pt bench post` measures every pass from the interleave to the picture on a synthetic frame.
 
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -23,7 +23,7 @@ pub struct BenchPostArgs {
     /// Size of the picture.
     #[arg(long, value_name = "WxH", default_value = "3840x2160")]
     pub size: ImageSize,
-    /// Frames whose time counts.
+    /// Number of timed frames.
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
@@ -34,7 +34,7 @@ pub struct BenchPostArgs {
 /// Size at which results are checked against the oracles before anything is timed.
 const CHECK_SIZE: [u32; 2] = [96, 54];
 
-/// A frame and what happens to it.
+/// A synthetic frame and its post-processing chain.
 struct Chain {
     name: &'static str,
     /// Side of the picture over side of the frame.

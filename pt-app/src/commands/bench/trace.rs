@@ -1,4 +1,4 @@
-//! `pt bench trace`: rays of every backend and of the CPU.
+//! `pt bench trace` measures rays per second of every backend and of the CPU.
 
 use anyhow::Result;
 use clap::Args;
@@ -20,10 +20,10 @@ pub struct BenchTraceArgs {
     /// Also write the rows to this JSON file.
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
-    /// Image size of the primary rays; every kind has as many rays [default: 3840x2160, on a CPU 640x360]
+    /// Image size of the primary rays; the other kinds have the same number of rays [default: 3840x2160, on a CPU 640x360]
     #[arg(long, value_name = "WxH")]
     pub size: Option<ImageSize>,
-    /// Timed windows, one after the other; the best counts.
+    /// Number of timed windows, one after the other; the best is reported.
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
     pub windows: u32,
     /// Seed of the random directions.

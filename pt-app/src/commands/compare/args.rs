@@ -1,4 +1,4 @@
-//! What `pt compare` takes.
+//! Arguments of `pt compare`.
 
 use crate::args::values::numbers;
 use clap::Args;
@@ -22,7 +22,7 @@ pub struct CompareArgs {
         default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy"
     )]
     pub metric: Vec<MetricName>,
-    /// Only this rectangle, cut out before measuring; x and y count from the top left pixel.
+    /// Compare only this rectangle; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]
     pub region: Option<Region>,
     /// False-colour map of the per-pixel error of the first metric, dark (0) to bright.

@@ -1,4 +1,4 @@
-//! `pt compare`: measures an image against its reference and checks limits.
+//! `pt compare` measures an image against its reference and checks limits.
 
 mod args;
 
@@ -147,7 +147,8 @@ fn check(args: &CompareArgs, measured: &[Measurement]) -> Vec<Check> {
     upper.chain(lower).collect()
 }
 
-/// The error shown brightest: 1 for both kinds of FLIP, else the quantile, or the maximum where nearly all pixels are equal.
+/// The error that is shown brightest: 1 for both kinds of FLIP; otherwise the quantile, or the maximum if nearly all pixels are
+/// equal.
 fn heatmap_top(measurement: &Measurement) -> f32 {
     if matches!(measurement.metric, Metric::Flip | Metric::HdrFlip) {
         return 1.0;

@@ -1,4 +1,4 @@
-//! What `pt reference` takes.
+//! Arguments of `pt reference`.
 
 use crate::args::flags::{Flag, FlagSet, Flags};
 use crate::args::values::{assignment, positive_f64};
@@ -17,59 +17,59 @@ use std::str::FromStr;
 #[derive(Clone, Debug, Args)]
 pub struct ReferenceArgs {
     /// Image to write: an EXR with the layers radiance (unnamed), variance (of the mean), albedo, normal, depth, motion, coverage.
-    /// Beside it NAME_0016spp.{hdr,alb,nrm}.exr as Open Image Denoise takes them.
+    /// Also writes NAME_0016spp.{hdr,alb,nrm}.exr, the input of Open Image Denoise.
     #[arg(short, long, value_name = "OUT.exr", help_heading = "Output")]
     pub output: PathBuf,
-    /// Write OUT.exr alone.
+    /// Write only OUT.exr.
     #[arg(long, help_heading = "Output")]
     pub no_aov: bool,
-    /// Keep the state of the render in this file while it runs, so that --resume can go on with it.
+    /// Save the state of the render to this file while it runs, so that --resume can continue it.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub checkpoint: Option<PathBuf>,
     /// Seconds between checkpoints.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = clap::value_parser!(f64), help_heading = "Output")]
     pub checkpoint_interval: f64,
-    /// Go on from the checkpoint, if it is there: the image gets the same bits as without the interruption.
+    /// Continue from the checkpoint if it exists. The image has the same bits as without the interruption.
     #[arg(long, requires = "checkpoint", help_heading = "Output")]
     pub resume: bool,
 
-    /// What is rendered.
+    /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The view.
+    /// The camera.
     #[command(flatten)]
     pub camera: CameraArgs,
 
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Image")]
     pub size: ImageSize,
-    /// How many samples each pixel gets.
+    /// Samples per pixel.
     #[command(flatten)]
     pub samples: Flags<Samples>,
-    /// Only the samples with these indices, for `pt merge`: slices of one render, done anywhere, join to the whole.
+    /// Only the samples A to B - 1: a slice of the render. `pt merge` joins slices, which may come from different machines.
     #[arg(long, value_name = "A..B", help_heading = "Image")]
     pub spp_range: Option<SampleRange>,
-    /// Stop after this many seconds of rendering, with the samples there are.
+    /// Stop after this many seconds of rendering and write the samples so far.
     #[arg(long, value_name = "S", value_parser = positive_f64, help_heading = "Image")]
     pub time_limit: Option<f64>,
     /// Seed of all random numbers; another seed gives independent noise.
     #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Image")]
     pub seed: u64,
-    /// Part of the image that is worked on at a time [default: whole rows, up to 2 Mpixels]
+    /// Size of the tiles that are rendered one after the other [default: whole rows, up to 2 Mpixels]
     #[arg(long, value_name = "WxH", help_heading = "Image")]
     pub tile: Option<ImageSize>,
 
-    /// What light is followed, and how.
+    /// Light transport.
     #[command(flatten)]
     pub transport: Flags<Transport>,
-    /// Knobs to start from: a TOML file with a table [reference].
+    /// Initial values of the knobs: a TOML file with a table [reference].
     #[arg(long, value_name = "FILE", help_heading = "Light transport")]
     pub profile: Option<String>,
-    /// Set one knob, after the profile and the flags above; may be repeated.
+    /// Set one knob; overrides the profile and the flags above; may be repeated.
     #[arg(long = "set", value_name = "reference.key=value", value_parser = assignment, help_heading = "Light transport")]
     pub set: Vec<String>,
 
-    /// Where it runs.
+    /// Device and trace backend.
     #[command(flatten)]
     pub device: DeviceArgs,
 }
@@ -97,7 +97,7 @@ impl FlagSet for Transport {
     const FLAGS: &'static [Flag] = &[
         Flag::new("max-bounces", "reference.max_bounces", "B"),
         Flag::new("roulette-start", "reference.roulette_start", "B"),
-        Flag { note: "Light that counts", ..Flag::new("light-types", "reference.light_types", "LIST") },
+        Flag { note: "Kinds of light", ..Flag::new("light-types", "reference.light_types", "LIST") },
         Flag::new("heuristic", "reference.heuristic", "HEURISTIC"),
         Flag::new("strategy", "reference.strategy", "STRATEGY"),
         Flag::new("sampler", "reference.sampler", "SAMPLER"),

@@ -1,4 +1,4 @@
-//! `pt reference`: ground truth, in one go or in slices.
+//! `pt reference` path traces the ground truth, as a whole or in slices.
 
 mod args;
 pub mod files;
@@ -116,7 +116,7 @@ fn params_of_identity(params: &ReferenceParams) -> Result<String> {
     Ok(serde_json::to_string(&ReferenceParams { spp, ..params.clone() })?)
 }
 
-/// Loads the checkpoint if there is one to go on from; returns the index of the first sample that is still to be traced.
+/// Loads the checkpoint, if there is one to resume; returns the index of the first sample that is not traced yet.
 fn resume(
     args: &ReferenceArgs,
     render: &mut Progressive,

@@ -1,4 +1,4 @@
-//! How far a render has come.
+//! Progress and summary of a reference render.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
@@ -18,7 +18,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Of a render of `samples`, which goes on at `first`.
+    /// Progress of a render of `samples` that starts at `first`.
     pub fn new(samples: &Range<u32>, first: u32) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(u64::from(samples.end - samples.start));
@@ -35,7 +35,7 @@ impl Report {
         self.shown.elapsed() >= REPORT_INTERVAL
     }
 
-    /// Shows what the samples before `next` have come to.
+    /// Shows the estimate from the samples before `next`.
     pub fn show(&mut self, next: u32, relative_error: f64) {
         self.shown = Instant::now();
         let (done, left) = (f64::from(next - self.first), f64::from(self.samples.end - next));

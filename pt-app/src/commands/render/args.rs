@@ -1,4 +1,4 @@
-//! What `pt render` takes.
+//! Arguments of `pt render`.
 
 use crate::aov::AovSelection;
 use crate::args::FrameArgs;
@@ -11,21 +11,21 @@ use std::path::PathBuf;
 /// `pt render`
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. A run of # in the name
-    /// stands for the number of the frame, from 0, and every frame is written.
+    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. With a run of # in the
+    /// name every frame is written, and its number (from 0) replaces the #.
     #[arg(short, long, value_name = "OUT.{png,exr}", required = true, help_heading = "Output")]
     pub output: Vec<PathBuf>,
-    /// Further channels for an EXR: all, or a list of names.
+    /// More images for the EXR: `all` channels, or a list of NAME (channel) and STAGE.NAME (private image of a stage).
     #[arg(long, value_name = "all|A,B", help_heading = "Output")]
     pub aov: Option<AovSelection>,
     /// Write GPU times per pass and the counters of allocations and pipelines to this JSON file.
     #[arg(long, value_name = "F.json", help_heading = "Output")]
     pub timings: Option<PathBuf>,
 
-    /// What the frames are made of.
+    /// Scene, camera, size, knobs and device.
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// Frames to render; the last one is written, or all of them (see --output).
+    /// Number of frames to render. The last one is written, or all of them (see --output).
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Frame")]
     pub frames: u32,
 }

@@ -1,4 +1,4 @@
-//! `pt render`: frames of a scene, the last one, each, or their mean written to files.
+//! `pt render` renders frames of a scene and writes the last one, each one, or their mean.
 
 mod args;
 
@@ -85,7 +85,7 @@ fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> R
     Ok(timings)
 }
 
-/// Whether a file is for the eye: a PNG always, an EXR when that is asked for.
+/// Whether a file holds display values: always for a PNG, for an EXR with `post.output=display`.
 fn holds_picture(path: &Path, params: &FrameParams) -> bool {
     params.post.output == pt_post::Output::Display
         || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
@@ -208,7 +208,7 @@ fn load_line(session: &Session) -> String {
     )
 }
 
-/// The most memory that this process has held, where the system tells.
+/// Peak memory of this process, if the system reports it.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! `pt scenes`: the built-in scenes, or what is in one scene.
+//! `pt scenes` lists the built-in scenes, or the content of one scene.
 
 mod stats;
 mod text;
@@ -19,7 +19,7 @@ use text::extension_line;
 #[derive(Clone, Debug, Args)]
 #[command(mut_group("LoadArgs", |options| options.requires("stats")))]
 pub struct ScenesArgs {
-    /// Say what is in this scene: a glTF or GLB file, or the name of a built-in scene.
+    /// Print the content of this scene: a glTF or GLB file, or the name of a built-in scene.
     #[arg(long, value_name = "SCENE")]
     pub stats: Option<String>,
     /// Print JSON instead of text.
@@ -28,7 +28,7 @@ pub struct ScenesArgs {
     /// Number of clusters to divide the scene into, 1 to 4096.
     #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "stats")]
     pub clusters: u32,
-    /// How the scene is read.
+    /// How the scene is loaded.
     #[command(flatten)]
     pub load: LoadArgs,
 }

@@ -1,4 +1,4 @@
-//! `pt scenes --stats`: what is in a scene, as text or as JSON. The names of the JSON fields are stable.
+//! `pt scenes --stats` prints the content of a scene, as text or as JSON. The names of the JSON fields are stable.
 
 use std::collections::BTreeMap;
 
@@ -44,7 +44,7 @@ pub struct SceneStats {
     pub extensions: Vec<ExtensionStats>,
     /// The division into clusters.
     pub clusters: ClusterStats,
-    /// What the loader left out or changed.
+    /// What the importer left out or changed.
     pub notices: Vec<String>,
 }
 

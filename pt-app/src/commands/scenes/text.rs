@@ -1,4 +1,4 @@
-//! What is in a scene, for people.
+//! The content of a scene as text.
 
 use super::stats::{ExtensionStats, SceneStats};
 use anyhow::Result;

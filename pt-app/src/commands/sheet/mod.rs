@@ -1,4 +1,4 @@
-//! `pt sheet`: many images on one sheet, each with its name under it.
+//! `pt sheet` puts many images on one sheet, each with its name under it.
 //!
 //! Images are shrunk to their tile by area averages of linear light, or shown as they are where they are smaller. Scene-linear
 //! images (EXR, HDR) are scaled so that the geometric mean of their luminance is 0.18, then x / (1 + x) for each channel.
@@ -24,7 +24,7 @@ pub struct SheetArgs {
     /// Sheet to write.
     #[arg(short, long, value_name = "OUT.png")]
     pub output: PathBuf,
-    /// Tiles in a row [default: as square a sheet as can be]
+    /// Tiles per row [default: the sheet is as square as possible]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub columns: Option<u32>,
     /// Size of a tile without its label, pixels.
@@ -45,7 +45,7 @@ const WARNING: [u8; 3] = [255, 170, 90];
 /// Images that cannot be read, a sheet that is too large or cannot be written.
 pub fn run(args: &SheetArgs, out: &mut impl Write) -> Result<bool> {
     if check_output(&args.output)? != OutputFormat::Png {
-        bail!("{}: a sheet is a PNG", args.output.display());
+        bail!("{}: a sheet must be a PNG", args.output.display());
     }
     let [tile_w, tile_h] = args.tile.into();
     let count = args.images.len() as u32;

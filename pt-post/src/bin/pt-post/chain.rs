@@ -1,4 +1,4 @@
-//! What `--chain` says.
+//! Parser of `--chain`.
 
 use pt_post::{BloomMode, PRESETS, PostParams, Tonemap, Upscale};
 use pt_shaders::NamedEnum;

@@ -1,4 +1,4 @@
-//! Runs what happens to the flat frame alone: any chain of its stages on linear images or captures. Exit codes: 0 done, 2 usage
+//! Runs the post-processing alone: any chain of its stages on linear images or captures. Exit codes: 0 done, 2 usage
 //! or environment.
 
 #![forbid(unsafe_code)]
@@ -22,7 +22,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Applies a chain of post-processing stages to linear scene radiance: images in the order in which they follow each other.
+/// Applies a chain of post-processing stages to a sequence of images of linear scene radiance.
 #[derive(Parser)]
 #[command(version)]
 struct Args {
@@ -35,19 +35,19 @@ struct Args {
     /// Stages in the order of the frame: accumulate, taa[=FACTOR], bloom[=gaussian|chain], tonemap[=CURVE], fsr=FACTOR, sharpen.
     #[arg(long, value_name = "LIST", default_value = "tonemap")]
     chain: Chain,
-    /// Tone curve; short for --set tonemap.
+    /// Tone curve; the same as --set tonemap.
     #[arg(long, value_name = "CURVE", value_parser = tone_curve)]
     tonemap: Option<Tonemap>,
-    /// Exposure value at ISO 100, or auto; short for --set exposure and --set ev100.
+    /// Exposure value at ISO 100, or auto; the same as --set exposure and --set ev100.
     #[arg(long, value_name = "X|auto", value_parser = exposure_value, allow_hyphen_values = true)]
     ev: Option<ExposureValue>,
-    /// Exposure compensation in stops, positive is brighter; short for --set compensation.
+    /// Exposure compensation in stops, positive is brighter; the same as --set compensation.
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     compensation: Option<f32>,
-    /// Auto: metered range of the histogram, as two fractions; short for --set meter_low and --set meter_high.
+    /// Auto: metered range of the histogram, as two fractions; the same as --set meter_low and --set meter_high.
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
     meter: Option<Vec<f32>>,
-    /// Images per second, for the eye's adaptation.
+    /// Images per second, for eye adaptation.
     #[arg(long, value_name = "F", default_value_t = 60.0)]
     fps: f32,
     #[command(flatten)]

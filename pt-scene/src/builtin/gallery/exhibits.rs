@@ -1,4 +1,4 @@
-//! What stands and hangs in the gallery.
+//! The exhibits of the gallery.
 
 use std::f32::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! What shines in the gallery.
+//! The lights of the gallery.
 
 use std::f32::consts::TAU;
 

@@ -1,0 +1,40 @@
+//! What can be asked of a frame.
+
+use super::{FullFrame, Moment};
+use pt_core::{Buffer, ChannelImages, Image, Result};
+use pt_post::ExposureRecord;
+
+impl FullFrame {
+    /// All images, as the last frame left them.
+    pub fn images(&self) -> &ChannelImages {
+        &self.images
+    }
+
+    /// All images, to load histories into.
+    pub fn images_mut(&mut self) -> &mut ChannelImages {
+        &mut self.images
+    }
+
+    /// Buffers that carry state to the next frame, besides the images.
+    pub fn state(&self) -> Vec<&Buffer> {
+        self.post.state()
+    }
+
+    /// The picture as linear scene radiance, before bloom and exposure. With FSR 1 it has the size of the frame.
+    pub fn radiance(&self) -> &Image {
+        self.post.resolved(&self.images)
+    }
+
+    /// Parameters of the last frame; `None` before the first.
+    pub fn moment(&self) -> Option<&Moment> {
+        self.moment.as_ref()
+    }
+
+    /// The exposure that the last frame was shown with; waits for it.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn exposure(&self) -> Result<ExposureRecord> {
+        self.post.exposure().read()
+    }
+}

@@ -1,0 +1,86 @@
+//! Which stages a frame has, and the images between them.
+
+use super::stages::TracedStages;
+use super::{FullFrame, Stage};
+use crate::params::FrameParams;
+use pt_checkerboard::Interleave;
+use pt_core::frame::Uniforms;
+use pt_core::trace::TraceBackend;
+use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
+use pt_denoise::Composite;
+use pt_gbuffer::{PrimaryRays, ReflectRefract};
+use pt_lights::DirectLighting;
+use pt_post::{ChainParts, PostChain};
+
+impl FullFrame {
+    /// Compiles the kernels and allocates the images for a picture of `output_size` pixels. Structural knobs of `params` decide
+    /// which stages there are, and the size of the frame. With `accumulate` the frames are averaged (the photo mode).
+    ///
+    /// # Errors
+    /// When the device refuses.
+    pub fn new(
+        device: &Device,
+        backend: TraceBackend,
+        output_size: [u32; 2],
+        accumulate: bool,
+        params: &FrameParams,
+    ) -> Result<Self> {
+        let traced = Some(TracedStages::new(device, backend)?);
+        Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
+    }
+
+    /// The frame from stage `first` on, which reads recorded images: see [`FullFrame::given`].
+    ///
+    /// # Errors
+    /// When the device refuses.
+    pub fn starting_at(
+        device: &Device,
+        first: Stage,
+        output_size: [u32; 2],
+        accumulate: bool,
+        params: &FrameParams,
+    ) -> Result<Self> {
+        Self::assemble(device, None, first, output_size, accumulate, params)
+    }
+
+    fn assemble(
+        device: &Device,
+        traced: Option<TracedStages>,
+        first: Stage,
+        output_size: [u32; 2],
+        accumulate: bool,
+        params: &FrameParams,
+    ) -> Result<Self> {
+        let parts = ChainParts { accumulate, picture: true };
+        let post = PostChain::new(device, parts, &params.post)?;
+        let mut stages: Vec<StageIo> = Vec::new();
+        if traced.is_some() {
+            stages.push(PrimaryRays::IO);
+            stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
+            stages.push(DirectLighting::IO);
+        }
+        if first <= Stage::Denoise {
+            stages.extend([SplitLight::UNFILTERED, Composite::IO]);
+        }
+        stages.extend((first <= Stage::Checkerboard).then_some(Interleave::IO));
+        stages.extend(post.io());
+        let mut plan = FramePlan::new(params.post.sizes(output_size));
+        // A replay loads the images that no stage writes. In a whole frame each image must have a writer.
+        let given: Vec<_> =
+            if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
+        plan.given(given.iter().copied());
+        stages.iter().try_for_each(|io| plan.stage(io))?;
+        Ok(Self {
+            uniforms: Uniforms::new(device, "frame_uniforms")?,
+            images: plan.allocate(device)?,
+            given,
+            previous_camera: None,
+            traced,
+            composite: (first <= Stage::Denoise).then(|| Composite::new(device)).transpose()?,
+            interleave: (first <= Stage::Checkerboard).then(|| Interleave::new(device)).transpose()?,
+            post,
+            made_for: params.clone(),
+            moment: None,
+        })
+    }
+}

@@ -1,0 +1,126 @@
+//! The whole frame: its stages in order, and the images that pass between them.
+
+mod access;
+mod assemble;
+mod stages;
+
+pub use stages::Stage;
+
+use crate::params::FrameParams;
+use pt_checkerboard::Interleave;
+use pt_core::frame::Uniforms;
+use pt_core::settings::Knobs;
+use pt_core::{ChannelImages, Frame, SceneResources, SplitLight, StageInputs};
+use pt_denoise::Composite;
+use pt_gbuffer::{GbufferParams, frame_jitter};
+use pt_post::PostChain;
+use pt_scene::Camera;
+use pt_scene::gpu::{GpuScene, camera_record};
+use pt_shaders::channels::ChannelId;
+use pt_shaders::records::{CameraRecord, FrameRecord};
+use stages::TracedStages;
+
+/// Parameters of one frame besides its images and knobs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Cameras, size, frame index and seed.
+    pub record: FrameRecord,
+    /// Where in its pixels the frame is sampled, from the centre, pixels.
+    pub jitter: [f32; 2],
+    /// Seconds since the last frame, for eye adaptation; `None`: no adaptation.
+    pub time_step: Option<f32>,
+}
+
+/// The stages and the images that pass between them. A replay starts at a later stage, with recorded images.
+pub struct FullFrame {
+    uniforms: Uniforms<FrameRecord>,
+    images: ChannelImages,
+    given: Vec<ChannelId>,
+    previous_camera: Option<CameraRecord>,
+    traced: Option<TracedStages>,
+    composite: Option<Composite>,
+    interleave: Option<Interleave>,
+    post: PostChain,
+    made_for: FrameParams,
+    moment: Option<Moment>,
+}
+
+impl FullFrame {
+    /// Records one frame of a scene. `time_step`: see [`Moment::time_step`].
+    ///
+    /// # Errors
+    /// When the frame can't take it, or a structural knob is not the one that the frame was made with.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        camera: &Camera,
+        seed: u32,
+        time_step: Option<f32>,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
+        let (size, index) = (self.images.size(), frame.index());
+        let camera = params.gbuffer.with_lens(camera_record(camera, size));
+        let previous = self.previous_camera.replace(camera).unwrap_or(camera);
+        let record = FrameRecord {
+            random: params.gbuffer.random.code(),
+            ..FrameRecord::new(camera, previous, size, index, seed)
+        };
+        let moment = Moment { record, jitter: frame_jitter(params.gbuffer.jitter, index), time_step };
+        self.images.begin_frame();
+        self.stages(frame, Some(scene), moment, params)
+    }
+
+    /// Records a frame of a replay. `load` fills the images that a replay is given, after last frame's have been put aside.
+    ///
+    /// # Errors
+    /// Those of `load`, else as [`FullFrame::record`].
+    pub fn replay<E: From<pt_core::Error>>(
+        &mut self,
+        frame: &mut Frame<'_>,
+        moment: Moment,
+        params: &FrameParams,
+        load: impl FnOnce(&ChannelImages, &[ChannelId]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.images.begin_frame();
+        load(&self.images, &self.given)?;
+        Ok(self.stages(frame, None, moment, params)?)
+    }
+
+    fn stages(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: Option<&dyn SceneResources>,
+        moment: Moment,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
+        if let Some(key) = self.made_for.structural_difference(params) {
+            return Err(pt_core::Error::StructuralKnob { key });
+        }
+        self.moment = Some(moment);
+        self.uniforms.upload(frame, &moment.record)?;
+        let inputs = StageInputs { scene, uniforms: Some(&self.uniforms), images: &self.images };
+        if let Some(traced) = &self.traced {
+            let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
+            let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
+            traced.primary.record(frame, &inputs, &gbuffer)?;
+            for bounce in 0..gbuffer.reflect_refract {
+                traced.reflect_refract.record(frame, &inputs, &gbuffer, bounce)?;
+            }
+            traced.direct.record(frame, &inputs, &params.lights)?;
+        }
+        if let Some(composite) = &self.composite {
+            composite.record(frame, &inputs, SplitLight::unfiltered(&self.images), &params.denoise)?;
+        }
+        if let Some(interleave) = &self.interleave {
+            interleave.record(frame, &inputs, &params.checkerboard)?;
+        }
+        self.post.record(frame, &inputs, moment.time_step, moment.jitter, &params.post)
+    }
+
+    /// Forgets the frames so far, after a cut or a teleport of the camera: the next one starts over.
+    pub fn reset_history(&mut self) {
+        self.images.reset_history();
+        self.previous_camera = None;
+    }
+}
