@@ -216,3 +216,33 @@ fn native_rays(paths: f64, [nearest, shadow]: [f64; 2]) -> [f64; 4] {
     let first = (paths / nearest).min(1.0);
     [first * nearest, (1.0 - first) * nearest, first * shadow, (1.0 - first) * shadow]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_scene::Camera;
+    use pt_shaders::glam::Vec3;
+
+    /// A kind with less than one ray has a rate, one that the scene has not takes no time: no ratio is infinite.
+    #[test]
+    fn few_rays_or_none_make_finite_times() {
+        let scene = pt_import::open("cornell", &Default::default()).unwrap();
+        let times = |camera: Camera, counts| {
+            let camera = camera_record(&camera, [8, 8]);
+            let native =
+                NativeRays::new(&mesh_geometry(&scene), &placements(&scene), &camera, [8, 8], 0).unwrap();
+            NativeTimes::of(&native, counts)
+        };
+        let seen = times(scene.default_camera(), [64.0, 20.0, 0.25, 0.0]);
+        assert!(seen.seconds.is_finite() && seen.seconds > 0.0, "{}", seen.seconds);
+        assert!(
+            seen.mrays_per_s.iter().all(|rate| rate.is_finite() && *rate > 0.0),
+            "{:?}",
+            seen.mrays_per_s
+        );
+        let away = Camera::look_at("away", Vec3::splat(1e3), Vec3::splat(2e3), 0.8);
+        let empty = times(away, [64.0, 20.0, 0.25, 0.0]);
+        assert!(empty.seconds.is_finite() && empty.seconds > 0.0, "{}", empty.seconds);
+        assert_eq!(empty.mrays_per_s[1..], [0.0; 3]);
+    }
+}
