@@ -30,7 +30,6 @@ fn main() {
         HISTOGRAM_SPAN,
         BLUR_OUTPUTS,
         BLUR_MAX_RADIUS,
-        NOISE_SIDE,
     ];
     header.push_str(&format!("const int MIN_LOG_LUMINANCE = {MIN_LOG_LUMINANCE};\n"));
     for text in [

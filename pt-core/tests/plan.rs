@@ -55,7 +55,7 @@ fn one_reset_forgets_all_histories() {
     let mut images = plan(&stages).unwrap().allocate(&device).unwrap();
     let names: Vec<_> = images.histories().map(|id| id.full_name()).collect();
     assert_eq!(names, ["color", "accumulated"]);
-    let mut next = |images: &mut ChannelImages| {
+    let next = |images: &mut ChannelImages| {
         images.begin_frame();
         images.has_history()
     };

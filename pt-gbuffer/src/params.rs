@@ -3,8 +3,8 @@
 use pt_core::knobs;
 use pt_core::random::RandomSource;
 pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
+use pt_shaders::named_enum;
 use pt_shaders::records::CameraRecord;
-use pt_shaders::{NamedEnum, named_enum};
 
 named_enum! {
     /// Where in the pixel its ray goes.

@@ -2,7 +2,6 @@
 
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use gltf::json::animation::{Animation, Interpolation as JsonInterpolation, Property as JsonProperty};
-use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
 use std::collections::BTreeSet;
@@ -12,13 +11,10 @@ use crate::document::Document;
 use crate::notices::Notices;
 use crate::transforms::{local_transform, unit_quaternion};
 use pt_scene::animation::{
-    AnimationChoice, AnimationInfo, Deformation, Influence, Interpolation, MorphDelta, Property, Rig,
-    RigNode, Sampler, Skin, Track, Trs, VertexLists, unit,
+    AnimationChoice, AnimationInfo, Deformation, Interpolation, Property, Rig, RigNode, Sampler, Skin, Track,
+    Trs, VertexLists, unit,
 };
 use pt_scene::{Mesh, Scene, SceneError};
-
-/// Most influences and displacements of a mesh: more would overflow the offsets on the GPU.
-const MAX_ITEMS: usize = 1 << 31;
 
 /// Lists the animations of the file and makes the rig of those that `choice` plays. A file in which nothing can move gets none.
 pub(crate) fn read_rig(

@@ -1,7 +1,7 @@
 //! A parsed file with its bytes, and the errors that name places in it.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::AtomicU64;
 
 use gltf::json::accessor::ComponentType;

@@ -38,9 +38,6 @@ pub const BLUR_OUTPUTS: u32 = 3;
 /// Largest `BlurPush::radius`.
 pub const BLUR_MAX_RADIUS: u32 = 400;
 
-/// Side of the blue-noise tile that dithers the display codes.
-pub const NOISE_SIDE: u32 = 64;
-
 named_enum! {
     /// Curve from exposed values to display values; `TONEMAP_*` in GLSL.
     pub enum Tonemap: "TONEMAP" {

@@ -175,7 +175,6 @@ impl PathTracer {
         &self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        lights: &LightTables,
         uniforms: &Uniforms<FrameRecord>,
         Iterations { tile, samples, iterations }: Iterations,
     ) -> Result<()> {

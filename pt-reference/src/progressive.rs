@@ -84,13 +84,7 @@ impl Progressive {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn step(
-        &mut self,
-        scene: &Scene,
-        gpu: &mut GpuScene,
-        lights: &LightTables,
-        end: u32,
-    ) -> Result<Vec<FrameTiming>> {
+    pub fn step(&mut self, scene: &Scene, gpu: &mut GpuScene, end: u32) -> Result<Vec<FrameTiming>> {
         let samples = self.next_sample..end.min(self.next_sample.saturating_add(self.batch));
         let mut timings = Vec::new();
         if samples.is_empty() {
@@ -111,7 +105,7 @@ impl Progressive {
                     self.tracer.set_camera_interior(&interior_at(scene, position));
                 }
                 let work = Iterations { tile, samples: samples.clone(), iterations };
-                self.tracer.record(&mut frame, gpu, lights, &self.uniforms, work)?;
+                self.tracer.record(&mut frame, gpu, &self.uniforms, work)?;
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
                 self.iterations = adapt(self.iterations, MAX_ITERATIONS, submitted.elapsed(), SUBMISSION);

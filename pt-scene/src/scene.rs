@@ -1,4 +1,4 @@
-use glam::{Affine3A, Vec3};
+use glam::Affine3A;
 use pt_core::phases::Phase;
 
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! The knob `gbuffer.random` reaches every stage, and no source of random numbers changes how much light there is.
 
-use pt_core::trace::TraceBackend;
 use pt_app::params::{self, FrameParams};
+use pt_core::trace::TraceBackend;
 use pt_shaders::channels::{ACCUMULATED, COLOR_HF, ChannelId, VIEW_DIRECTION, VISIBILITY};
 use pt_tests::{Frames, builtin};
 

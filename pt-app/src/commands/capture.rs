@@ -142,9 +142,9 @@ fn reference(session: &mut Session, moment: Moment, spp: u32) -> Result<Vec<u8>>
     let identity = Identity::default().with("scene", &scene.name).with("frame", moment.record.frame_index);
     let mut render = Progressive::new(device, gpu, lights, moment.record, params, None, 0)?;
     while render.next_sample() < spp {
-        render.step(scene, gpu, lights, spp)?;
+        render.step(scene, gpu, spp)?;
     }
     let estimate = render.state()?.estimate(spp);
-    let image = EstimateFile { estimate, ranges: vec![0..spp], identity }.to_image()?;
+    let image = EstimateFile { estimate, ranges: std::iter::once(0..spp).collect(), identity }.to_image()?;
     encode_exr_parts(&[(String::new(), image)]).map_err(anyhow::Error::msg)
 }

@@ -29,7 +29,7 @@ impl FullFrame {
         Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
     }
 
-    /// The frame from stage `first` on, which reads recorded images: see [`FullFrame::given`].
+    /// The frame from stage `first` on, which reads recorded images; see [`FullFrame::replay`].
     ///
     /// # Errors
     /// When the device refuses.

@@ -76,7 +76,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     writeln!(out, "backend {}, {} points", gpu.backend(), args.side * args.side)?;
     writeln!(out, "{:<12} {:>14} {:>16} {:>12}", "kind", "radiosity / pi", "noise of 1", "ms per pass")?;
     for (name, params) in kinds {
-        let estimate = estimate(args, &device, &scene, &mut gpu, &lights, &stage, &params)?;
+        let estimate = estimate(args, &device, &scene, &mut gpu, &stage, &params)?;
         let Estimate { mean, noise, ms } = estimate;
         writeln!(out, "{name:<12} {mean:>14.6} {:>15.1}% {ms:>12.3}", 100.0 * noise)?;
     }
@@ -114,7 +114,6 @@ fn estimate(
     device: &Device,
     scene: &Scene,
     gpu: &mut GpuScene,
-    lights: &LightTables,
     stage: &DirectLighting,
     params: &DirectParams,
 ) -> Result<Estimate> {

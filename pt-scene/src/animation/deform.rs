@@ -1,7 +1,7 @@
 //! Vertices that move on their own: morph targets, then linear blend skinning (glTF 2.0, sections 3.7.2.2 and 3.7.3).
 //! The CPU twin of `deform.comp`.
 
-use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
+use glam::{Affine3A, Vec3, Vec3A, Vec4};
 use std::sync::Arc;
 
 use super::Pose;

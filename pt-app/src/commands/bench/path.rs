@@ -115,7 +115,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         let mut passes = BTreeMap::new();
         let started = Instant::now();
         while render.next_sample() < end {
-            let timings = render.step(&session.scene, &mut session.gpu, &session.lights, end)?;
+            let timings = render.step(&session.scene, &mut session.gpu, end)?;
             for pass in timings.into_iter().flat_map(|frame| frame.passes) {
                 *passes.entry(pass.pass).or_default() += pass.ms;
             }

@@ -158,7 +158,7 @@ fn advance(
     let mut progress = Report::new(samples, render.next_sample());
     let mut saved = Instant::now();
     while render.next_sample() < samples.end && limit.is_none_or(|limit| started.elapsed() < limit) {
-        render.step(&session.scene, &mut session.gpu, &session.lights, samples.end)?;
+        render.step(&session.scene, &mut session.gpu, samples.end)?;
         let save = args.checkpoint.is_some() && saved.elapsed() >= interval;
         if save || progress.is_due() {
             let state = render.state()?;
