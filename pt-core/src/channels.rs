@@ -102,7 +102,7 @@ impl ChannelImages {
     /// This frame's image.
     ///
     /// # Panics
-    /// If no stage of the plan declares it. Passes use [`ChannelImages::get`], which reports this as an error.
+    /// If no stage of the plan declares it. Passes report that as an error instead.
     pub fn current(&self, id: ChannelId) -> &Image {
         self.get(id).unwrap_or_else(|_| panic!("{} is not allocated", id.full_name()))
     }

@@ -8,6 +8,7 @@
 //! #[cfg_attr(not(shared), ignore = "needs ../shared")]
 //! fn a_skinned_fox() {
 //!     let fox = pt_test_data::shared("scenes/Fox/Fox.glb");
+//! }
 //! ```
 //!
 //! With `PT_REQUIRE_SHARED=1` the tests are compiled to run even where the folder is missing, and fail there.
