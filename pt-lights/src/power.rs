@@ -9,6 +9,7 @@
 //! | directional, illuminance E | pi r^2 E, what falls on the scene's bounding sphere of radius r |
 //! | environment, mean radiance L | 4 pi^2 r^2 L, what falls on that sphere from all sides |
 
+use crate::punctual::solid_angle;
 use crate::{LightLists, luminance};
 use pt_scene::{Environment, Light, LightKind, Scene};
 use serde::Serialize;
@@ -81,20 +82,6 @@ fn punctual(light: &Light, radius: f64) -> LightPower {
     let extent = solid_angle(light.kind).unwrap_or(PI * radius * radius);
     let strength = luminance(light.intensity);
     LightPower { kind, name: light.name.clone(), strength, triangles: 0, power_w: extent * strength }
-}
-
-/// What the intensity of a point or spot light is multiplied by to give its power: the integral over all directions of how much of
-/// it goes there. `None` for directional lights.
-pub(crate) fn solid_angle(kind: LightKind) -> Option<f64> {
-    match kind {
-        LightKind::Point => Some(4.0 * PI),
-        // The full cone inside, and the integral of the squared ramp between the cosines.
-        LightKind::Spot { inner, outer } => {
-            let (inner, outer) = (f64::from(inner).cos(), f64::from(outer).cos());
-            Some(2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0))
-        }
-        LightKind::Directional => None,
-    }
 }
 
 /// Mean over the sphere.

@@ -1,10 +1,10 @@
 //! Records of the punctual lights (KHR_lights_punctual): two groups, in each of which a light is picked by its power.
 
 use crate::luminance;
-use crate::power::solid_angle;
 use glam::Vec3;
 use pt_scene::{Light, LightKind};
 use pt_shaders::records::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightRecord};
+use std::f64::consts::PI;
 
 /// Resolution of [`LightRecord::cdf`]: the random numbers it is compared with are multiples of 2^-24.
 const STEPS: u64 = 1 << 24;
@@ -32,6 +32,20 @@ fn group(lights: &[&Light]) -> Vec<LightRecord> {
             record(light, count as f32 / STEPS as f32, sum as f32 / STEPS as f32)
         })
         .collect()
+}
+
+/// What the intensity of a point or spot light is multiplied by to give its power: the integral over all directions of how much of
+/// it goes there. `None` for directional lights.
+pub(crate) fn solid_angle(kind: LightKind) -> Option<f64> {
+    match kind {
+        LightKind::Point => Some(4.0 * PI),
+        // The full cone inside, and the integral of the squared ramp between the cosines.
+        LightKind::Spot { inner, outer } => {
+            let (inner, outer) = (f64::from(inner).cos(), f64::from(outer).cos());
+            Some(2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0))
+        }
+        LightKind::Directional => None,
+    }
 }
 
 /// Luminous power (point, spot) or illuminance (directional).

@@ -5,24 +5,8 @@ use crate::images::{DISPLAY_CODES, UPSCALED_CODES};
 use crate::kernels;
 use crate::params::{PostParams, Upscale};
 use crate::records::{EASU_ROWS, EasuPush, Encoding, RCAS_COLUMNS, RCAS_ROWS, RcasPush};
-use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Kernel, Result, StageIo, knobs};
+use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Kernel, Result, StageIo};
 use pt_shaders::channels::{ChannelId, Format};
-
-/// Quality presets of FSR 1: name and factor between the sides of frame and picture.
-pub const PRESETS: &[(&str, f32)] =
-    &[("ultra-quality", 1.3), ("quality", 1.5), ("balanced", 1.7), ("performance", 2.0)];
-
-knobs! {
-    /// Knobs of upscaling and sharpening.
-    pub struct FsrParams {
-        /// Whether pictures that are not upscaled by FSR are sharpened too.
-        pub sharpen: bool = false => structural;
-        /// Stops below the strongest sharpening; 1 is closest to native pictures, AMD and Quake II RTX take 0.2.
-        pub sharpness: f32 = 1.0, in 0.0..=10.0, unit "stops", source "Lottes 2021";
-        /// Whether pixels that stand out from their neighbours, as noise does, are sharpened less.
-        pub denoise: bool = false, source "Lottes 2021";
-    }
-}
 
 /// Upscales and sharpens display codes. They are sRGB codes, or PQ codes for HDR output: a space that is perceptual and ends
 /// at 1, as the method asks for.

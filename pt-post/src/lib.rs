@@ -25,8 +25,10 @@ pub use accumulate::Accumulate;
 pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
 pub use chain::{ChainParts, PostChain};
 pub use exposure::Exposure;
-pub use fsr::{Fsr, FsrParams, PRESETS};
-pub use params::{CurveParams, ExposureMode, Output, PostParams, Upscale, camera_ev100, exposure_scale};
+pub use fsr::Fsr;
+pub use params::{
+    CurveParams, ExposureMode, FsrParams, Output, PRESETS, PostParams, Upscale, camera_ev100, exposure_scale,
+};
 pub use picture::{PictureError, picture_layers, write_picture};
 pub use records::{ClipSpace, Encoding, ExposureRecord, Rectify, Tonemap};
 pub use taa::{Taa, TaaParams};

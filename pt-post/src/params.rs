@@ -1,7 +1,6 @@
 //! Knobs of post-processing.
 
 use crate::bloom::BloomParams;
-use crate::fsr::FsrParams;
 use crate::records::{Encoding, Tonemap};
 use crate::taa::TaaParams;
 use pt_core::settings::{InvalidValue, check_range};
@@ -68,6 +67,22 @@ knobs! {
         pub knee: f32 = 0.6, in 0.1..=0.99;
         /// Value that becomes white.
         pub white_point: f32 = 10.0, in 1.1..=1000.0, source "Reinhard et al. 2002, eq. 4";
+    }
+}
+
+/// Quality presets of FSR 1: name and factor between the sides of frame and picture.
+pub const PRESETS: &[(&str, f32)] =
+    &[("ultra-quality", 1.3), ("quality", 1.5), ("balanced", 1.7), ("performance", 2.0)];
+
+knobs! {
+    /// Knobs of upscaling and sharpening.
+    pub struct FsrParams {
+        /// Whether pictures that are not upscaled by FSR are sharpened too.
+        pub sharpen: bool = false => structural;
+        /// Stops below the strongest sharpening; 1 is closest to native pictures, AMD and Quake II RTX take 0.2.
+        pub sharpness: f32 = 1.0, in 0.0..=10.0, unit "stops", source "Lottes 2021";
+        /// Whether pixels that stand out from their neighbours, as noise does, are sharpened less.
+        pub denoise: bool = false, source "Lottes 2021";
     }
 }
 
