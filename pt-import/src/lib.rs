@@ -11,6 +11,10 @@ mod accessor;
 mod animation;
 #[cfg(feature = "codecs")]
 pub mod bake;
+#[cfg_attr(
+    not(feature = "codecs"),
+    allow(dead_code, reason = "only the encoder of baked textures needs all of it")
+)]
 mod baked_folder;
 mod check;
 #[cfg(feature = "codecs")]
@@ -30,6 +34,10 @@ mod nodes;
 mod notices;
 mod options;
 mod reader;
+#[cfg_attr(
+    not(feature = "codecs"),
+    allow(dead_code, reason = "only the encoder of baked textures needs all of it")
+)]
 mod scene_images;
 mod tangents;
 mod textures;
