@@ -1,7 +1,11 @@
 //! `--aov`: the images that an EXR holds besides the main one.
 
+use crate::frame::FullFrame;
+use crate::params::FrameParams;
 use anyhow::{Result, bail, ensure};
 use pt_core::ChannelImages;
+use pt_core::capture::read_layer;
+use pt_image::image_file::{Layer, LayeredImage};
 use pt_shaders::channels::{ChannelId, ExtentClass};
 use std::str::FromStr;
 
@@ -78,4 +82,23 @@ fn named(
         size[1]
     );
     Ok(id)
+}
+
+/// The layers of a frame's EXR: linear radiance or the picture as the main one, then `aovs`. Waits for the frame.
+///
+/// # Errors
+/// When the device fails.
+pub fn layers(full: &FullFrame, params: &FrameParams, aovs: &[ChannelId]) -> Result<LayeredImage> {
+    let mut file = if params.post.output == pt_post::Output::Display {
+        pt_post::picture_layers(full.images(), params.post.encoding)?
+    } else {
+        let [width, height] = full.radiance().extent();
+        let mut file = LayeredImage::new(width, height)?;
+        file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
+        file
+    };
+    for &id in aovs {
+        file.layers.push(read_layer(full.images(), id)?.0);
+    }
+    Ok(file)
 }

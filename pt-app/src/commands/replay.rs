@@ -9,13 +9,13 @@ use crate::progress::Progress;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use pt_core::capture::folder::{CaptureFolder, RecordedFrame};
+use pt_core::capture::keys;
 use pt_core::capture::sidecar::from_hex;
-use pt_core::capture::{keys, read_layer};
 use pt_core::console::print_warning;
 use pt_core::harness::Spread;
 use pt_core::settings::apply_sets;
 use pt_core::{Device, DeviceOptions, Recorder};
-use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
+use pt_image::image_file::{LayeredImage, OutputFormat};
 use pt_shaders::channels::ChannelId;
 use std::io::Write;
 use std::path::PathBuf;
@@ -161,17 +161,7 @@ fn exr(
     recorded: &RecordedFrame,
     device: &Device,
 ) -> Result<LayeredImage> {
-    let mut file = if params.post.output == pt_post::Output::Display {
-        pt_post::picture_layers(full.images(), params.post.encoding)?
-    } else {
-        let [width, height] = full.radiance().extent();
-        let mut file = LayeredImage::new(width, height)?;
-        file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
-        file
-    };
-    for &id in aovs {
-        file.layers.push(read_layer(full.images(), id)?.0);
-    }
+    let mut file = aov::layers(full, params, aovs)?;
     let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
     put(keys::FRAMES, (recorded.sidecar.frame + 1).to_string());
     put(keys::PARAMS, serde_json::to_string(params)?);

@@ -123,8 +123,8 @@ impl CaptureWriter {
         for id in images.ids().filter(|id| id.is_contract()) {
             parts.add(images, id, "")?;
         }
-        for (part, image) in histories {
-            parts.merge(part, image);
+        for (_, image) in histories {
+            parts.merge(image);
         }
         let number = sidecar.frame;
         let exr = format!("frame_{number:06}.exr");
@@ -167,7 +167,7 @@ impl Parts {
         Ok(())
     }
 
-    fn merge(&mut self, _: String, image: LayeredImage) {
+    fn merge(&mut self, image: LayeredImage) {
         self.part(image.width, image.height).layers.extend(image.layers);
     }
 

@@ -12,12 +12,12 @@ use crate::progress::Progress;
 use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result};
 use pt_core::Recorder;
-use pt_core::capture::{keys, read_layer};
+use pt_core::capture::keys;
 use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
 use pt_image::atomic_file::write_atomic;
-use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
+use pt_image::image_file::{LayeredImage, OutputFormat};
 use pt_shaders::channels::ChannelId;
 use serde_json::json;
 use std::io::Write;
@@ -116,17 +116,7 @@ impl Images<'_> {
 
     fn exr(&self, index: u32, session: &Session, full: &FullFrame) -> Result<LayeredImage> {
         let Self { args, params, aovs, .. } = self;
-        let mut file = if params.post.output == pt_post::Output::Display {
-            pt_post::picture_layers(full.images(), params.post.encoding)?
-        } else {
-            let [width, height] = full.radiance().extent();
-            let mut file = LayeredImage::new(width, height)?;
-            file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
-            file
-        };
-        for &id in aovs {
-            file.layers.push(read_layer(full.images(), id)?.0);
-        }
+        let mut file = aov::layers(full, params, aovs)?;
         let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
         put(keys::SCENE, session.scene.name.clone());
         put(keys::CAMERA, format!("{:?}", session.camera));
