@@ -1,6 +1,11 @@
 //! The stage program on a file.
 
+use pt_checkerboard::{CheckerboardParams, Interleave};
+use pt_core::capture::read_layer;
+use pt_core::test_support::{TestDevice, record_folder};
+use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
 use pt_image::image_file::{Layer, LayeredImage};
+use pt_shaders::channels::{COLOR, FLAT_COLOR, FLAT_MOTION, MOTION};
 use std::process::Command;
 
 #[test]
@@ -55,4 +60,44 @@ fn compares_the_schemes() {
     assert!(swap[0] > blend[0] && swap[1] < 1e-12, "{text}");
     assert!(blend[4] == 0.0 && swap[4] > 0.05, "{text}");
     assert_eq!(run("c.exr").status.code(), Some(2));
+}
+
+/// The recorded fields of a folder's frame become the flat image that the frame had, bit by bit.
+#[test]
+fn interleaves_a_recorded_frame() {
+    let device = TestDevice::open();
+    let images = ChannelImages::alone(&device, FrameSizes::same([13, 7]), &[Interleave::IO]).unwrap();
+    for (id, components) in [(COLOR, 4), (MOTION, 2)] {
+        let texels: u32 = images.current(id).extent().iter().product();
+        let value =
+            |i: u32| if components == 4 && i % 4 == 3 { (i / 4 % 7) as f32 } else { (i * 7919 % 613) as f32 };
+        images.current(id).write_f32(&(0..texels * components).map(value).collect::<Vec<_>>()).unwrap();
+    }
+    let stage = Interleave::new(&device).unwrap();
+    let mut recorder = Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    stage.record(&mut frame, &StageInputs::new(&images), &CheckerboardParams::default()).unwrap();
+    frame.submit().unwrap();
+    recorder.finish().unwrap();
+
+    let folder = tempfile::tempdir().unwrap();
+    record_folder(&folder.path().join("frames"), &images, 3..5);
+    let run = |arguments: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_pt-checkerboard"));
+        program.current_dir(folder.path()).args(arguments).output().unwrap()
+    };
+    let done = run(&["frames", "-o", "out.exr", "--frames", "1"]);
+    assert!(done.status.success(), "{done:?}");
+    let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
+    for id in [FLAT_COLOR, FLAT_MOTION] {
+        let layer = read_layer(&images, id).unwrap().0;
+        for channel in &layer.channels {
+            assert_eq!(out.channel(&layer.name, &channel.name), Some(&channel.samples), "{}", layer.name);
+        }
+    }
+    std::fs::remove_file(folder.path().join("frames/frame_000003.exr")).unwrap();
+    let failed = run(&["frames"]);
+    let message = String::from_utf8_lossy(&failed.stderr).into_owned();
+    assert_eq!(failed.status.code(), Some(2), "{message}");
+    assert!(message.contains("frame_000003.exr") && message.lines().count() == 1, "{message}");
 }

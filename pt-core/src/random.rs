@@ -69,20 +69,19 @@ pub fn random_coverage(
         return [coverage_seed(pixel, frame, dimension, seed), 0];
     }
     let [hash, ..] = mask_hash(source, frame, DIM_COVERAGE + dimension, seed);
-    let place = (frame & 0x3_ffff) << 12 | (pixel[1] & 63) << 6 | pixel[0] & 63;
-    [hash.wrapping_add(pcg(frame >> 18)), source.code() << 30 | place]
+    [hash.wrapping_add(pcg(frame >> 20)), frame << 12 | (pixel[1] & 63) << 6 | pixel[0] & 63]
 }
 
 /// Number in [0, 1) for a ray and a triangle: the triangle is there when its coverage is above.
-pub fn coverage_number(ray_coverage: [u32; 2], instance: u32, triangle: u32) -> f32 {
+pub fn coverage_number(source: RandomSource, ray_coverage: [u32; 2], instance: u32, triangle: u32) -> f32 {
     let [seed, place] = ray_coverage;
     let hash = pcg(triangle.wrapping_add(pcg(instance.wrapping_add(seed))));
-    if place == 0 {
+    if source == RandomSource::White {
         return unit(hash);
     }
     let mut bits = mask_word(place.wrapping_add(hash), (place >> 6).wrapping_add(hash >> 6));
-    if place >> 30 == RandomSource::Sobol.code() {
-        let order = owen_scramble((place >> 12) & 0x3_ffff, pcg(hash));
+    if source == RandomSource::Sobol {
+        let order = owen_scramble(place >> 12, pcg(hash));
         bits ^= owen_scramble(order.reverse_bits(), pcg(hash.wrapping_add(1)));
     }
     unit(bits & MASK_BITS | pcg(hash ^ place) & !MASK_BITS)

@@ -30,7 +30,6 @@ fn numbers(source: RandomSource, pixel: [u32; 2], frame: u32, dimension: u32) ->
 #[test]
 fn kernels_draw_what_the_host_twin_draws() {
     let device = TestDevice::open();
-    let kernel = Kernel::compute::<()>(&device, &kernels::RANDOM_CASES, &[]).unwrap();
     let cases: Vec<[u32; 4]> = (0..8192)
         .map(|i| {
             let [pixel, frame, c, triangle] = pcg4d([i, 1, 2, 3]);
@@ -45,7 +44,9 @@ fn kernels_draw_what_the_host_twin_draws() {
     let scenes: Uniforms<SceneRecord> = Uniforms::new(&device, "scene_uniforms").unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     for source in RandomSource::VALUES.iter().copied() {
-        let record = FrameRecord { seed: SEED, random: source.code(), ..bytemuck::Zeroable::zeroed() };
+        let constants = [("random_source", source.code().into())];
+        let kernel = Kernel::compute::<()>(&device, &kernels::RANDOM_CASES, &constants).unwrap();
+        let record = FrameRecord { seed: SEED, ..bytemuck::Zeroable::zeroed() };
         let scene = SceneRecord { blue_noise: mask.address(), ..bytemuck::Zeroable::zeroed() };
         let mut frame = recorder.begin().unwrap();
         frames.upload(&mut frame, &record).unwrap();
@@ -69,7 +70,7 @@ fn kernels_draw_what_the_host_twin_draws() {
             assert_eq!(word, random_bits(source, pixel, frame, dimension, SEED), "{source:?}");
             let ray = random_coverage(source, pixel, frame, dimension, SEED);
             let [x, ..] = random_numbers(source, pixel, frame, dimension, SEED);
-            assert_eq!(coverage, [coverage_number(ray, 3, triangle), x], "{source:?}");
+            assert_eq!(coverage, [coverage_number(source, ray, 3, triangle), x], "{source:?}");
         }
     }
 }
@@ -133,7 +134,7 @@ fn sobol_is_stratified_over_the_frames() {
             let mut hit = vec![false; n];
             for i in 0..n as u32 {
                 let ray = random_coverage(RandomSource::Sobol, pixel, block * n as u32 + i, dimension, SEED);
-                hit[(f64::from(coverage_number(ray, 1, 9)) * n as f64) as usize] = true;
+                hit[(f64::from(coverage_number(RandomSource::Sobol, ray, 1, 9)) * n as f64) as usize] = true;
             }
             assert!(hit.iter().all(|h| *h), "coverage of dimension {dimension}, {n} frames");
         }
@@ -180,7 +181,8 @@ fn frames_are_blue() {
                 let ray = |pixel| random_coverage(source, pixel, frame, dimension, SEED);
                 plain += tile(&|pixel| number(pixel)[2]);
                 step += tile(&|pixel| f64::from(u8::from(number(pixel)[1] < 0.3)));
-                coverage += tile(&|pixel| f64::from(u8::from(coverage_number(ray(pixel), 2, 40) < 0.6)));
+                coverage +=
+                    tile(&|pixel| f64::from(u8::from(coverage_number(source, ray(pixel), 2, 40) < 0.6)));
             }
         }
         let mean = [plain, step, coverage].map(|sum| sum / f64::from(frames) / DIMENSIONS.len() as f64);
@@ -216,7 +218,7 @@ fn dimensions_are_independent() {
             for triangle in [1, 2] {
                 let values = samples().map(|(pixel, frame)| {
                     let ray = random_coverage(source, pixel, frame, dimension, SEED);
-                    f64::from(coverage_number(ray, 0, triangle)) - 0.5
+                    f64::from(coverage_number(source, ray, 0, triangle)) - 0.5
                 });
                 series.push((format!("coverage {dimension}, triangle {triangle}"), values.collect()));
             }
@@ -252,7 +254,7 @@ fn means_over_the_frames_are_the_integrals() {
                     .map(|frame| {
                         let ray = random_coverage(source, pixel, frame, DIM_PIXEL, SEED);
                         f(&|dimension| numbers(source, pixel, frame, dimension), &|triangle| {
-                            coverage_number(ray, 0, triangle).into()
+                            coverage_number(source, ray, 0, triangle).into()
                         })
                     })
                     .sum();

@@ -1,7 +1,7 @@
 //! The three trace backends against the native traversal, and against each other.
 
 use glam::{Affine3A, Quat, UVec3, Vec2, Vec3, Vec4};
-use pt_core::random::coverage_number;
+use pt_core::random::{RandomSource, coverage_number};
 use pt_core::rng::{coverage_seed, random4};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::ray_list::{Coverage, Query, RayScene, Visibility};
@@ -76,7 +76,7 @@ impl Mesh {
         let alpha = self.alpha(triangle, bary);
         match Self::material(triangle) {
             0 => alpha >= CUTOFF,
-            _ => coverage_number([coverage_seed, 0], instance, triangle) < alpha,
+            _ => coverage_number(RandomSource::White, [coverage_seed, 0], instance, triangle) < alpha,
         }
     }
 }

@@ -25,9 +25,9 @@ knobs! {
         pub scale_hf: f32 = 1.0, in 0.0..=10.0;
         /// Factor on the specular channel.
         pub scale_spec: f32 = 1.0, in 0.0..=10.0;
-        /// Factor on the radiance of the transparent layer; its coverage stays.
+        /// Factor on the radiance of the transparent layer; its alpha is not changed.
         pub scale_overlay: f32 = 1.0, in 0.0..=10.0;
-        /// Diffuse albedo that stands for every surface's own.
+        /// Diffuse albedo of all surfaces, instead of their own.
         pub fixed_albedo: Option<f32> = None, in 0.0..=1.0;
     }
 }

@@ -23,8 +23,8 @@ named_enum! {
 knobs! {
     /// Knobs of the G-buffer.
     pub struct GbufferParams {
-        /// Where in the pixel its ray goes: `pixel` is the box filter over averaged frames, `halton` and `r2` are what temporal
-        /// anti-aliasing wants.
+        /// Position of the primary ray in its pixel. Averaged frames need `pixel`, which gives a box filter; temporal anti-aliasing needs
+        /// `halton` or `r2`.
         pub jitter: Jitter = Jitter::Pixel, source "Halton 1960";
         /// Whether the camera's thin lens gives depth of field; without effect while the lens radius is 0.
         pub depth_of_field: bool = true, source "Cook et al. 1984";
@@ -34,18 +34,19 @@ knobs! {
         pub focus_distance: Option<f32> = None, in 1e-3..=1e6, unit "m", source "Cook et al. 1984";
         /// Bias on the texture level of detail; negative is sharper.
         pub texture_lod_bias: f32 = 0.0, in -8.0..=8.0, unit "mip levels";
-        /// How many reflections and refractions are followed: 2 is in and out of a glass, with 0 mirrors and glass are regular surfaces.
+        /// Maximum number of reflections and refractions: 2 is into a glass and out of it. With 0, mirrors and glass are shaded as regular
+        /// surfaces.
         pub reflect_refract: u32 = 2, in 0..=MAX_REFLECT_REFRACT;
-        /// Perceptual roughness below which a metal is a mirror and an interface of glass is smooth.
+        /// Perceptual roughness below which metals are mirrors and interfaces of glass are smooth.
         pub mirror_roughness: f32 = 0.02, in 0.0..=1.0;
-        /// Perceptual roughness up to which transmissive materials are seen through; the rest are regular surfaces without the light
-        /// that they transmit.
+        /// Perceptual roughness up to which rays pass through transmissive materials. Rougher ones are shaded as regular surfaces, without
+        /// the light that they transmit.
         pub glass_roughness: f32 = 1.0, in 0.0..=1.0, source "Walter et al. 2007";
-        /// Whether reflection and refraction change fields from frame to frame, so that each pixel gets both: for averaged frames without
-        /// `checkerboard.blend_split`.
+        /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both. For averaged frames
+        /// without `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
-        /// Where all stages of the frame take their random numbers from.
-        pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020";
+        /// Source of the random numbers of all stages of the frame.
+        pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020" => structural;
     }
 }
 

@@ -1,6 +1,6 @@
 use crate::records::PrimaryPush;
 use crate::{GbufferParams, Jitter, frame_jitter, kernels};
-use pt_core::trace::TraceBackend;
+use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
 use pt_shaders::records::{MASK_OPAQUE, MASK_TRANSMISSIVE};
@@ -33,9 +33,14 @@ impl PrimaryRays {
         ..StageIo::of("primary rays")
     };
 
-    /// Compiles the kernel for a trace backend.
-    pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
-        let kernel = Kernel::trace::<PrimaryPush>(device, &kernels::PRIMARY_RAYS, backend, &[])?;
+    /// Compiles the kernel.
+    pub fn new(device: &Device, variant: TraceVariant) -> pt_core::Result<Self> {
+        let kernel = Kernel::trace::<PrimaryPush>(
+            device,
+            &kernels::PRIMARY_RAYS,
+            variant.backend,
+            &variant.constants(),
+        )?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

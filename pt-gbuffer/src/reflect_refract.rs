@@ -1,6 +1,6 @@
 use crate::records::ReflectRefractPush;
 use crate::{GbufferParams, kernels};
-use pt_core::trace::TraceBackend;
+use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
 use pt_shaders::records::{MASK_OPAQUE, MASK_TRANSMISSIVE};
@@ -36,12 +36,17 @@ impl ReflectRefract {
         ..StageIo::of("reflect refract")
     };
 
-    /// Compiles the kernel for a trace backend.
+    /// Compiles the kernel.
     ///
     /// # Errors
     /// When the device refuses it.
-    pub fn new(device: &Device, backend: TraceBackend) -> pt_core::Result<Self> {
-        let kernel = Kernel::trace::<ReflectRefractPush>(device, &kernels::REFLECT_REFRACT, backend, &[])?;
+    pub fn new(device: &Device, variant: TraceVariant) -> pt_core::Result<Self> {
+        let kernel = Kernel::trace::<ReflectRefractPush>(
+            device,
+            &kernels::REFLECT_REFRACT,
+            variant.backend,
+            &variant.constants(),
+        )?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

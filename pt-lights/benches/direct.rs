@@ -3,6 +3,7 @@
 use criterion::{Criterion, Throughput};
 use pt_core::frame::Uniforms;
 use pt_core::harness::{WARM_UP, measure};
+use pt_core::random::RandomSource;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Result};
 use pt_core::{FrameSizes, StageInputs};
@@ -42,7 +43,7 @@ fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBacke
     let lights = LightTables::new(device, scene)?;
     let mut gpu = GpuScene::new(device, scene, backend)?;
     lights.attach(&mut gpu);
-    let stage = DirectLighting::new(device, backend)?;
+    let stage = DirectLighting::new(device, gpu.variant(RandomSource::White))?;
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO])?;
     synthetic::fill_surfaces(&images, scene)?;
     synthetic::fill_seeds(&images, 0)?;

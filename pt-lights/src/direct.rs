@@ -1,5 +1,5 @@
 use crate::records::DirectPush;
-use pt_core::trace::TraceBackend;
+use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels;
 use pt_shaders::records::{KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE};
@@ -53,9 +53,14 @@ impl DirectLighting {
         ..StageIo::of("direct lighting")
     };
 
-    /// Compiles the kernel for a trace backend.
-    pub fn new(device: &Device, backend: TraceBackend) -> Result<Self> {
-        let kernel = Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, backend, &[])?;
+    /// Compiles the kernel.
+    pub fn new(device: &Device, variant: TraceVariant) -> Result<Self> {
+        let kernel = Kernel::trace::<DirectPush>(
+            device,
+            &crate::kernels::DIRECT,
+            variant.backend,
+            &variant.constants(),
+        )?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

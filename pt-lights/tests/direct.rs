@@ -7,6 +7,7 @@ use glam::{Affine3A, DVec3, UVec2, Vec3};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
+use pt_core::random::RandomSource;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
@@ -80,8 +81,8 @@ fn render_after(
     frames: u32,
     point: impl Fn(usize) -> Point,
 ) -> Light4 {
-    let stage = DirectLighting::new(device, backend).unwrap();
     let mut uploaded = Uploaded::new(device, scene, backend);
+    let stage = DirectLighting::new(device, uploaded.gpu.variant(RandomSource::White)).unwrap();
     step(&mut uploaded.scene);
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO]).unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms").unwrap();

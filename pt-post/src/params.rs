@@ -53,19 +53,19 @@ knobs! {
     pub struct CurveParams {
         /// Dynamic range of the display.
         pub range: f32 = 7.0, in 1.0..=16.0, unit "stops", source "Eilertsen et al. 2015";
-        /// How far below the metered luminance noise is expected.
+        /// Luminance below which noise is expected, in stops below the metered luminance.
         pub noise_stops: f32 = 8.0, in 0.0..=16.0, unit "stops", source "Eilertsen et al. 2015, section 5";
-        /// Slope of the curve where noise is expected: 0 shows all the same, 1 the contrast of the scene.
+        /// Slope of the curve where noise is expected: 0 shows no contrast, 1 the contrast of the scene.
         pub noise_slope: f32 = 0.5, in 0.0..=1.0, source "Eilertsen et al. 2015, section 5";
         /// Standard deviation of the blur of the curve's slopes; a bin is a quarter of a stop.
         pub blur: f32 = 12.0, in 0.0..=32.0, unit "bins";
-        /// Stops on top of the curve.
+        /// Exposure added after the curve.
         pub bias: f32 = -1.0, in -8.0..=8.0, unit "stops";
-        /// Share of auto-exposed Reinhard in the curve.
+        /// Share of Reinhard's curve, with automatic exposure, in the result.
         pub reinhard: f32 = 0.5, in 0.0..=1.0, source "Reinhard et al. 2002, eq. 4";
-        /// Display value from which on the curve bends towards white.
+        /// Display value above which the curve bends towards white.
         pub knee: f32 = 0.6, in 0.1..=0.99;
-        /// Value that becomes white.
+        /// Exposed value that is shown as white.
         pub white_point: f32 = 10.0, in 1.1..=1000.0, source "Reinhard et al. 2002, eq. 4";
     }
 }
@@ -77,11 +77,11 @@ pub const PRESETS: &[(&str, f32)] =
 knobs! {
     /// Knobs of upscaling and sharpening.
     pub struct FsrParams {
-        /// Whether pictures that are not upscaled by FSR are sharpened too.
+        /// Whether RCAS sharpens pictures that FSR does not upscale.
         pub sharpen: bool = false => structural;
-        /// Stops below the strongest sharpening; 1 is closest to native pictures, AMD and Quake II RTX take 0.2.
+        /// Reduction of the sharpening from its maximum. 1 is closest to native pictures; AMD and Quake II RTX have 0.2.
         pub sharpness: f32 = 1.0, in 0.0..=10.0, unit "stops", source "Lottes 2021";
-        /// Whether pixels that stand out from their neighbours, as noise does, are sharpened less.
+        /// Whether pixels that differ much from their neighbours, as noise does, are sharpened less.
         pub denoise: bool = false, source "Lottes 2021";
     }
 }
@@ -89,9 +89,9 @@ knobs! {
 knobs! {
     /// Knobs of everything that happens to the flat frame.
     pub struct PostParams {
-        /// How a frame smaller than the picture becomes the picture.
+        /// How the frame is upscaled to the size of the picture.
         pub upscale: Upscale = Upscale::None => structural;
-        /// Sides of the frame over those of the picture; below 1 only with `upscale`.
+        /// Width and height of the frame relative to the picture; below 1 only with `upscale`.
         pub render_scale: f32 = 1.0, in 0.25..=1.0 => structural;
         /// Temporal anti-aliasing and upscaling.
         pub taa: TaaParams;
@@ -114,13 +114,13 @@ knobs! {
         pub meter_low: f32 = 0.7, in 0.0..=0.99, source "tone mapper of Quake II RTX";
         /// Auto: share of the lit pixels up to the upper end of the metered range; small bright sources and most shadows do not count.
         pub meter_high: f32 = 0.9, in 0.01..=1.0, source "tone mapper of Quake II RTX";
-        /// Auto: how far the metered range lies above the scene's average, which the meter takes for middle grey.
+        /// Auto: the exposure value is lowered by this, because the metered range is brighter than the average of the frame.
         pub meter_bias: f32 = 1.0, in -8.0..=8.0, unit "stops";
-        /// Auto: how much less the pixels weigh that are far from the middle of the frame; 0 is not at all.
+        /// Auto: how much less pixels far from the centre of the frame weigh; 0: all weigh the same.
         pub centre_weight: f32 = 0.0, in 0.0..=1.0;
-        /// Auto: adaptation to more light; after 1/x seconds 1/e of the difference in stops is left.
+        /// Auto: rate of adaptation to more light: after 1/x seconds, 1/e of the difference in stops is left.
         pub speed_up: f32 = 2.0, in 0.0..=1000.0, unit "per second";
-        /// Auto: adaptation to less light, as `speed_up`.
+        /// Auto: rate of adaptation to less light, as `speed_up`.
         pub speed_down: f32 = 1.0, in 0.0..=1000.0, unit "per second";
         /// Auto: least exposure value; at most `max_ev100`.
         pub min_ev100: f32 = -16.0, in -32.0..=32.0, unit "EV";

@@ -8,30 +8,30 @@ use pt_core::{Device, Frame, Image, Kernel, Result, StageInputs, StageIo, knobs}
 knobs! {
     /// Knobs of temporal anti-aliasing.
     pub struct TaaParams {
-        /// Whether it runs without upscaling too; wants one sub-pixel offset a frame (`gbuffer.jitter`).
+        /// Whether temporal anti-aliasing also runs without upscaling. It needs one sub-pixel offset per frame (`gbuffer.jitter`).
         pub enabled: bool = false, source "Karis 2014" => structural;
-        /// In which space history is compared with the neighbourhood and blended.
+        /// The space in which history is compared with the neighbourhood and blended.
         pub space: ClipSpace = ClipSpace::Pq;
-        /// Whether new and old are mixed as linear radiance, so that the mean over frames is that of the light; else as PQ codes, which
-        /// is darker at edges of high contrast, and smoother (Quake II RTX).
+        /// Whether the new frame and the history are blended as linear radiance, which keeps the mean over frames. Otherwise PQ codes are
+        /// blended, as Quake II RTX does: smoother, but darker at edges of high contrast.
         pub blend_linear: bool = true;
-        /// What happens to history outside of the neighbourhood's box.
+        /// What happens to history that lies outside the box of the neighbourhood's colours.
         pub rectify: Rectify = Rectify::Clamp, source "Karis 2014";
         /// Half width of the neighbourhood's box.
         pub sigma: f32 = 1.0, in 0.0..=8.0, unit "standard deviations", source "Salvi 2016";
-        /// How far what a pixel has shown from frame to frame widens its box, which keeps lines thinner than a pixel; not for space
-        /// `rgb`, and 0 in Quake II RTX.
+        /// How much the variation of a pixel over the frames widens its box. It keeps lines thinner than a pixel. Space `rgb` ignores it;
+        /// Quake II RTX has 0.
         pub temporal: f32 = 2.5, in 0.0..=8.0, unit "mean absolute deviations";
         /// Factor on `sigma` where reflection and refraction share the pixel.
         pub split_sigma: f32 = 2.0, in 1.0..=8.0;
-        /// How bright a pixel may be beside its neighbours: at most x^-0.25 times their mean in the blended space; 0 is no limit, and
-        /// Quake II RTX takes 0.25.
+        /// Suppression of bright single pixels: a pixel is limited to x^-0.25 times the mean of its neighbours, in the blended space. 0
+        /// is no limit; Quake II RTX has 0.25.
         pub anti_sparkle: f32 = 0.0, in 0.0..=1.0;
-        /// Weight of a new frame once history is full, where something moves by a pixel or more; before, history is a running mean.
+        /// Weight of the new frame where something moves by a pixel or more. Until the history is full, it is a running mean.
         pub blend: f32 = 0.1, in 0.01..=1.0, source "Karis 2014";
-        /// Weight of a new frame once history is full, where nothing moves; in Quake II RTX it is that of `blend`.
+        /// Weight of the new frame where nothing moves, once the history is full. Quake II RTX has the value of `blend`.
         pub blend_still: f32 = 0.03, in 0.01..=1.0;
-        /// Luminance of radiance 1 on the PQ scale, which ends at 10000.
+        /// Luminance that radiance 1 stands for on the PQ scale, which ends at 10000.
         pub pq_scale: f32 = 1.0, in 1e-3..=1e5, unit "cd/m2", source "SMPTE ST 2084";
     }
 }

@@ -1,6 +1,9 @@
 //! The stage program from file to file.
 
+use pt_core::test_support::{TestDevice, record_folder};
+use pt_core::{ChannelImages, FrameSizes, StageIo};
 use pt_image::image_file::{Layer, LayeredImage, LinearImage};
+use pt_shaders::channels::{FLAT_COLOR, FLAT_MOTION};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -147,4 +150,35 @@ fn extreme_sizes() {
         assert_eq!(failed.status.code(), Some(2), "{chain}: {message}");
         assert!(message.contains("65536") && message.lines().count() == 1, "{chain}: {message}");
     }
+}
+
+/// A folder stands for its frames: the pictures are those of the same images in files.
+#[test]
+fn runs_on_recorded_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let device = TestDevice::open();
+    let io = StageIo { reads: &[FLAT_COLOR, FLAT_MOTION], ..StageIo::of("test") };
+    let images = ChannelImages::alone(&device, FrameSizes::same([16, 12]), &[io]).unwrap();
+    let value = |x: u32, y: u32| 0.1 + ((x + y) % 4) as f32;
+    let color: Vec<f32> = (0..16 * 12).flat_map(|i| [value(i % 16, i / 16); 4]).collect();
+    images.current(FLAT_COLOR).write_f32(&color).unwrap();
+    images.current(FLAT_MOTION).write_f32(&[0.0; 2 * 16 * 12]).unwrap();
+    record_folder(&folder.path().join("frames"), &images, 2..4);
+    for name in ["f0.exr", "f1.exr"] {
+        linear(&folder.path().join(name), 16, 12, value);
+    }
+    let chain = ["--chain", "taa,bloom=chain", "--frames", "1", "-o"];
+    for (inputs, output) in [(&["frames"][..], "recorded/"), (&["f0.exr", "f1.exr"], "files/")] {
+        let done = pt_post(&[inputs, &chain, &[output]].concat(), folder.path());
+        assert!(done.status.success(), "{done:?}");
+    }
+    let read = |name: &str| LinearImage::read(&folder.path().join(name)).unwrap().pixels;
+    assert_eq!(read("recorded/frame_000002.exr"), read("files/f0.exr"));
+    assert_eq!(read("recorded/frame_000003.exr"), read("files/f1.exr"));
+
+    std::fs::write(folder.path().join("frames/frame_000003.exr"), b"cut").unwrap();
+    let failed = pt_post(&[&["frames"][..], &chain, &["again/"]].concat(), folder.path());
+    let message = String::from_utf8_lossy(&failed.stderr).into_owned();
+    assert_eq!(failed.status.code(), Some(2), "{message}");
+    assert!(message.contains("frame_000003.exr") && message.lines().count() == 1, "{message}");
 }

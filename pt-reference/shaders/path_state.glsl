@@ -7,11 +7,11 @@
 layout(push_constant, scalar) uniform Push { PathPush push; };
 
 // Fixed when the kernels are made (scene.glsl has constant 0), by name.
-layout(constant_id = 1) const uint light_kinds = 0xfu; // KIND_* bits of the light that counts and is present
-layout(constant_id = 2) const uint sampler_kind = 1u;  // SAMPLER_*
-layout(constant_id = 3) const bool energy_compensation = false;
-layout(constant_id = 4) const bool ray_cones = false;
-layout(constant_id = 5) const bool sort_materials = false;
+layout(constant_id = 8) const uint light_kinds = 0xfu; // KIND_* bits of the light that counts and is present
+layout(constant_id = 9) const uint sampler_kind = 1u;  // SAMPLER_*
+layout(constant_id = 10) const bool energy_compensation = false;
+layout(constant_id = 11) const bool ray_cones = false;
+layout(constant_id = 12) const bool sort_materials = false;
 
 #include "path_random.glsl"
 

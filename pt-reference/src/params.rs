@@ -22,25 +22,24 @@ knobs! {
 knobs! {
     /// Knobs of the reference path tracer. The defaults are unbiased.
     pub struct ReferenceParams {
-        /// Scattering events after the first hit, at most: 0 is direct light only, the default is no limit.
+        /// Maximum number of scattering events after the first hit: 0 is direct light only, the default is no limit.
         pub max_bounces: u32 = u32::MAX, in 0..=u32::MAX;
         /// Scattering events before Russian roulette begins; survival is the largest component of the throughput, kept in 0.05 to 0.95.
         pub roulette_start: u32 = 3, in 0..=u32::MAX, source "Arvo and Kirk 1990";
-        /// Light that counts.
+        /// Kinds of light that are included.
         pub light_types: LightTypes;
         /// Weights of multiple importance sampling.
         pub heuristic: Heuristic = Heuristic::Power, source "Veach 1997, section 9.2.2";
-        /// Strategies that look for light: one alone shows what the other one is good for.
+        /// Sampling strategies: both, or one alone, to see what the other one contributes.
         pub strategy: Strategy = Strategy::Both, source "Veach 1997, section 9.2";
         /// Where random numbers come from.
         pub sampler: SamplerKind = SamplerKind::Sobol => structural;
-        /// Samples that a pixel gets in all; `blue-noise` spreads the error of that many.
+        /// Samples per pixel. The sampler `blue-noise` is made for this number.
         pub spp: u32 = 64, in 1..=u32::MAX;
-        /// Whether light is given back that microfacets lose where it is reflected more than once between them; without, the BSDF is that
-        /// of glTF 2.0, appendix B.
+        /// Whether the light of multiple scattering between microfacets is added, which the single-scattering BSDF loses. Without, the BSDF
+        /// is that of glTF 2.0, appendix B.
         pub energy_compensation: bool = false, source "Kulla and Conty 2017" => structural;
-        /// BIASED: textures are filtered over the footprint of a ray cone, as in the real-time stages; else they are read at their finest
-        /// level.
+        /// BIASED: textures are filtered over the footprint of a ray cone, as in the real-time stages. Otherwise their finest level is read.
         pub ray_cones: bool = false, source "Akenine-Möller et al. 2021" => structural;
         /// BIASED: largest radiance of a sample, per channel, against fireflies; 0 is no limit.
         pub clamp: f32 = 0.0, in 0.0..=f32::MAX, unit "radiance";

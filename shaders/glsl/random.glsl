@@ -1,5 +1,5 @@
-// Random numbers of the frame's stages, from the source that the frame names: a pure function of (pixel, frame, dimension, seed). Host
-// twin: pt_core::random.
+// Random numbers of the frame's stages, from the source that the kernel is made for: a pure function of (pixel, frame, dimension, seed).
+// Host twin: pt_core::random.
 //
 // RANDOM_WHITE: a hash (rng.glsl).
 // RANDOM_BLUE_NOISE: neighbouring pixels differ as much as possible, so that a filter over the picture finds little error. Every
@@ -15,7 +15,7 @@ const uint PLACE_KEY = 0x80000000u;
 
 // Hash that says where the numbers of a dimension lie in the mask.
 uvec4 mask_hash(uvec2 key, uint dimension) {
-    uint moving = frame.random == RANDOM_SOBOL ? 0u : key.y;
+    uint moving = random_source == RANDOM_SOBOL ? 0u : key.y;
     return pcg4d(uvec4(PLACE_KEY, moving, dimension, frame.seed));
 }
 
@@ -31,10 +31,10 @@ uvec4 mask_bits_4(uvec2 pixel, uvec4 hash) {
 // Four words of 32 random bits. `key`: channel rng_seed; `dimension`: DIM_*.
 uvec4 random_bits(uvec2 key, uint dimension) {
     uvec4 bits = random4_bits(key, dimension, frame.seed);
-    if (frame.random != RANDOM_WHITE) {
+    if (random_source != RANDOM_WHITE) {
         uvec4 hash = mask_hash(key, dimension);
         uvec4 mask = mask_bits_4(uvec2(key.x, key.x >> 16u), hash);
-        if (frame.random == RANDOM_SOBOL) mask ^= scrambled_sobol(key.y, hash);
+        if (random_source == RANDOM_SOBOL) mask ^= scrambled_sobol(key.y, hash);
         bits = mask & MASK_BITS | bits & ~MASK_BITS;
     }
     return bits;
@@ -45,8 +45,8 @@ vec4 random_numbers(uvec2 key, uint dimension) { return unit_from_bits(random_bi
 
 // For the ray that follows from the decision with that dimension, as trace.glsl takes it.
 uvec2 random_coverage(uvec2 key, uint dimension) {
-    if (frame.random == RANDOM_WHITE) return white_coverage(coverage_seed(key, dimension, frame.seed));
+    if (random_source == RANDOM_WHITE) return white_coverage(coverage_seed(key, dimension, frame.seed));
     uint hash = mask_hash(key, DIM_COVERAGE + dimension).x;
-    // The record of a ray holds 18 bits of the frame.
-    return masked_coverage(hash + pcg(key.y >> 18u), uvec2(key.x, key.x >> 16u), key.y, frame.random);
+    // The record of a ray holds 20 bits of the frame.
+    return masked_coverage(hash + pcg(key.y >> 20u), uvec2(key.x, key.x >> 16u), key.y);
 }

@@ -41,10 +41,8 @@ gpu_struct! {
         pub frame_index: u32,
         /// Seed of the run.
         pub seed: u32,
-        /// Where random numbers come from: `RANDOM_*`.
-        pub random: u32,
         /// Alignment.
-        pub pad: [u32; 2],
+        pub pad: [u32; 3],
     }
 }
 
@@ -54,7 +52,7 @@ pub const fn field_width(width: u32) -> u32 {
 }
 
 impl FrameRecord {
-    /// A frame of `size` pixels, seen by `camera` and, in the last frame, by `camera_prev`. Its random numbers are white noise.
+    /// A frame of `size` pixels, seen by `camera` and, in the last frame, by `camera_prev`.
     pub fn new(
         camera: CameraRecord,
         camera_prev: CameraRecord,
@@ -63,8 +61,7 @@ impl FrameRecord {
         seed: u32,
     ) -> Self {
         let field_width = field_width(size[0]);
-        let random = RandomSource::White.code();
-        Self { camera, camera_prev, size: size.into(), field_width, frame_index, seed, random, pad: [0; 2] }
+        Self { camera, camera_prev, size: size.into(), field_width, frame_index, seed, pad: [0; 3] }
     }
 }
 
@@ -378,7 +375,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// Where the random numbers of a frame come from; `RANDOM_*` in GLSL.
+    /// Where the frame's stages take their random numbers from; `RANDOM_*` in GLSL.
     pub enum RandomSource: "RANDOM" {
         /// A hash: pixels, frames and dimensions are independent.
         White = "white",

@@ -58,7 +58,7 @@ impl Frames {
         let device = DeviceArgs { backend, device, validation: true };
         let session =
             Session::open(&device, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
-        let full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate, &params)
+        let full = FullFrame::new(&session.device, &session.gpu, size, accumulate, &params)
             .unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
         Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0, params }

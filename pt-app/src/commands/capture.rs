@@ -56,7 +56,7 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
     let mut writer = CaptureWriter::create(&args.output, index)?;
     let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
     let (size, accumulate) = (args.frame.output_size(), args.frame.accumulate);
-    let mut full = FullFrame::new(&session.device, session.gpu.backend(), size, accumulate, &params)?;
+    let mut full = FullFrame::new(&session.device, &session.gpu, size, accumulate, &params)?;
 
     let seed = fold_seed(args.frame.seed);
     let mut recorder = Recorder::new(&session.device)?;
@@ -120,7 +120,6 @@ fn sidecar(session: &Session, time: f64, moment: Moment, params: &FrameParams) -
         time,
         size: record.size.into(),
         seed: record.seed,
-        random: record.random,
         jitter,
         time_step,
         camera: (&record.camera).into(),

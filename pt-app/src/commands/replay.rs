@@ -1,7 +1,7 @@
 //! `pt replay` runs the rest of the frame on recorded frames, without a scene.
 
 use crate::aov::{self, AovSelection};
-use crate::args::values::{FrameRange, assignment};
+use crate::args::values::{FrameRange, assignment, named};
 use crate::frame::{FullFrame, Moment, Stage};
 use crate::output::Output;
 use crate::params::FrameParams;
@@ -27,7 +27,7 @@ pub struct ReplayArgs {
     #[arg(value_name = "DIR")]
     pub capture: PathBuf,
     /// First stage to run. The output of the stages before it comes from the capture.
-    #[arg(long, value_name = "STAGE", value_enum)]
+    #[arg(long, value_name = "STAGE", value_parser = named::<Stage>())]
     pub from: Stage,
     /// Set one knob; the others keep the values of the capture; may be repeated.
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
@@ -129,7 +129,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
         args.capture.display(),
         wanted.start,
         wanted.end,
-        stage_name(args.from),
+        args.from.name(),
         device.info().name,
         device.info().driver_line(),
     )?;
@@ -169,9 +169,4 @@ fn exr(
     put(keys::DRIVER, device.info().driver_line());
     put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
     Ok(file)
-}
-
-fn stage_name(stage: Stage) -> String {
-    use clap::ValueEnum;
-    stage.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
 }

@@ -5,27 +5,27 @@ use super::{FullFrame, Stage};
 use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
-use pt_core::trace::TraceBackend;
 use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
 use pt_denoise::Composite;
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
+use pt_scene::gpu::GpuScene;
 
 impl FullFrame {
-    /// Compiles the kernels and allocates the images for a picture of `output_size` pixels. Structural knobs of `params` decide
-    /// which stages there are, and the size of the frame. With `accumulate` the frames are averaged (the photo mode).
+    /// Compiles the kernels for a scene and allocates the images for a picture of `output_size` pixels. Structural knobs of `params`
+    /// decide which stages and kernels there are, and the size of the frame. With `accumulate` the frames are averaged (the photo mode).
     ///
     /// # Errors
     /// When the device refuses.
     pub fn new(
         device: &Device,
-        backend: TraceBackend,
+        scene: &GpuScene,
         output_size: [u32; 2],
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
-        let traced = Some(TracedStages::new(device, backend)?);
+        let traced = Some(TracedStages::new(device, scene.variant(params.gbuffer.random))?);
         Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
     }
 
@@ -59,10 +59,10 @@ impl FullFrame {
             stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
             stages.push(DirectLighting::IO);
         }
-        if first <= Stage::Denoise {
+        if Stage::Denoise.is_in(first) {
             stages.extend([SplitLight::UNFILTERED, Composite::IO]);
         }
-        stages.extend((first <= Stage::Checkerboard).then_some(Interleave::IO));
+        stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
         stages.extend(post.io());
         let mut plan = FramePlan::new(params.post.sizes(output_size));
         // A replay loads the images that no stage writes. In a whole frame each image must have a writer.
@@ -76,8 +76,8 @@ impl FullFrame {
             given,
             previous_camera: None,
             traced,
-            composite: (first <= Stage::Denoise).then(|| Composite::new(device)).transpose()?,
-            interleave: (first <= Stage::Checkerboard).then(|| Interleave::new(device)).transpose()?,
+            composite: Stage::Denoise.is_in(first).then(|| Composite::new(device)).transpose()?,
+            interleave: Stage::Checkerboard.is_in(first).then(|| Interleave::new(device)).transpose()?,
             post,
             made_for: params.clone(),
             moment: None,

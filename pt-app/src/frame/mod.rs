@@ -62,10 +62,7 @@ impl FullFrame {
         let (size, index) = (self.images.size(), frame.index());
         let camera = params.gbuffer.with_lens(camera_record(camera, size));
         let previous = self.previous_camera.replace(camera).unwrap_or(camera);
-        let record = FrameRecord {
-            random: params.gbuffer.random.code(),
-            ..FrameRecord::new(camera, previous, size, index, seed)
-        };
+        let record = FrameRecord::new(camera, previous, size, index, seed);
         let moment = Moment { record, jitter: frame_jitter(params.gbuffer.jitter, index), time_step };
         self.images.begin_frame();
         self.stages(frame, Some(scene), moment, params)

@@ -1,5 +1,5 @@
 //! Runs the interleave alone: an image is sorted into its checkerboard fields on the host and interleaved again on the
-//! device. With a second image, the schemes for surfaces that reflect one and refract the other are compared. Exit codes: 0
+//! device. Of a capture folder, the recorded fields are interleaved. With a second image, the schemes for surfaces that reflect one and refract the other are compared. Exit codes: 0
 //! done, 1 pixels of regular surfaces came back altered, 2 usage or environment.
 
 #![forbid(unsafe_code)]
@@ -8,10 +8,9 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_checkerboard::study::{Scheme, SplitSurface};
 use pt_checkerboard::{CheckerboardParams, Interleave};
-use pt_core::harness::StageArgs;
+use pt_core::harness::{HarnessError, ReplayArgs, StageArgs, replay};
 use pt_core::split::to_split;
-use pt_core::{ChannelImages, console};
-use pt_core::{FrameSizes, StageInputs};
+use pt_core::{ChannelImages, Frame, FrameSizes, StageInputs, console};
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{Metric, compare};
 use pt_shaders::channels::{COLOR, FLAT_COLOR};
@@ -23,8 +22,11 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version)]
 struct Args {
-    /// Image: exr, hdr, png or jpg.
+    /// Image (exr, hdr, png or jpg), or a folder of `pt capture`, of which the first frame's fields are interleaved.
     input: PathBuf,
+    /// EXR to write: the interleaved channels of a folder's frame.
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: Option<PathBuf>,
     /// Checkerboard flags of every pixel: 1 primary, 2 reflection, 4 refraction; with several flags the fields are blended.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..8))]
     flags: u8,
@@ -41,6 +43,15 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args, out: &mut impl Write) -> Result<bool> {
+    if args.input.is_dir() {
+        interleave_recorded(args, out)?;
+        return Ok(true);
+    }
+    ensure!(
+        args.output.is_none(),
+        "--output needs a folder of pt capture, {} is a file",
+        args.input.display()
+    );
     let params: CheckerboardParams = args.stage.params()?;
     let image = LinearImage::read(&args.input)?;
     let size = [image.width, image.height];
@@ -89,6 +100,15 @@ fn run(args: &Args, out: &mut impl Write) -> Result<bool> {
     )?;
     let blended = params.blend_split && args.flags.count_ones() > 1;
     Ok(blended || altered == 0)
+}
+
+fn interleave_recorded(args: &Args, out: &mut impl Write) -> Result<(), HarnessError> {
+    let Args { input, output, stage, .. } = args;
+    let args = ReplayArgs { capture: input.clone(), output: output.clone(), stage: stage.clone() };
+    replay(&args, &[Interleave::IO], out, |device, _, params: CheckerboardParams| {
+        let stage = Interleave::new(device)?;
+        Ok(move |frame: &mut Frame<'_>, inputs: &StageInputs<'_>| stage.record(frame, inputs, &params))
+    })
 }
 
 /// Shares of the reflection that stand for a mirror-like, an even and a clear surface.

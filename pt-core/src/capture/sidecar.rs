@@ -64,8 +64,6 @@ pub struct Sidecar {
     pub size: [u32; 2],
     /// Seed of the run, as kernels see it.
     pub seed: u32,
-    /// Source of random numbers, as kernels see it.
-    pub random: u32,
     /// Where in its pixels the frame was sampled, from the centre, pixels.
     pub jitter: [f32; 2],
     /// Seconds since the last frame, for eye adaptation; `null`: no adaptation.
@@ -95,8 +93,7 @@ impl Sidecar {
     /// The uniforms that the frame was recorded with.
     pub fn record(&self) -> FrameRecord {
         let (camera, previous) = ((&self.camera).into(), (&self.camera_previous).into());
-        let record = FrameRecord::new(camera, previous, self.size, self.frame, self.seed);
-        FrameRecord { random: self.random, ..record }
+        FrameRecord::new(camera, previous, self.size, self.frame, self.seed)
     }
 }
 

@@ -23,6 +23,18 @@ enum Use {
     Trace,
 }
 
+impl Use {
+    fn verb(self) -> &'static str {
+        match self {
+            Self::Read => "reads",
+            Self::Write => "writes",
+            Self::Update => "reads and writes",
+            Self::Sample => "samples",
+            Self::Trace => "traces",
+        }
+    }
+}
+
 /// A pass being declared. Errors are kept and returned by [`Pass::dispatch`].
 pub struct Pass<'f, 'r> {
     frame: &'f mut Frame<'r>,
@@ -342,7 +354,7 @@ fn check_binding(binding: &Binding, resource: &Resource, how: Use) -> std::resul
     if actual == how {
         return Ok(());
     }
-    Err(format!("\"{name}\" is declared as {how:?}, the kernel's instructions {actual:?} it"))
+    Err(format!("the pass declares that it {} \"{name}\", the kernel {} it", how.verb(), actual.verb()))
 }
 
 fn spirv_format(format: pt_shaders::channels::Format) -> spirq::ty::ImageFormat {

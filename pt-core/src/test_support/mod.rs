@@ -2,11 +2,17 @@
 
 pub mod statistics;
 
+use crate::capture::folder::{CaptureWriter, Index};
+use crate::capture::sidecar::Sidecar;
 use crate::channels::ChannelImages;
 use crate::device::{Device, DeviceOptions};
 use crate::plan::FramePlan;
 use crate::sizes::FrameSizes;
 use pt_shaders::channels::ChannelId;
+use pt_shaders::records::CameraRecord;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
 
 /// A device opened with validation and synchronization validation. Dropping it panics if the layers said anything.
 pub struct TestDevice {
@@ -54,4 +60,41 @@ pub fn channel_images(
     let mut plan = FramePlan::new(FrameSizes::same(size));
     plan.given(ids);
     plan.allocate(device).expect("the images of a test fit into memory")
+}
+
+/// Records the images as the frames of a folder, as `pt capture` does; 1/8 of a second lies between frames.
+///
+/// # Panics
+/// When they can't be recorded.
+pub fn record_folder(folder: &Path, images: &ChannelImages, frames: Range<u32>) {
+    let index = Index {
+        version: env!("CARGO_PKG_VERSION").into(),
+        scene: "test".into(),
+        output_size: images.output_size(),
+        accumulate: false,
+        frames: Vec::new(),
+    };
+    let mut writer = CaptureWriter::create(folder, index).unwrap();
+    for frame in frames {
+        let camera: CameraRecord = bytemuck::Zeroable::zeroed();
+        let sidecar = Sidecar {
+            version: env!("CARGO_PKG_VERSION").into(),
+            frame,
+            time: 0.0,
+            size: images.size(),
+            seed: 0,
+            jitter: [0.0; 2],
+            time_step: Some(0.125),
+            camera: (&camera).into(),
+            camera_previous: (&camera).into(),
+            params: serde_json::Value::Null,
+            device: String::new(),
+            driver: String::new(),
+            backend: String::new(),
+            has_history: false,
+            histories: Vec::new(),
+            state: BTreeMap::new(),
+        };
+        writer.add(images, Vec::new(), &sidecar, None).unwrap();
+    }
 }

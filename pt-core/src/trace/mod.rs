@@ -14,6 +14,7 @@ pub mod native;
 mod push;
 pub mod ray_list;
 mod refit;
+mod variant;
 mod vulkan_as;
 
 pub use crate::backend::TraceBackend;
@@ -22,6 +23,7 @@ pub use bench::{CLEARLY_FASTER, Choice, choose};
 pub use bench_rays::{NativeRays, RayKind};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};
 pub use native::NativeScene;
+pub use variant::TraceVariant;
 
 pub use crate::error::TraceError;
 use glam::{Affine3A, UVec3, Vec3};

@@ -64,15 +64,12 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
 
     let device = args.stage.open_device()?;
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
-    let stage = PrimaryRays::new(&device, gpu.backend())?;
+    let stage = PrimaryRays::new(&device, gpu.variant(params.random))?;
     let images = ChannelImages::alone(&device, FrameSizes::same(size), &[PrimaryRays::IO])?;
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
         gpu.update(frame, &scene)?;
-        let record = FrameRecord {
-            random: params.random.code(),
-            ..FrameRecord::new(camera, camera, size, frame.index(), args.seed)
-        };
+        let record = FrameRecord::new(camera, camera, size, frame.index(), args.seed);
         uniforms.upload(frame, &record)?;
         stage.record(
             frame,

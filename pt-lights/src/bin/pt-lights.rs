@@ -7,6 +7,7 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_core::frame::Uniforms;
 use pt_core::harness::Spread;
+use pt_core::random::RandomSource;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Recorder, console};
 use pt_core::{FrameSizes, StageInputs};
@@ -63,7 +64,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
 
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     lights.attach(&mut gpu);
-    let stage = DirectLighting::new(&device, gpu.backend())?;
+    let stage = DirectLighting::new(&device, gpu.variant(RandomSource::White))?;
     let off = DirectParams { sun: false, positional: false, emissive: false, environment: false };
     let kinds = [
         ("sun", DirectParams { sun: true, ..off.clone() }),

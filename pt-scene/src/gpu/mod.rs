@@ -18,9 +18,12 @@ use glam::{UVec3, Vec2, Vec3};
 use pt_core::blue_noise::mask_buffer;
 use pt_core::frame::{Pass, Uniforms};
 use pt_core::phases::{Phase, Phases};
+use pt_core::random::RandomSource;
 use pt_core::texture::TextureTable;
 use pt_core::trace::bench::{Choice, choose};
-use pt_core::trace::{AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend};
+use pt_core::trace::{
+    AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend, TraceVariant,
+};
 use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
 use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
 use std::thread::{self, Scope};
@@ -237,6 +240,11 @@ impl GpuScene {
     /// `FEATURE_*` bits of what the materials and meshes have, for kernels that are specialised.
     pub fn features(&self) -> u32 {
         self.features
+    }
+
+    /// What kernels that trace rays through this scene are made for.
+    pub fn variant(&self, random: RandomSource) -> TraceVariant {
+        TraceVariant { backend: self.backend(), random, scene_features: self.features }
     }
 
     /// What `Auto` measured; `None` when the backend was asked for by name.

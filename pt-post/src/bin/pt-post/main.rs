@@ -4,29 +4,30 @@
 #![forbid(unsafe_code)]
 
 mod chain;
+mod input;
 mod pipeline;
 
 use anyhow::{Context, Result, bail, ensure};
 use chain::Chain;
 use clap::Parser;
+use input::Source;
 use pipeline::Pipeline;
-use pt_core::capture::keys;
 use pt_core::console;
 use pt_core::harness::StageArgs;
 use pt_core::settings::Knobs;
 use pt_image::atomic_file::check_writable;
-use pt_image::image_file::{ImageState, LayeredImage, LinearImage, OutputFormat, Samples};
+use pt_image::image_file::OutputFormat;
 use pt_post::{ExposureMode, PostParams, Tonemap};
-use pt_shaders::channels::FLAT_MOTION;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Applies a chain of post-processing stages to a sequence of images of linear scene radiance.
 #[derive(Parser)]
 #[command(version)]
 struct Args {
-    /// Linear scene radiance: exr or hdr, all of one size. Layer `flat_motion` and the jitter of a capture are used.
+    /// Linear scene radiance, all of one size: exr, hdr, or a folder of `pt capture`, which stands for its frames. Motion and jitter of
+    /// recorded frames are used.
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     /// Picture (png; exr when the chain has no tonemap), or a folder when there are several.
@@ -47,7 +48,7 @@ struct Args {
     /// Auto: metered range of the histogram, as two fractions; the same as --set meter_low and --set meter_high.
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"])]
     meter: Option<Vec<f32>>,
-    /// Images per second, for eye adaptation.
+    /// Images per second, for eye adaptation; frames of a folder have their own time step.
     #[arg(long, value_name = "F", default_value_t = 60.0)]
     fps: f32,
     #[command(flatten)]
@@ -92,40 +93,31 @@ fn params(args: &Args) -> Result<PostParams> {
     Ok(params)
 }
 
-/// One input.
-struct Input {
-    size: [u32; 2],
-    color: Vec<[f32; 4]>,
-    /// Zero where the file has none.
-    motion: Vec<[f32; 2]>,
-    jitter: [f32; 2],
-}
-
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let params = params(args)?;
     ensure!(args.fps > 0.0 && args.fps.is_finite(), "--fps {}: expected a number above 0", args.fps);
-    let outputs = outputs(args, &params)?;
-    let first = read(&args.inputs[0])?;
-    let size = first.size;
+    let sources = Source::list(&args.inputs)?;
+    let outputs = outputs(args, &sources, &params)?;
+    let first = sources[0].read()?;
+    let size = first.size();
     let device = args.stage.open_device()?;
     let mut pipeline = Pipeline::new(&device, size, &args.chain, params)?;
     let mut next = Some(first);
-    for (path, output) in args.inputs.iter().zip(&outputs) {
+    for (source, output) in sources.iter().zip(&outputs) {
         let input = match next.take() {
             Some(first) => first,
-            None => read(path)?,
+            None => source.read()?,
         };
+        let [width, height] = input.size();
         ensure!(
-            input.size == size,
-            "{}: {}x{} pixels, the first image has {}x{}",
-            path.display(),
-            input.size[0],
-            input.size[1],
+            [width, height] == size,
+            "{}: {width}x{height} pixels, the first image has {}x{}",
+            source.path().display(),
             size[0],
             size[1]
         );
         pipeline.load(&input)?;
-        pipeline.run(Some(1.0 / args.fps))?;
+        pipeline.run(Some(input.time_step().unwrap_or(1.0 / args.fps)))?;
         pipeline.write(output)?;
         writeln!(out, "{}: {}", output.display(), pipeline.describe()?)?;
     }
@@ -135,7 +127,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
 }
 
 /// Where the results go: the file itself for one image, else files in a folder.
-fn outputs(args: &Args, params: &PostParams) -> Result<Vec<PathBuf>> {
+fn outputs(args: &Args, sources: &[Source], params: &PostParams) -> Result<Vec<PathBuf>> {
     let extension = match args.chain.tonemap {
         Some(_) if params.encoding == pt_post::Encoding::Scrgb => "exr",
         Some(_) => "png",
@@ -144,16 +136,12 @@ fn outputs(args: &Args, params: &PostParams) -> Result<Vec<PathBuf>> {
     let folder = args.output.is_dir() || args.output.extension().is_none();
     let paths: Vec<PathBuf> = if folder {
         std::fs::create_dir_all(&args.output).with_context(|| format!("{}", args.output.display()))?;
-        let named =
-            |path: &PathBuf| args.output.join(path.file_stem().unwrap_or_default()).with_extension(extension);
-        args.inputs.iter().map(named).collect()
+        let named = |source: &Source| {
+            args.output.join(source.path().file_stem().unwrap_or_default()).with_extension(extension)
+        };
+        sources.iter().map(named).collect()
     } else {
-        ensure!(
-            args.inputs.len() == 1,
-            "{}: {} images need a folder",
-            args.output.display(),
-            args.inputs.len()
-        );
+        ensure!(sources.len() == 1, "{}: {} images need a folder", args.output.display(), sources.len());
         vec![args.output.clone()]
     };
     for path in &paths {
@@ -171,33 +159,4 @@ fn outputs(args: &Args, params: &PostParams) -> Result<Vec<PathBuf>> {
         check_writable(path)?;
     }
     Ok(paths)
-}
-
-fn read(path: &Path) -> Result<Input> {
-    let image = LinearImage::read(path)?;
-    ensure!(
-        image.state == ImageState::SceneReferred,
-        "{}: already tone-mapped, scene radiance (exr, hdr) is needed",
-        path.display()
-    );
-    let mut input = Input {
-        size: [image.width, image.height],
-        color: image.pixels.iter().map(|c| [c[0], c[1], c[2], 1.0]).collect(),
-        motion: vec![[0.0; 2]; image.pixels.len()],
-        jitter: [0.0; 2],
-    };
-    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-        return Ok(input);
-    }
-    let capture = LayeredImage::read_exr(path)?;
-    let layer = FLAT_MOTION.channel().name;
-    let component = |name| capture.channel(layer, name).map(Samples::to_f32);
-    if let (Some(x), Some(y)) = (component("X"), component("Y")) {
-        input.motion = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
-    }
-    if let Some(text) = capture.metadata.get(keys::JITTER) {
-        let parsed = text.split_once(',').and_then(|(x, y)| Some([x.parse().ok()?, y.parse().ok()?]));
-        input.jitter = parsed.with_context(|| format!("{}: jitter {text:?} is no pair", path.display()))?;
-    }
-    Ok(input)
 }

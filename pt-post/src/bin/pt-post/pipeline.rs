@@ -1,13 +1,13 @@
 //! The chain on images from files.
 
-use crate::Input;
 use crate::chain::Chain;
+use crate::input::Input;
 use anyhow::Result;
 use pt_core::capture::keys;
 use pt_core::{ChannelImages, Device, Frame, FrameSizes, Recorder, StageInputs};
 use pt_image::image_file::{Layer, LayeredImage, OutputFormat};
 use pt_post::{ChainParts, PostChain, PostParams, Upscale, picture_layers, write_picture};
-use pt_shaders::channels::{FLAT_COLOR, FLAT_MOTION};
+use pt_shaders::channels::FLAT_MOTION;
 use std::path::Path;
 
 pub struct Pipeline {
@@ -34,9 +34,8 @@ impl Pipeline {
 
     /// Takes the next image.
     pub fn load(&mut self, input: &Input) -> Result<()> {
-        self.images.current(FLAT_COLOR).write_f32(input.color.as_flattened())?;
-        self.images.current(FLAT_MOTION).write_f32(input.motion.as_flattened())?;
-        self.jitter = input.jitter;
+        input.load(&self.images)?;
+        self.jitter = input.jitter();
         Ok(())
     }
 
