@@ -23,8 +23,8 @@ named_enum! {
 knobs! {
     /// Knobs of the G-buffer.
     pub struct GbufferParams {
-        /// Position of the primary ray in its pixel. Averaged frames need `pixel`, which gives a box filter; temporal anti-aliasing needs
-        /// `halton` or `r2`.
+        /// Position of the primary ray in its pixel: averaged frames need `pixel`, which gives a box filter, and temporal anti-aliasing
+        /// needs `halton` or `r2`.
         pub jitter: Jitter = Jitter::Pixel, source "Halton 1960";
         /// Whether the camera's thin lens gives depth of field; without effect while the lens radius is 0.
         pub depth_of_field: bool = true, source "Cook et al. 1984";
@@ -34,15 +34,15 @@ knobs! {
         pub focus_distance: Option<f32> = None, in 1e-3..=1e6, unit "m", source "Cook et al. 1984";
         /// Bias on the texture level of detail; negative is sharper.
         pub texture_lod_bias: f32 = 0.0, in -8.0..=8.0, unit "mip levels";
-        /// Maximum number of reflections and refractions: 2 is into a glass and out of it. With 0, mirrors and glass are shaded as regular
-        /// surfaces.
+        /// Maximum number of reflections and refractions: 2 is into a glass and out of it, and with 0 mirrors and glass are shaded as
+        /// regular surfaces.
         pub reflect_refract: u32 = 2, in 0..=MAX_REFLECT_REFRACT;
         /// Perceptual roughness below which metals are mirrors and interfaces of glass are smooth.
         pub mirror_roughness: f32 = 0.02, in 0.0..=1.0;
-        /// Perceptual roughness up to which rays pass through transmissive materials. Rougher ones are shaded as regular surfaces, without
+        /// Perceptual roughness up to which rays pass through transmissive materials; rougher ones are shaded as regular surfaces, without
         /// the light that they transmit.
         pub glass_roughness: f32 = 1.0, in 0.0..=1.0, source "Walter et al. 2007";
-        /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both. For averaged frames
+        /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both; for averaged frames
         /// without `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
         /// Source of the random numbers of all stages of the frame.

@@ -79,7 +79,7 @@ knobs! {
     pub struct FsrParams {
         /// Whether RCAS sharpens pictures that FSR does not upscale.
         pub sharpen: bool = false => structural;
-        /// Reduction of the sharpening from its maximum. 1 is closest to native pictures; AMD and Quake II RTX have 0.2.
+        /// Reduction of the sharpening from its maximum; 1 is closest to native pictures, AMD and Quake II RTX have 0.2.
         pub sharpness: f32 = 1.0, in 0.0..=10.0, unit "stops", source "Lottes 2021";
         /// Whether pixels that differ much from their neighbours, as noise does, are sharpened less.
         pub denoise: bool = false, source "Lottes 2021";

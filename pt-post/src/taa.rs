@@ -8,28 +8,28 @@ use pt_core::{Device, Frame, Image, Kernel, Result, StageInputs, StageIo, knobs}
 knobs! {
     /// Knobs of temporal anti-aliasing.
     pub struct TaaParams {
-        /// Whether temporal anti-aliasing also runs without upscaling. It needs one sub-pixel offset per frame (`gbuffer.jitter`).
+        /// Whether temporal anti-aliasing also runs without upscaling; it needs one sub-pixel offset per frame (`gbuffer.jitter`).
         pub enabled: bool = false, source "Karis 2014" => structural;
         /// The space in which history is compared with the neighbourhood and blended.
         pub space: ClipSpace = ClipSpace::Pq;
-        /// Whether the new frame and the history are blended as linear radiance, which keeps the mean over frames. Otherwise PQ codes are
-        /// blended, as Quake II RTX does: smoother, but darker at edges of high contrast.
+        /// Whether the new frame and the history are blended as linear radiance, which keeps the mean over frames; otherwise PQ codes are
+        /// blended, as Quake II RTX does, which is smoother but darker at edges of high contrast.
         pub blend_linear: bool = true;
         /// What happens to history that lies outside the box of the neighbourhood's colours.
         pub rectify: Rectify = Rectify::Clamp, source "Karis 2014";
         /// Half width of the neighbourhood's box.
         pub sigma: f32 = 1.0, in 0.0..=8.0, unit "standard deviations", source "Salvi 2016";
-        /// How much the variation of a pixel over the frames widens its box. It keeps lines thinner than a pixel. Space `rgb` ignores it;
-        /// Quake II RTX has 0.
+        /// How much the variation of a pixel over the frames widens its box, which keeps lines thinner than a pixel; space `rgb` ignores
+        /// it, and Quake II RTX has 0.
         pub temporal: f32 = 2.5, in 0.0..=8.0, unit "mean absolute deviations";
         /// Factor on `sigma` where reflection and refraction share the pixel.
         pub split_sigma: f32 = 2.0, in 1.0..=8.0;
-        /// Suppression of bright single pixels: a pixel is limited to x^-0.25 times the mean of its neighbours, in the blended space. 0
-        /// is no limit; Quake II RTX has 0.25.
+        /// Suppression of bright single pixels: a pixel is limited to x^-0.25 times the mean of its neighbours, in the blended space; 0
+        /// is no limit, and Quake II RTX has 0.25.
         pub anti_sparkle: f32 = 0.0, in 0.0..=1.0;
-        /// Weight of the new frame where something moves by a pixel or more. Until the history is full, it is a running mean.
+        /// Weight of the new frame where something moves by a pixel or more, once the history is full; before, history is a running mean.
         pub blend: f32 = 0.1, in 0.01..=1.0, source "Karis 2014";
-        /// Weight of the new frame where nothing moves, once the history is full. Quake II RTX has the value of `blend`.
+        /// Weight of the new frame where nothing moves, once the history is full; Quake II RTX has the value of `blend`.
         pub blend_still: f32 = 0.03, in 0.01..=1.0;
         /// Luminance that radiance 1 stands for on the PQ scale, which ends at 10000.
         pub pq_scale: f32 = 1.0, in 1e-3..=1e5, unit "cd/m2", source "SMPTE ST 2084";

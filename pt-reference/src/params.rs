@@ -34,12 +34,12 @@ knobs! {
         pub strategy: Strategy = Strategy::Both, source "Veach 1997, section 9.2";
         /// Where random numbers come from.
         pub sampler: SamplerKind = SamplerKind::Sobol => structural;
-        /// Samples per pixel. The sampler `blue-noise` is made for this number.
+        /// Samples per pixel; the sampler `blue-noise` is made for this number.
         pub spp: u32 = 64, in 1..=u32::MAX;
-        /// Whether the light of multiple scattering between microfacets is added, which the single-scattering BSDF loses. Without, the BSDF
+        /// Whether the light of multiple scattering between microfacets is added, which the single-scattering BSDF loses; without, the BSDF
         /// is that of glTF 2.0, appendix B.
         pub energy_compensation: bool = false, source "Kulla and Conty 2017" => structural;
-        /// BIASED: textures are filtered over the footprint of a ray cone, as in the real-time stages. Otherwise their finest level is read.
+        /// BIASED: textures are filtered over the footprint of a ray cone, as in the real-time stages; otherwise their finest level is read.
         pub ray_cones: bool = false, source "Akenine-Möller et al. 2021" => structural;
         /// BIASED: largest radiance of a sample, per channel, against fireflies; 0 is no limit.
         pub clamp: f32 = 0.0, in 0.0..=f32::MAX, unit "radiance";
