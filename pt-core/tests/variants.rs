@@ -130,7 +130,7 @@ fn mistaken_constants_are_errors() {
         assert!(matches!(unknown, ConstantError::Unknown { .. }), "{backend}: {unknown:?}");
         assert_eq!(
             unknown.to_string(),
-            "kernel variants has no specialisation constant \"scales\"; it has: count, flag, scale, scene_features, shift"
+            "kernel variants has no specialisation constant \"scales\"; it has: count, flag, random_source, scale, scene_features, shift"
         );
         let wrong: [(&str, Constant, &str); 5] = [
             ("count", 1i32.into(), "uint"),

@@ -64,6 +64,12 @@ impl Frames {
         Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0, params }
     }
 
+    /// Starts over with another seed.
+    pub fn restart(&mut self, seed: u32) {
+        self.full.reset_history();
+        self.seed = seed;
+    }
+
     /// Renders the next frame, at `time` seconds.
     pub fn render(&mut self, time: f64) {
         let mut frame = self.recorder.begin().unwrap();

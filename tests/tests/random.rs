@@ -70,12 +70,12 @@ fn backends_agree_on_blended_surfaces() {
 /// Means and standard errors over seeds of the light of the picture's quarters.
 fn light(scene: &str, source: &str) -> [(f64, f64); 4] {
     const SEEDS: u32 = 8;
+    let mut frames = frames(scene, with(source, &[]), TraceBackend::Compute, 0, true);
     let runs: Vec<[f64; 4]> = (0..SEEDS)
         .map(|seed| {
-            let mut frames = frames(scene, with(source, &[]), TraceBackend::Compute, seed, true);
+            frames.restart(seed);
             (0..16).for_each(|_| frames.render(0.0));
             let image = frames.image(ACCUMULATED);
-            frames.finish();
             let mut sums = [0.0; 4];
             for (i, pixel) in image.pixels.iter().enumerate() {
                 let (x, y) = (i as u32 % SIZE[0], i as u32 / SIZE[0]);
@@ -85,6 +85,7 @@ fn light(scene: &str, source: &str) -> [(f64, f64); 4] {
             sums
         })
         .collect();
+    frames.finish();
     std::array::from_fn(|quarter| {
         let n = f64::from(SEEDS);
         let mean = runs.iter().map(|run| run[quarter]).sum::<f64>() / n;
