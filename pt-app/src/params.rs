@@ -52,11 +52,13 @@ pub const PROFILES: &[Profile] = &[
     ),
     (
         "q2rtx",
-        "post-processing in the manner of Quake II RTX: temporal anti-aliasing, bloom, noise-aware tone curve",
+        "in the manner of Quake II RTX: shading of partial metals, temporal anti-aliasing, bloom, noise-aware tone curve",
         r#"
 [gbuffer]
 jitter = "halton"
 depth_of_field = false
+[lights]
+partial_metal = "mixed-parameters"
 [post]
 tonemap = "noise-aware"
 centre_weight = 1.0

@@ -37,9 +37,3 @@ pub fn pack_tangent(tangent: Vec4) -> u32 {
     let y = ((p.y * 16383.0).round() + 16384.0) as u32;
     x | y << 16 | u32::from(tangent.w < 0.0) << 31
 }
-
-/// Packs linear RGBA in 0..1 into four bytes, red lowest (`unpackUnorm4x8`).
-pub fn pack_unorm4x8(c: Vec4) -> u32 {
-    let q = (c.clamp(Vec4::ZERO, Vec4::ONE) * 255.0).round();
-    q.x as u32 | (q.y as u32) << 8 | (q.z as u32) << 16 | (q.w as u32) << 24
-}

@@ -30,6 +30,8 @@ pub enum TextureFormat {
         /// Decode colour from sRGB.
         srgb: bool,
     },
+    /// Four half floats.
+    Rgba16F,
     /// Four floats.
     Rgba32F,
 }
@@ -41,6 +43,7 @@ impl TextureFormat {
             Self::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
             Self::Rg8Unorm => vk::Format::R8G8_UNORM,
             Self::Block { format, srgb } => format.vk(srgb),
+            Self::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
             Self::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
         }
     }
@@ -52,6 +55,7 @@ impl TextureFormat {
             Self::Rgba8Srgb | Self::Rgba8Unorm => 4 * texels,
             Self::Rg8Unorm => 2 * texels,
             Self::Block { format, .. } => format.level_bytes(extent),
+            Self::Rgba16F => 8 * texels,
             Self::Rgba32F => 16 * texels,
         }
     }

@@ -131,14 +131,13 @@ fn scene(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceB
     let tables: Vec<_> = meshes
         .iter()
         .map(|mesh| {
-            let vertex = |&alpha: &u8| VertexRecord {
-                color: u32::from(alpha) << 24 | 0xffffff,
-                ..bytemuck::Zeroable::zeroed()
-            };
-            let vertices: Vec<VertexRecord> = mesh.alphas.iter().map(vertex).collect();
+            let vertices: Vec<VertexRecord> = vec![bytemuck::Zeroable::zeroed(); mesh.alphas.len()];
+            let colors: Vec<_> =
+                mesh.alphas.iter().map(|&a| Vec3::ONE.extend(f32::from(a) / 255.0)).collect();
             let indices: Vec<_> = (0..mesh.indices.len() as u32).map(Mesh::material).collect();
             let vertices = Buffer::from_slice(device, "vertices", &vertices).unwrap();
-            (vertices, Buffer::from_slice(device, "triangle materials", &indices).unwrap())
+            let colors = Buffer::from_slice(device, "colours", &colors).unwrap();
+            [vertices, colors, Buffer::from_slice(device, "triangle materials", &indices).unwrap()]
         })
         .collect();
     scene.set_materials(&materials, &tables).unwrap();

@@ -46,11 +46,12 @@ fn run(device: &TestDevice, backend: TraceBackend, constants: &[(&str, Constant)
         base_color_texture: slot,
         ..bytemuck::Zeroable::zeroed()
     };
-    let vertex = VertexRecord { color: 0x00ff_ffff, ..bytemuck::Zeroable::zeroed() };
+    let vertex: VertexRecord = bytemuck::Zeroable::zeroed();
     let buffer = |name: &str, bytes: &[u8]| Buffer::from_slice(device, name, bytes).unwrap();
     let positions = buffer("positions", bytemuck::cast_slice(&POSITIONS));
     let indices = buffer("indices", bytemuck::cast_slice(&INDICES));
     let vertices = buffer("vertices", bytemuck::cast_slice(&[vertex; 3]));
+    let colors = buffer("colours", bytemuck::cast_slice(&[Vec3::ONE.extend(0.0); 3]));
     let materials = buffer("materials", bytemuck::bytes_of(&material));
     let triangle_materials = buffer("triangle materials", &[0; 4]);
     let mut mesh = MeshRecord {
@@ -58,6 +59,7 @@ fn run(device: &TestDevice, backend: TraceBackend, constants: &[(&str, Constant)
         positions_prev: positions.address(),
         indices: indices.address(),
         vertices: vertices.address(),
+        colors: colors.address(),
         triangle_materials: triangle_materials.address(),
         triangle_count: 1,
         ..bytemuck::Zeroable::zeroed()
@@ -84,7 +86,8 @@ fn run(device: &TestDevice, backend: TraceBackend, constants: &[(&str, Constant)
     accel.update(&mut frame, &[placement]).unwrap();
     uniforms.upload(&mut frame, &scene).unwrap();
     let pass = frame.pass("variants", &kernel).read("scene_uniforms", uniforms.buffer());
-    let tables = [&positions, &indices, &vertices, &materials, &triangle_materials, &meshes, &instances];
+    let tables =
+        [&positions, &indices, &vertices, &colors, &materials, &triangle_materials, &meshes, &instances];
     let pass =
         tables.into_iter().fold(accel.bind(pass.textures(&textures)), |pass, table| pass.addresses(table));
     pass.write("results", &results).dispatch([1, 1, 1]).unwrap();
@@ -130,7 +133,7 @@ fn mistaken_constants_are_errors() {
         assert!(matches!(unknown, ConstantError::Unknown { .. }), "{backend}: {unknown:?}");
         assert_eq!(
             unknown.to_string(),
-            "kernel variants has no specialisation constant \"scales\"; it has: count, flag, random_source, scale, scene_features, shift"
+            "kernel variants has no specialisation constant \"scales\"; it has: count, culling, flag, random_source, scale, scene_features, shift"
         );
         let wrong: [(&str, Constant, &str); 5] = [
             ("count", 1i32.into(), "uint"),

@@ -20,9 +20,8 @@ void main() {
         vec4 base = imageLoad(ch_base_color, p);
         float metallic = imageLoad(ch_metallic_roughness, p).x;
         vec3 albedo = push.use_albedo != 0u ? vec3(push.albedo) : diffuse_albedo(base.rgb, metallic);
-        vec3 f0 = specular_f0(base.rgb, metallic, base.a);
         vec3 diffuse = texelFetch(light_hf, p, 0).rgb * albedo * push.scale_hf;
-        vec3 specular = texelFetch(light_spec, p, 0).rgb * demodulation(f0) * push.scale_spec;
+        vec3 specular = texelFetch(light_spec, p, 0).rgb * demodulation(base, metallic) * push.scale_spec;
         color = (diffuse + specular) * imageLoad(ch_throughput, p).rgb;
     }
     vec4 overlay = imageLoad(ch_transparent, p);

@@ -2,9 +2,6 @@
 
 use crate::DenoiseParams;
 
-/// F0 of a dielectric with an index of refraction of 1.5 (glTF 2.0, appendix B).
-const DIELECTRIC_F0: f64 = 0.04;
-
 /// The inputs of the composite at one pixel, in the units of the channels of the same names.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pixel {
@@ -12,7 +9,7 @@ pub struct Pixel {
     pub color_hf: [f32; 3],
     /// Direct specular light, demodulated.
     pub color_spec: [f32; 3],
-    /// Base colour and specular factor.
+    /// Base colour and F0 of the dielectric.
     pub base_color: [f32; 4],
     /// Metalness.
     pub metallic: f32,
@@ -31,9 +28,9 @@ pub fn diffuse_albedo(base_color: f64, metallic: f64) -> f64 {
     base_color * (1.0 - metallic)
 }
 
-/// Specular reflectance at normal incidence.
-pub fn specular_f0(base_color: f64, metallic: f64, specular: f64) -> f64 {
-    DIELECTRIC_F0 * specular * (1.0 - metallic) + base_color * metallic
+/// Specular reflectance at normal incidence of a mixture of a dielectric and a metal.
+pub fn specular_f0(base_color: f64, metallic: f64, dielectric: f64) -> f64 {
+    dielectric * (1.0 - metallic) + base_color * metallic
 }
 
 /// Radiance, and the flags in alpha.

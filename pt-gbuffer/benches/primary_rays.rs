@@ -4,7 +4,6 @@
 
 use pt_core::frame::Uniforms;
 use pt_core::harness::bench;
-use pt_core::random::RandomSource;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame};
 use pt_core::{FrameSizes, StageInputs};
@@ -18,7 +17,7 @@ fn main() -> ExitCode {
         let scene = pt_import::open("gallery", &Default::default())?;
         let camera = camera_record(&scene.default_camera(), size);
         let mut gpu = GpuScene::new(device, &scene, TraceBackend::Auto)?;
-        let stage = PrimaryRays::new(device, gpu.variant(RandomSource::White))?;
+        let stage = PrimaryRays::new(device, gpu.variant())?;
         let images = ChannelImages::alone(device, FrameSizes::same(size), &[PrimaryRays::IO])?;
         let uniforms = Uniforms::new(device, "frame_uniforms")?;
         Ok(move |frame: &mut Frame<'_>| {

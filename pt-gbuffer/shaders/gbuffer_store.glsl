@@ -1,7 +1,9 @@
 // Stores a surface to the G-buffer, whether a primary ray or a bounce found it.
+#include "bsdf/shading_normal.glsl"
 #include "channels.glsl"
 #include "clusters.glsl"
 #include "environment.glsl"
+#include "reflectance.glsl"
 #include "surface.glsl"
 
 struct SeenSurface {
@@ -29,11 +31,10 @@ SeenSurface seen_surface(Hit hit, vec3 direction, float radius, float lod_scale)
 
     s.front = dot(s.geometry.face_normal, direction) < 0.0;
     s.face_normal = s.front ? s.geometry.face_normal : -s.geometry.face_normal;
+    // Normals of the file that point into the surface are worth nothing: the triangle's own.
     s.vertex_normal = s.front ? s.geometry.vertex_normal : -s.geometry.vertex_normal;
-    s.normal = s.front ? s.material.normal : -s.material.normal;
-    // A normal map or a coarse mesh can turn the normal away from the viewer: tilt it back to grazing.
-    float facing = -dot(s.normal, direction);
-    if (facing < 1e-3) s.normal = normalize(s.normal - direction * (1e-3 - facing));
+    if (dot(s.vertex_normal, s.face_normal) <= 0.0) s.vertex_normal = s.face_normal;
+    s.normal = bend_normal(s.front ? s.material.normal : -s.material.normal, s.face_normal, -direction);
 
     uint flags = MaterialTable(scene.materials).at[s.geometry.material].flags;
     bool emits = s.front || (flags & MATERIAL_DOUBLE_SIDED) != 0u;
@@ -42,17 +43,14 @@ SeenSurface seen_surface(Hit hit, vec3 direction, float radius, float lod_scale)
     return s;
 }
 
-float cone_radius(CameraRecord camera, float half_cone_angle, float path_length, uint height) {
-    return camera.projection == 0u ? path_length * half_cone_angle : 2.0 * camera.half_extent.y / float(height);
-}
-
 void store_surface(ivec2 p, SeenSurface s) {
     imageStore(ch_visibility, p, uvec4(s.hit.instance, s.hit.triangle, 0, 0));
     imageStore(ch_barycentrics, p, vec4(s.hit.barycentrics, 0.0, 0.0));
     imageStore(ch_cluster, p, uvec4(cluster_of(s.geometry.position)));
     // What is transmitted does not leave diffusely: the dielectric's diffuse base is what remains (KHR_materials_transmission).
     vec3 base = s.material.base_color * mix(1.0 - s.material.transmission, 1.0, s.material.metallic);
-    imageStore(ch_base_color, p, vec4(base, s.material.specular));
+    vec3 f0 = dielectric_f0(s.material.ior, s.material.specular, s.material.specular_color);
+    imageStore(ch_base_color, p, vec4(base, max_component(f0)));
     imageStore(ch_metallic_roughness, p, vec4(s.material.metallic, s.material.roughness, 0.0, 0.0));
     imageStore(ch_normal, p, uvec4(pack_unit_vector(s.normal)));
     imageStore(ch_vertex_normal, p, uvec4(pack_unit_vector(s.vertex_normal)));

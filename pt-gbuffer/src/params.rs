@@ -2,9 +2,10 @@
 
 use pt_core::knobs;
 use pt_core::random::RandomSource;
+use pt_core::trace::TraceVariant;
 pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
 use pt_shaders::named_enum;
-use pt_shaders::records::CameraRecord;
+use pt_shaders::records::{CameraRecord, Culling};
 
 named_enum! {
     /// Where in the pixel its ray goes.
@@ -45,12 +46,19 @@ knobs! {
         /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both; for averaged frames
         /// without `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
+        /// Which rays go through the back faces of single-sided materials, at all stages of the frame.
+        pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
         /// Source of the random numbers of all stages of the frame.
         pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020" => structural;
     }
 }
 
 impl GbufferParams {
+    /// What the kernels of all stages of the frame are made for. `scene`: what they are for the scene.
+    pub fn variant(&self, scene: TraceVariant) -> TraceVariant {
+        TraceVariant { random: self.random, culling: self.culling, ..scene }
+    }
+
     /// The camera with the lens that these knobs ask for.
     pub fn with_lens(&self, camera: CameraRecord) -> CameraRecord {
         let lens_radius = self.lens_radius.unwrap_or(camera.lens_radius);

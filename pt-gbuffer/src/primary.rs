@@ -3,7 +3,7 @@ use crate::{GbufferParams, Jitter, frame_jitter, kernels};
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
-use pt_shaders::records::{MASK_OPAQUE, MASK_TRANSMISSIVE};
+use pt_shaders::records::{CULL_BACK_FACES, MASK_OPAQUE, MASK_TRANSMISSIVE};
 
 /// The primary ray stage.
 pub struct PrimaryRays {
@@ -59,7 +59,7 @@ impl PrimaryRays {
             jitter: frame_jitter(params.jitter, frame.index()).into(),
             jitter_per_pixel: u32::from(params.jitter == Jitter::Pixel),
             lod_scale: params.texture_lod_bias.exp2(),
-            mask: MASK_OPAQUE | MASK_TRANSMISSIVE,
+            mask: MASK_OPAQUE | MASK_TRANSMISSIVE | CULL_BACK_FACES,
         };
         let pass = inputs.pass(frame, "primary rays", &self.kernel, &Self::IO);
         pass.push(&push).dispatch(inputs.split_threads())

@@ -3,7 +3,7 @@ use crate::{GbufferParams, kernels};
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
-use pt_shaders::records::{MASK_OPAQUE, MASK_TRANSMISSIVE};
+use pt_shaders::records::{CULL_BACK_FACES, MASK_OPAQUE, MASK_TRANSMISSIVE};
 
 /// The reflect/refract stage: where the G-buffer holds a mirror or glass, the surface seen in or through it replaces it.
 ///
@@ -65,7 +65,7 @@ impl ReflectRefract {
         let last = bounce_index + 1 >= params.reflect_refract;
         let push = ReflectRefractPush {
             bounce: bounce_index,
-            mask: if last { MASK_OPAQUE } else { MASK_OPAQUE | MASK_TRANSMISSIVE },
+            mask: CULL_BACK_FACES | if last { MASK_OPAQUE } else { MASK_OPAQUE | MASK_TRANSMISSIVE },
             lod_scale: params.texture_lod_bias.exp2(),
             mirror_roughness: params.mirror_roughness,
             glass_roughness: params.glass_roughness,

@@ -4,7 +4,6 @@ use glam::{Affine3A, DVec2, DVec3, Quat, Vec3};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::unpack_unit_vector;
-use pt_core::random::RandomSource;
 use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::{NativeScene, TraceBackend};
@@ -58,7 +57,7 @@ fn check(backend: TraceBackend, orthographic: bool) {
         FrameRecord::new(camera_record(&camera, SIZE), camera_record(&before, SIZE), SIZE, 0, 0);
 
     let mut gpu = GpuScene::new(&device, &scene, backend).unwrap();
-    let stage = PrimaryRays::new(&device, gpu.variant(RandomSource::White)).unwrap();
+    let stage = PrimaryRays::new(&device, gpu.variant()).unwrap();
     let images = ChannelImages::alone(&device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
     let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
     let params = GbufferParams { jitter: Jitter::None, ..Default::default() };

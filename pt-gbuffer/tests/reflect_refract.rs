@@ -4,7 +4,6 @@
 use glam::{Affine3A, DVec2, DVec3, Mat3A, Vec2, Vec3, Vec4};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
-use pt_core::random::RandomSource;
 use pt_core::split::flat_to_split;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
@@ -126,7 +125,7 @@ impl Rig {
 
     fn render(&self, scene: &Scene, cameras: [&Camera; 2], params: &GbufferParams, count: u32) -> Frames {
         let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
-        let variant = gpu.variant(RandomSource::White);
+        let variant = gpu.variant();
         let primary = PrimaryRays::new(&self.device, variant).unwrap();
         let stage = ReflectRefract::new(&self.device, variant).unwrap();
         let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();

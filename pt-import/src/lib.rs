@@ -213,6 +213,7 @@ fn finish(
     }
     scene.environment.rotation += options.environment_rotation;
     scene.environment.intensity *= options.environment_intensity;
+    scene.limit_radiance();
     scene.set_time(options.time, options.time);
     scene.pose_meshes();
     match scene.check() {

@@ -1,5 +1,3 @@
-use std::collections::BTreeSet;
-
 use glam::{Vec3, Vec4};
 use gltf::json::material::{self, AlphaMode as JsonAlpha};
 use gltf::json::validation::Checked;
@@ -28,13 +26,8 @@ pub(crate) fn read(
             .notices
             .push("occlusion textures are ignored: traced light is occluded by the geometry itself".into());
     }
-    let lobes: BTreeSet<_> =
-        scene.materials.iter().filter_map(|m| m.lobes.as_ref()).flat_map(|lobes| lobes.present()).collect();
-    if !lobes.is_empty() {
-        let lobes: Vec<_> = lobes.into_iter().collect();
-        scene
-            .notices
-            .push(format!("lobes that the real-time frame does not shade yet: {}", lobes.join(", ")));
+    if scene.materials.iter().filter_map(|m| m.lobes.as_ref()).any(|lobes| lobes.dispersion > 0.0) {
+        scene.notices.push("KHR_materials_dispersion is not shaded: all wavelengths are bent alike".into());
     }
     Ok(uses.in_order.iter().map(|u| u.image).collect())
 }

@@ -227,13 +227,31 @@ impl Work<'_> {
         };
         deformation::read_vertices(document, self.primitive, &self.at, &mut mesh)?;
         let tangent_set = tangents::needed(&materials[self.material]);
-        let Some(normals) = self.attribute::<3>(document, Semantic::Normals, vertices)? else {
+        let normals = self.attribute::<3>(document, Semantic::Normals, vertices)?;
+        let no_direction: Vec<usize> = (normals.iter().flatten().enumerate())
+            .filter(|(_, n)| {
+                !(Vec3::from_array(**n).abs().max_element() > 0.0 && Vec3::from_array(**n).is_finite())
+            })
+            .map(|(vertex, _)| vertex)
+            .collect();
+        if !no_direction.is_empty() {
+            let what = format!(
+                "{} normals that are zero or not finite; replaced by those of the faces",
+                no_direction.len()
+            );
+            remarks.push((self.at.clone(), what));
+        }
+        let Some(normals) = normals.filter(|_| no_direction.len() < vertices) else {
             // glTF: without normals, flat ones, and tangents in the file are not to be used.
             mesh.flat_shade();
             tangents::compute(&mut mesh, tangent_set);
             return Ok((mesh, remarks));
         };
         mesh.normals = self.unit(normals, "normals", &mut remarks);
+        if !no_direction.is_empty() {
+            let of_faces = mesh.vertex_normals();
+            no_direction.into_iter().for_each(|v| mesh.normals[v] = of_faces[v]);
+        }
         match self.attribute::<4>(document, Semantic::Tangents, vertices)? {
             Some(tangents) => {
                 let directions = tangents.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
@@ -337,7 +355,7 @@ impl Work<'_> {
         let mut off = 0;
         let unit = |v: [f32; 3]| {
             let v = Vec3::from_array(v);
-            off += usize::from(!(0.98..=1.02).contains(&v.length()));
+            off += usize::from(v.is_finite() && v != Vec3::ZERO && !(0.98..=1.02).contains(&v.length()));
             // Scaled first, so that neither tiny nor huge vectors lose their length.
             (v / v.abs().max_element()).try_normalize().unwrap_or(Vec3::Y)
         };

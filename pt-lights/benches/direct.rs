@@ -3,7 +3,6 @@
 use criterion::{Criterion, Throughput};
 use pt_core::frame::Uniforms;
 use pt_core::harness::{WARM_UP, measure};
-use pt_core::random::RandomSource;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Result};
 use pt_core::{FrameSizes, StageInputs};
@@ -43,7 +42,7 @@ fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBacke
     let lights = LightTables::new(device, scene)?;
     let mut gpu = GpuScene::new(device, scene, backend)?;
     lights.attach(&mut gpu);
-    let stage = DirectLighting::new(device, gpu.variant(RandomSource::White))?;
+    let stage = DirectLighting::new(device, gpu.variant())?;
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO])?;
     synthetic::fill_surfaces(&images, scene)?;
     synthetic::fill_seeds(&images, 0)?;
@@ -55,6 +54,7 @@ fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBacke
             frame,
             &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
             &DirectParams::default(),
+            0.0,
         )
     })?;
     print!("direct lighting of {name}, backend {backend}\n{times}");

@@ -1,5 +1,5 @@
 use crate::alias::AliasTable;
-use crate::emissive::{self, EmissiveTriangle};
+use crate::emissive::{self, EmissiveTriangle, Twin};
 use crate::{environment, punctual};
 use glam::{UVec2, Vec2};
 use pt_scene::Scene;
@@ -14,6 +14,8 @@ pub struct LightLists {
     pub sun_count: u32,
     /// Emissive triangles with their weights, by instance and triangle.
     pub emissives: Vec<EmissiveTriangle>,
+    /// Emissive triangles that are not listed because their like is.
+    pub twins: Vec<Twin>,
     /// Distribution over `emissives`; `None` when there are none.
     pub emissive_alias: Option<AliasTable>,
     /// Distribution over the environment's texels, row by row; `None` when it is black.
@@ -32,7 +34,7 @@ impl LightLists {
     /// is made from this probability and the area that the triangle has by then.
     pub fn new(scene: &Scene) -> Self {
         let (lights, sun_count) = punctual::records(&scene.lights);
-        let emissives = emissive::triangles(scene);
+        let (emissives, twins) = emissive::triangles(scene);
         let weights: Vec<f64> = emissives.iter().map(|t| t.weight).collect();
         let environment = &scene.environment;
         let environment_alias = AliasTable::new(&environment::weights(environment));
@@ -42,6 +44,7 @@ impl LightLists {
             sun_count,
             emissive_alias: AliasTable::new(&weights),
             emissives,
+            twins,
             environment_size: [environment.image.width, environment.image.height],
             environment_rotation: [cos, sin],
             environment_intensity: if environment_alias.is_some() { environment.intensity } else { 0.0 },
@@ -69,15 +72,17 @@ impl LightLists {
     /// From instance and triangle to the index in `emissives`, laid out as `SceneRecord::emissive_lookup` says.
     pub fn emissive_lookup(&self, scene: &Scene) -> Vec<u32> {
         let mut lookup = vec![NONE; scene.instances.len()];
-        for (index, emissive) in self.emissives.iter().enumerate() {
-            let instance = emissive.instance as usize;
+        let listed = (0..).zip(&self.emissives).map(|(index, e)| (index, e.instance, e.triangle));
+        let twins = self.twins.iter().map(|twin| (twin.index, twin.instance, twin.triangle));
+        for (index, instance, triangle) in listed.chain(twins) {
+            let instance = instance as usize;
             if lookup[instance] == NONE {
                 lookup[instance] = lookup.len() as u32;
                 let triangles = scene.meshes[scene.instances[instance].mesh as usize].triangle_count();
                 lookup.resize(lookup.len() + triangles, NONE);
             }
-            let entry = (lookup[instance] + emissive.triangle) as usize;
-            lookup[entry] = index as u32;
+            let entry = (lookup[instance] + triangle) as usize;
+            lookup[entry] = index;
         }
         lookup
     }

@@ -1,5 +1,27 @@
 //! Push constants of the kernels.
 
+pt_shaders::named_enum! {
+    /// How a material of metalness between 0 and 1 is shaded.
+    pub enum PartialMetal {
+        /// As a mixture of two BRDFs, a dielectric and a metal (glTF 2.0, appendix B.2).
+        TwoBrdfs = "two-brdfs",
+        /// As one BRDF with mixed albedo and F0, as in Quake II RTX: darker.
+        MixedParameters = "mixed-parameters",
+    }
+}
+
+pt_shaders::named_enum! {
+    /// What becomes of the direct light on its way through transmissive surfaces.
+    pub enum GlassShadows {
+        /// It is stopped.
+        Stopped = "stopped",
+        /// It goes straight on, tinted and weakened by each surface.
+        Tinted = "tinted",
+        /// It goes on as if they were not there.
+        Passed = "passed",
+    }
+}
+
 pt_shaders::gpu_struct! {
     /// Of `direct.trace`.
     pub struct DirectPush {
@@ -7,5 +29,13 @@ pt_shaders::gpu_struct! {
         pub kinds: u32,
         /// Instances that cast shadows.
         pub mask: u32,
+        /// 1 = transmissive surfaces tint the light that goes through them.
+        pub tinted_glass: u32,
+        /// 1 = one BRDF of mixed parameters, see brdf.glsl.
+        pub mixed: u32,
+        /// Perceptual roughness up to which a second ray looks for the environment.
+        pub reflection_roughness: f32,
+        /// 2^bias on the texture gradients.
+        pub lod_scale: f32,
     }
 }

@@ -7,7 +7,6 @@ use glam::{Affine3A, DVec3, UVec2, Vec3};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
-use pt_core::random::RandomSource;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
@@ -82,7 +81,7 @@ fn render_after(
     point: impl Fn(usize) -> Point,
 ) -> Light4 {
     let mut uploaded = Uploaded::new(device, scene, backend);
-    let stage = DirectLighting::new(device, uploaded.gpu.variant(RandomSource::White)).unwrap();
+    let stage = DirectLighting::new(device, uploaded.gpu.variant()).unwrap();
     step(&mut uploaded.scene);
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO]).unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms").unwrap();
@@ -120,7 +119,7 @@ fn render_after(
         lights.update(&mut frame, scene, gpu.record_mut()).unwrap();
         gpu.update(&mut frame, scene).unwrap();
         let inputs = StageInputs { scene: Some(&uploaded.gpu), uniforms: Some(&uniforms), images: &images };
-        stage.record(&mut frame, &inputs, params).unwrap();
+        stage.record(&mut frame, &inputs, params, 0.0).unwrap();
         frame.submit().unwrap();
         recorder.finish().unwrap();
         for (list, id) in [(&mut light.hf, COLOR_HF), (&mut light.spec, COLOR_SPEC)] {
@@ -347,7 +346,7 @@ fn parts_equal_the_oracle() {
                 Vec3::new(0.2 * a - 0.1, 1.0, 0.2 * b - 0.1).normalize(),
             )),
             view: unpack_unit_vector(pack_unit_vector(Vec3::new(sin * phi.cos(), cos, sin * phi.sin()))),
-            base: [a, b, c, d].map(quantise),
+            base: [a, b, c, 0.04 * d].map(quantise),
             metallic: (3.0 * e).floor() / 2.0,
             roughness: quantise(0.2 + 0.8 * f),
         }
@@ -357,12 +356,11 @@ fn parts_equal_the_oracle() {
         let p: Point = point(i);
         let base = p.base.map(f64::from);
         let roughness = f64::from((p.roughness * 65535.0).round()) / 65535.0;
-        let brdf = Brdf::new(
-            DVec3::new(base[0], base[1], base[2]),
-            base[3],
-            (f64::from(p.metallic) * 65535.0).round() / 65535.0,
-            roughness,
-        );
+        let color = DVec3::new(base[0], base[1], base[2]);
+        let metallic = (f64::from(p.metallic) * 65535.0).round() / 65535.0;
+        // The material's own F0 is 0.04 and f90 1; KHR_materials_specular's factor scales both.
+        let dielectric = (DVec3::splat(base[3]), (base[3] / 0.04).min(1.0));
+        let brdf = Brdf::new(color, dielectric, metallic, roughness, false);
         let local = basis_around(p.normal.as_dvec3()).transpose();
         let (v, l) = (local * p.view.as_dvec3(), local * -direction.as_dvec3());
         let value = brdf.eval(v, l);
@@ -379,7 +377,13 @@ fn parts_equal_the_oracle() {
 #[test]
 fn kinds_add_up() {
     let device = TestDevice::open();
-    let off = DirectParams { sun: false, positional: false, emissive: false, environment: false };
+    let off = DirectParams {
+        sun: false,
+        positional: false,
+        emissive: false,
+        environment: false,
+        ..DirectParams::default()
+    };
     let kinds = [
         DirectParams { sun: true, ..off.clone() },
         DirectParams { positional: true, ..off.clone() },

@@ -211,11 +211,13 @@ fn cases() -> Vec<BrdfCase> {
             let [r0, r1, r2, r3] = random4([i, 3], 0, 0, 5);
             BrdfCase {
                 base: Vec4::new(a, b, c, (4.0 * d).floor() / 3.0),
+                f0: Vec3::new(0.04, 0.3 * a, 0.1 * b) * (4.0 * d).floor() / 3.0,
                 metallic: (3.0 * e).floor() / 2.0,
                 roughness: f,
                 v: hemisphere(f64::from(0.01 + 0.99 * g), TAU * f64::from(h)).as_vec3(),
                 l: hemisphere(f64::from(0.01 + 0.99 * r0), TAU * f64::from(r1)).as_vec3(),
                 xi: Vec3::new(r2, r3, random4([i, 4], 0, 0, 5)[0]),
+                mixed: i % 2,
                 pad: 0,
             }
         })
@@ -224,7 +226,8 @@ fn cases() -> Vec<BrdfCase> {
 
 fn oracle(c: &BrdfCase) -> Brdf {
     let base = c.base.as_dvec4();
-    Brdf::new(base.truncate(), base.w, f64::from(c.metallic), f64::from(c.roughness))
+    let dielectric = (c.f0.as_dvec3(), base.w);
+    Brdf::new(base.truncate(), dielectric, f64::from(c.metallic), f64::from(c.roughness), c.mixed != 0)
 }
 
 #[test]
@@ -281,6 +284,20 @@ fn integrate(v: DVec3, alpha: f64, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     sum
 }
 
+/// F0 and f90 of a dielectric with ior 1.5.
+const PLASTIC: (DVec3, f64) = (DVec3::splat(0.04), 1.0);
+
+/// A surface of metalness 0.5 is half a metal and half a dielectric: their BRDFs are mixed, not their parameters.
+#[test]
+fn partial_metals_mix_two_brdfs() {
+    let base = DVec3::new(0.9, 0.6, 0.2);
+    let (v, l) = (hemisphere(0.6, 0.4), hemisphere(0.8, 3.0));
+    let of = |metallic, mixed| Brdf::new(base, PLASTIC, metallic, 0.7, mixed).whole_times_cosine(v, l);
+    let half = (of(0.0, false) + of(1.0, false)) / 2.0;
+    assert!((of(0.5, false) - half).abs().max_element() < 1e-12, "{} {half}", of(0.5, false));
+    assert!((of(0.5, true) - half).abs().max_element() > 0.02, "mixed parameters are darker");
+}
+
 /// No lobe reflects more than it gets, whatever the angle and the roughness; the whole surface neither, up to where the
 /// glTF model itself gains energy: 1 - F takes the half vector's Fresnel term, which is small for the diffuse base even where
 /// the specular lobe is a mirror at grazing incidence.
@@ -290,14 +307,14 @@ fn white_furnace() {
     for cos in [1.0, 0.7, 0.4, 0.2, 0.05] {
         for roughness in [0.1, 0.3, 0.6, 1.0] {
             let v = hemisphere(cos, 0.3);
-            let metal = Brdf::new(DVec3::ONE, 1.0, 1.0, roughness);
+            let metal = Brdf::new(DVec3::ONE, PLASTIC, 1.0, roughness, false);
             let specular = integrate(v, metal.alpha, |l| metal.whole_times_cosine(v, l)).x;
             assert!((0.2..=1.001).contains(&specular), "metal {cos} {roughness}: {specular}");
-            let lambertian = Brdf::new(DVec3::ONE, 0.0, 0.0, roughness);
+            let lambertian = Brdf::new(DVec3::ONE, (DVec3::ZERO, 0.0), 0.0, roughness, false);
             assert_eq!(lambertian.f0.max(DVec3::splat(lambertian.f90)), DVec3::ZERO);
             let diffuse = integrate(v, lambertian.alpha, |l| lambertian.whole_times_cosine(v, l)).x;
             assert!((diffuse - 1.0).abs() < 5e-3, "Lambertian {cos} {roughness}: {diffuse}");
-            let plastic = Brdf::new(DVec3::ONE, 1.0, 0.0, roughness);
+            let plastic = Brdf::new(DVec3::ONE, PLASTIC, 0.0, roughness, false);
             let whole = integrate(v, plastic.alpha, |l| plastic.whole_times_cosine(v, l)).x;
             if cos >= 0.7 {
                 assert!(whole <= 1.01, "plastic {cos} {roughness}: {whole}");
@@ -316,7 +333,7 @@ fn white_furnace() {
 fn weight_is_value_over_pdf() {
     for (cos, roughness, metallic) in [(0.9, 0.5, 0.0), (0.5, 0.3, 1.0), (0.1, 0.8, 0.5)] {
         let v = hemisphere(cos, 1.0);
-        let brdf = Brdf::new(DVec3::new(0.8, 0.5, 0.3), 1.0, metallic, roughness);
+        let brdf = Brdf::new(DVec3::new(0.8, 0.5, 0.3), PLASTIC, metallic, roughness, false);
         let (mut sum, mut squares, mut above) = (DVec3::ZERO, DVec3::ZERO, 0);
         let n = 100_000;
         for i in 0..n {

@@ -1,7 +1,7 @@
 //! Writes the tables of directional albedos that the BSDF's energy compensation reads.
 
 fn main() -> anyhow::Result<()> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/oracle/albedo_tables.txt");
+    let path = pt_scene::bsdf_tables::FILE;
     std::fs::write(path, pt_reference::oracle::albedo::text())?;
     println!("{path}");
     Ok(())

@@ -24,6 +24,7 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.throughput = vec3(1.0);
     path.radiance = vec3(0.0);
     path.last_pdf = 0.0;
+    path.passed = 0.0;
     path.chord = 0.0;
     path.flags = PATH_DELTA | PATH_SEEN;
     path.vertex = 0u;

@@ -12,7 +12,7 @@ layout(local_size_x = SHADE_GROUP) in;
 
 // The path's ray has left the scene.
 void handle_miss(inout PathState path) {
-    path.radiance += path.throughput * medium_transmittance(path.interior, RAY_FAR) * radiance_from_afar(path);
+    path.radiance += path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path);
 }
 
 // Light that the surface itself emits.
@@ -38,7 +38,13 @@ bool next_event(inout PathState path, PathVertex v, float xi, uint slot) {
     vec3 side = dot(v.face_normal, light.direction) > 0.0 ? v.face_normal : -v.face_normal;
     Ray ray = shadow_ray(v.position, side, light);
     path.shadow_rays++;
-    vec3 transmittance = medium_transmittance(path.interior, light.finite ? ray.t_max : RAY_FAR);
+    // Where media can change along the ray, path_shadow.trace takes care of them.
+    vec3 transmittance = vec3(1.0);
+    if (scene_has(FEATURE_TRANSMISSION)) {
+        straight_table(STRAIGHT_SOLIDS).at[slot] = uintBitsToFloat(path.interior.words);
+        straight_table(STRAIGHT_IORS).at[slot] = path.interior.iors;
+        straight_table(STRAIGHT_WAY).at[slot].y = uintBitsToFloat(push.max_bounces - path.vertex);
+    }
     store_row(ROW_SHADOW_ORIGIN, slot, vec4(ray.origin, ray.t_max));
     store_row(ROW_SHADOW_DIRECTION, slot, ray.direction, path_coverage_seed(path.random, path.segment, 1u));
     store_row(ROW_SHADOW_RADIANCE, slot, vec4(path.throughput * transmittance * radiance, 0.0));
@@ -50,14 +56,17 @@ bool scatter(inout PathState path, PathVertex v, float xi) {
     BsdfSample s = bsdf_sample(v.bsdf, random_bsdf(path.random, path.vertex));
     if (s.pdf <= 0.0 || max_component(s.weight) <= 0.0) return false;
     path.throughput *= s.weight;
-    path.direction = s.direction;
-    path.last_pdf = s.pdf;
+    bool transmitted = (s.flags & SAMPLE_TRANSMISSION) != 0u;
+    // Light sampling finds what is straight behind a surface too: for its weight the path comes from the vertex before.
+    bool straight = transmitted && interface_transmits_straight(v.bsdf);
+    path.passed = straight ? path.chord : 0.0;
+    path.direction = straight ? path.direction : s.direction;
+    if (!straight) path.last_pdf = s.pdf;
     // A sample stands for a solid angle of 1 / pdf (Bekaert et al. 2003, "A Custom Designed Density Estimation Method for Light
     // Transport"); mirrors are taken for plane.
     if ((s.flags & SAMPLE_DELTA) == 0u) path.cone.y = max(path.cone.y, inversesqrt(PI * s.pdf));
-    path.flags = (s.flags & SAMPLE_DELTA) != 0u ? path.flags | PATH_DELTA : 0u;
-    bool transmitted = (s.flags & SAMPLE_TRANSMISSION) != 0u;
-    path.origin = offset_point(v.position, transmitted ? -v.face_normal : v.face_normal);
+    if (!straight) path.flags = (s.flags & SAMPLE_DELTA) != 0u ? path.flags | PATH_DELTA : 0u;
+    path.origin = offset_point(v.position, transmitted ? -v.face_normal : v.face_normal, scene.near_origin);
     if (transmitted) cross_interface(path, v);
     path.vertex++;
     if (path.vertex > push.roulette_start) {
@@ -85,13 +94,14 @@ void add_first_hit(PathVertex v, Hit hit, uint slot) {
 // The path's ray has met a surface; false: the path ends there. `shadow`: whether it has a shadow ray.
 bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     shadow = false;
-    path.chord = hit.t;
+    path.chord = path.passed + hit.t;
     path.cone.x += hit.t * path.cone.y;
     path.throughput *= medium_transmittance(path.interior, hit.t);
     PathVertex v = load_vertex(path, hit);
     if (path.segment == 1u) add_first_hit(v, hit, slot);
     if (v.is_passed) {
-        path.origin = offset_point(v.position, -v.face_normal);
+        path.origin = offset_point(v.position, -v.face_normal, scene.near_origin);
+        path.passed = path.chord;
         cross_interface(path, v);
         return path.segment < MAX_SEGMENTS;
     }

@@ -4,7 +4,7 @@
 // the list are neighbours in the image.
 //
 // The buffer push.paths: three lists (one of live slots that is read, one that is written, one of slots with a shadow ray), then rows of
-// 16 bytes a slot, so that threads side by side load side by side.
+// 16 bytes a slot, so that threads side by side load side by side. Scenes with transmission have three rows more.
 #include "path_state.glsl"
 #include "scene.glsl"
 
@@ -91,6 +91,14 @@ void load_ray(inout PathState path, uint slot) {
 LengthTable length_table() { return LengthTable(row_table(ROWS)); }
 ConeTable cone_table() { return ConeTable(uint64_t(length_table()) + uint64_t(4u * slot_count())); }
 
+// What the shadow ray needs to go straight on through surfaces: the solids that it begins in, their indices, and x: PathState::passed,
+// y: how many surfaces it may pass.
+const uint STRAIGHT_SOLIDS = 0u, STRAIGHT_IORS = 1u, STRAIGHT_WAY = 2u;
+RowTable straight_table(uint row) {
+    uint64_t first = uint64_t(cone_table()) + (ray_cones ? uint64_t(8u * slot_count()) : 0ul);
+    return RowTable(first + uint64_t(slot_count()) * uint64_t(16u * row));
+}
+
 PathState load_path(uint slot) {
     PathState path;
     load_ray(path, slot);
@@ -105,6 +113,8 @@ PathState load_path(uint slot) {
     }
     path.cone = vec2(0.0);
     if (ray_cones) path.cone = cone_table().at[slot];
+    path.passed = 0.0;
+    if (scene_has(FEATURE_TRANSMISSION)) path.passed = straight_table(STRAIGHT_WAY).at[slot].x;
     path.chord = 0.0;
     return path;
 }
@@ -121,6 +131,7 @@ void store_path(uint slot, PathState path) {
     store_row(ROW_THROUGHPUT, slot, vec4(path.throughput, path.last_pdf));
     store_row(ROW_RADIANCE, slot, path.radiance, path.shadow_rays);
     if (ray_cones) cone_table().at[slot] = path.cone;
+    if (scene_has(FEATURE_TRANSMISSION)) straight_table(STRAIGHT_WAY).at[slot].x = path.passed;
 }
 
 Hit load_hit(uint slot) {

@@ -28,8 +28,9 @@ struct PathState {
     uint sample_index;
     InteriorList interior;
     vec2 cone;       // if ray_cones: radius at the origin, metres, and half angle
+    float passed;    // way since the last scattering, straight on through surfaces, metres
     // Follow from the others; not kept from ray to ray.
-    float chord;     // length of the last ray, metres
+    float chord;     // way since the last scattering, metres
     PathRandom random;
 };
 

@@ -2,7 +2,7 @@
 
 use crate::records::{Heuristic, Strategy};
 use pt_core::knobs;
-use pt_shaders::records::SamplerKind;
+use pt_shaders::records::{Culling, SamplerKind};
 
 knobs! {
     /// Which light counts.
@@ -28,6 +28,8 @@ knobs! {
         pub roulette_start: u32 = 3, in 0..=u32::MAX, source "Arvo and Kirk 1990";
         /// Kinds of light that are included.
         pub light_types: LightTypes;
+        /// Which rays go through the back faces of single-sided materials.
+        pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
         /// Weights of multiple importance sampling.
         pub heuristic: Heuristic = Heuristic::Power, source "Veach 1997, section 9.2.2";
         /// Sampling strategies: both, or one alone, to see what the other one contributes.

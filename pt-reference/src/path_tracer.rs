@@ -1,6 +1,5 @@
 use crate::film::FilmState;
 use crate::kernels;
-use crate::oracle::albedo;
 use crate::oracle::interior::{CAPACITY, InteriorList};
 use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
@@ -10,7 +9,8 @@ use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
-    FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN,
+    FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL,
+    KIND_SUN,
 };
 use std::mem::offset_of;
 use std::ops::Range;
@@ -31,6 +31,8 @@ const SLOT_BYTES: u64 = 4 * 4 + 10 * 16 + 4;
 
 /// Of its ray cone, if it has one.
 const CONE_BYTES: u64 = 8;
+/// And, in scenes with transmission, for shadow rays that go straight on through surfaces.
+const STRAIGHT_BYTES: u64 = 3 * 16;
 
 impl Tile {
     fn blocks(self) -> [u32; 2] {
@@ -63,7 +65,6 @@ pub struct PathTracer {
     params: ReferenceParams,
     camera_solids: [(u32, f32); CAPACITY],
     size: [u32; 2],
-    bsdf_tables: Buffer,
     film: Buffer,
     first_hit: Buffer,
     dropped: Buffer,
@@ -89,7 +90,10 @@ impl PathTracer {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let blocks = Tile { origin: [0; 2], size: tile }.blocks().map(u64::from);
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
-        let slot_bytes = SLOT_BYTES + if params.ray_cones { CONE_BYTES } else { 0 };
+        let transmits = scene.features() & FEATURE_TRANSMISSION != 0;
+        let slot_bytes = SLOT_BYTES
+            + if params.ray_cones { CONE_BYTES } else { 0 }
+            + if transmits { STRAIGHT_BYTES } else { 0 };
         let constants = [
             ("scene_features", scene.features().into()),
             ("light_kinds", kinds(&params, lights).into()),
@@ -99,7 +103,9 @@ impl PathTracer {
             ("sort_materials", sorts_by_material(device, scene).into()),
         ];
         let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);
-        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(), &constants);
+        let traced: Vec<_> =
+            constants.into_iter().chain([("culling", params.culling.code().into())]).collect();
+        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(), &traced);
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,
@@ -109,7 +115,6 @@ impl PathTracer {
             params,
             camera_solids: [(0, 1.0); CAPACITY],
             size,
-            bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &albedo::packed())?,
             film: buffer("film", pixels * size_of::<FilmPixel>() as u64)?,
             first_hit: buffer("first hits", pixels * size_of::<FirstHitPixel>() as u64)?,
             dropped: buffer("dropped samples", 4)?,
@@ -202,7 +207,7 @@ impl PathTracer {
             pass.push(&push).dispatch_indirect(blocks, &self.progress, groups)?;
 
             let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
-            let pass = scene.bind(pass).read("bsdf_tables", &self.bsdf_tables);
+            let pass = scene.bind(pass);
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.first_hit).push(&push);
             let groups = groups_of(read, offset_of!(SlotListRecord, shade_groups));
@@ -245,11 +250,7 @@ impl PathTracer {
 /// Whether threads are sorted by material before they shade. A CPU samples a texture for all its lanes at once or for one lane after
 /// the other: sorting saves a sixth of shading. On a GPU (NVIDIA H200) it costs as much.
 fn sorts_by_material(device: &Device, scene: &GpuScene) -> bool {
-    is_cpu(device) && scene.features() & FEATURES_TEXTURE != 0
-}
-
-fn is_cpu(device: &Device) -> bool {
-    device.info().kind == "cpu"
+    device.info().is_cpu() && scene.features() & FEATURES_TEXTURE != 0
 }
 
 /// About what a GPU has threads for at a time.
@@ -263,7 +264,7 @@ fn groups_of(list: u32, member: usize) -> u64 {
 /// Nothing listed.
 fn no_progress(device: &Device) -> ProgressRecord {
     let none = SlotListRecord { count: 0, trace_groups: UVec3::ONE, shade_groups: UVec3::ONE };
-    let few_paths = if is_cpu(device) { 0 } else { WIDE_DEVICE };
+    let few_paths = if device.info().is_cpu() { 0 } else { WIDE_DEVICE };
     ProgressRecord { lists: [none; 3], advance_groups: UVec3::ONE, sweep: 0, done: 0, few_paths }
 }
 

@@ -31,7 +31,11 @@ pub fn automatic_camera(scene: &Scene) -> Camera {
 }
 
 fn exterior(bounds: &Bounds) -> Camera {
-    let radius = (0.5 * bounds.size().length()).max(1e-3);
+    let radius = match 0.5 * bounds.size().length() {
+        // A single point, whatever it may be.
+        0.0 => 0.5,
+        radius => radius,
+    };
     let distance = radius / (0.5 * EXTERIOR_YFOV).sin();
     let from = Vec3::new(0.55, 0.35, 1.0).normalize();
     Camera::look_at("automatic", bounds.center() + distance * from, bounds.center(), EXTERIOR_YFOV)

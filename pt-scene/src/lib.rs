@@ -10,6 +10,7 @@
 
 pub mod animation;
 mod bounds;
+pub mod bsdf_tables;
 mod builtin;
 mod camera;
 mod clusters;
@@ -21,6 +22,7 @@ mod framing;
 pub mod gpu;
 mod hash;
 mod light;
+mod limits;
 mod material;
 mod merge;
 mod mesh;
@@ -45,6 +47,7 @@ pub use extension::{ExtensionUse, Support};
 pub use framing::automatic_camera;
 pub use glam;
 pub use light::{Light, LightKind, shines};
+pub use limits::MAX_RADIANCE;
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef, media};
 pub use mesh::Mesh;
 pub use mips::{MipLevel, decode_texel, encode_normal, linear_from_srgb, srgb_from_linear};

@@ -1,4 +1,4 @@
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::Material;
 use crate::animation::{Deformation, Influence, MorphDelta, VertexLists};
@@ -64,6 +64,11 @@ impl Mesh {
         self.triangle_materials = order.iter().map(|&t| self.triangle_materials[t]).collect();
     }
 
+    /// Whether a vertex has another colour than opaque white.
+    pub fn is_colored(&self) -> bool {
+        self.colors.iter().any(|&color| color != Vec4::ONE)
+    }
+
     /// Appends another mesh's vertices and triangles; both count as unsorted afterwards.
     pub fn append(&mut self, other: &Mesh) {
         let base = self.positions.len() as u32;
@@ -110,6 +115,17 @@ impl Mesh {
         if !self.morphs.is_empty() {
             self.flat_morphs();
         }
+    }
+
+    /// Of each vertex the normal of its triangles, weighted by their areas; +Y where they have none.
+    pub fn vertex_normals(&self) -> Vec<Vec3> {
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
+        for corners in &self.indices {
+            let [a, b, c] = corners.map(|v| self.positions[v as usize].as_dvec3());
+            let normal = (b - a).cross(c - a);
+            corners.iter().for_each(|&v| sums[v as usize] += normal);
+        }
+        sums.into_iter().map(|sum| sum.try_normalize().map_or(Vec3::Y, DVec3::as_vec3)).collect()
     }
 
     /// Tangents from the derivatives of the first texture coordinates, for shapes made by code, whose vertices are split

@@ -1,5 +1,5 @@
 // The surface of the reference path tracer. glTF 2.0, appendix B.2, with KHR_materials_ior, _specular, _transmission, _volume
-// (whether there is a solid behind), _clearcoat, _sheen, _anisotropy. Directions are unit vectors in world space that point away
+// (whether there is a solid behind), _clearcoat, _sheen, _anisotropy, _iridescence. Directions are unit vectors in world space that point away
 // from the surface: wo to where light leaves, wi to where it comes from.
 //
 //     Bsdf bsdf_towards(Bsdf b, vec3 wo)     with what depends on wo alone; for all of these:
@@ -107,6 +107,15 @@ BsdfValue bsdf_evaluate(Bsdf b, vec3 wi) {
     r.f_cos += coat.f_cos;
     r.pdf += coat.pdf;
     return r;
+}
+
+// The part of bsdf_eval that is the diffuse base, without its colour base_color (1 - metallic) (1 - transmission) and without energy
+// compensation.
+float bsdf_diffuse_cos(Bsdf b, vec3 wi) {
+    vec3 l = wi * b.frame;
+    if (b.local_wo.z <= 0.0 || l.z <= 0.0 || dot(b.face_normal, wi) <= 0.0) return 0.0;
+    float passed = interface_fresnel(b, dot(b.local_wo, normalize(b.local_wo + l))).passed / max(1.0 - b.metallic, 1e-6);
+    return b.lobes.base * min(under_sheen(b, b.local_wo.z), under_sheen(b, l.z)) * passed * l.z * INV_PI;
 }
 
 vec3 bsdf_eval(Bsdf b, vec3 wi) { return bsdf_evaluate(b, wi).f_cos; }

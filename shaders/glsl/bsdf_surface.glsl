@@ -7,7 +7,7 @@
 // BSDF_ENERGY_COMPENSATION or 0; BSDF_SOLID is set here. A surface has the same lobes on both sides, double-sided or not, but for coat
 // and sheen, which a solid has outside only; whether a single-sided one shows its back is the integrator's decision (glTF: culled).
 // Light starts beside the triangle: ray_offset.glsl with b.face_normal, on the other side when the sample has SAMPLE_TRANSMISSION.
-// KHR_materials_iridescence and _dispersion are not there: materials that have them show without.
+// KHR_materials_dispersion is not there: materials that have it show without.
 #include "bsdf.glsl"
 #include "bsdf/shading_normal.glsl"
 #include "media.glsl"
@@ -41,6 +41,9 @@ Bsdf surface_bsdf(Surface s, MaterialSample m, LobesSample lobes, vec3 wo, float
     b.coat_normal = b.coat > 0.0 ? bend_normal(side * lobes.clearcoat_normal, b.face_normal, wo) : normal;
     b.sheen_color = outside ? lobes.sheen_color : vec3(0.0);
     b.sheen_alpha = max(lobes.sheen_roughness * lobes.sheen_roughness, MIN_SHEEN_ALPHA);
+    b.iridescence = lobes.iridescence;
+    b.film_ior = lobes.iridescence_ior;
+    b.film_thickness = lobes.iridescence_thickness;
     b.flags = flags | (solid ? BSDF_SOLID : 0u);
     return bsdf_towards(b, wo);
 }

@@ -21,7 +21,7 @@ CameraRay camera_ray(CameraRecord camera, vec2 uv, vec2 lens) {
 // xy = UV, z = Euclidean distance from the camera (orthographic: from the image plane). The lens plays no part in it.
 vec3 project(CameraRecord camera, vec3 world_position) {
     vec3 view = (camera.view_from_world * vec4(world_position, 1.0)).xyz;
-    float scale = camera.projection == 0u ? 1.0 / max(-view.z, 1e-6) : 1.0;
+    float scale = camera.projection == 0u ? 1.0 / max(-view.z, 1e-18) : 1.0;
     vec2 plane = view.xy * scale / camera.half_extent;
     return vec3(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y, camera.projection == 0u ? length(view) : -view.z);
 }
@@ -31,6 +31,11 @@ vec2 project_direction(CameraRecord camera, vec3 world_direction) {
     vec3 view = mat3(camera.view_from_world) * world_direction;
     vec2 plane = view.xy / max(-view.z, 1e-6) / camera.half_extent;
     return vec2(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y);
+}
+
+// Radius of the cone round a pixel's ray after `path_length` metres.
+float cone_radius(CameraRecord camera, float half_cone_angle, float path_length, uint height) {
+    return camera.projection == 0u ? path_length * half_cone_angle : 2.0 * camera.half_extent.y / float(height);
 }
 
 // Half angle of the cone round a pixel's ray, from the rays of its right and lower neighbours. Taken as a length rather than

@@ -23,8 +23,8 @@ const float SHADOW_RAY_MARGIN = 1e-5;
 
 // Ray from a surface towards a light sample. `normal`: geometric, on the side that the sample lies on.
 Ray shadow_ray(vec3 position, vec3 normal, LightSample s) {
-    vec3 origin = offset_point(position, normal);
-    if (!s.finite) return Ray(origin, 0.0, s.direction, RAY_FAR);
+    vec3 origin = offset_point(position, normal, scene.near_origin);
+    if (!s.finite) return Ray(origin, 0.0, s.direction, SKY_DISTANCE);
     vec3 d = s.target - origin;
     float distance = length(d);
     return Ray(origin, 0.0, d / distance, distance * (1.0 - SHADOW_RAY_MARGIN));
@@ -140,7 +140,7 @@ LightSample sample_emissive(vec3 position, uvec4 bits) {
         normal = -normal;
     }
     if (cos_light <= 0.0 || covered <= 0.0) return NO_LIGHT_SAMPLE;
-    s.target = offset_point(point, normal);
+    s.target = offset_point(point, normal, scene.near_origin);
     s.pdf = e.pmf * 2.0 * distance2 / (twice_area * cos_light);
     s.radiance = materials.at[material].emissive * covered;
     TextureSlot slot = materials.at[material].emissive_texture;

@@ -20,12 +20,10 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Emi
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AliasTable { AliasRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VertexTable { VertexRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionTable { vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer ColorTable { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer IndexTable { uvec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ClusterTable { ClusterNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintTable { uint at[]; };
-
-// t_max of rays to infinity, metres.
-const float RAY_FAR = 1e20;
 
 InstanceRecord scene_instance(uint i) {
     if (!scene_has(FEATURE_INSTANCES)) return scene.first_instance;
@@ -38,15 +36,18 @@ MeshRecord scene_mesh(uint i) {
     return MeshTable(scene.meshes).at[i];
 }
 
-// Weighted by barycentrics, in a fixed order: visibility must come out the same in every kernel.
+// Weighted by barycentrics, in a fixed order: visibility must come out the same in every kernel. What is equal at all vertices stays so
+// to the bit.
 vec2 interpolate(vec2 a, vec2 b, vec2 c, vec2 bary) {
-    precise vec2 r = fma(c, bary.yy, fma(b, bary.xx, a * (1.0 - bary.x - bary.y)));
+    precise vec2 r = fma(c - a, bary.yy, fma(b - a, bary.xx, a));
     return r;
 }
 
 bool is_first_uv(uint uv_set) { return !scene_has(FEATURE_SECOND_UV) || uv_set == 0u; }
 
-vec4 vertex_color(VertexRecord v) { return scene_has(FEATURE_VERTEX_COLOR) ? unpackUnorm4x8(v.color) : vec4(1.0); }
+vec4 vertex_color(MeshRecord mesh, uint vertex) {
+    return scene_has(FEATURE_VERTEX_COLOR) && mesh.colors != 0ul ? ColorTable(mesh.colors).at[vertex] : vec4(1.0);
+}
 
 vec2 triangle_uv(MeshRecord mesh, uvec3 index, vec2 bary, uint uv_set) {
     VertexTable v = VertexTable(mesh.vertices);
@@ -77,9 +78,8 @@ float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     uint flags = material.at[material_index].flags;
     if ((flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u) return 1.0;
     uvec3 index = IndexTable(mesh.indices).at[triangle];
-    VertexTable v = VertexTable(mesh.vertices);
-    float vertex_alpha = interpolate(vec2(vertex_color(v.at[index.x]).a), vec2(vertex_color(v.at[index.y]).a),
-                                     vec2(vertex_color(v.at[index.z]).a), bary).x;
+    float vertex_alpha = interpolate(vec2(vertex_color(mesh, index.x).a), vec2(vertex_color(mesh, index.y).a),
+                                     vec2(vertex_color(mesh, index.z).a), bary).x;
     float alpha = material.at[material_index].base_color.w * vertex_alpha;
     TextureSlot slot = material.at[material_index].base_color_texture;
     if (slot.texture != NONE) {

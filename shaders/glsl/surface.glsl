@@ -87,7 +87,7 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
         n += w[i] * unpack_unit_vector(v.normal);
         t += w[i] * tangent.xyz;
         bitangent_sign = tangent.w;
-        s.color += w[i] * vertex_color(v);
+        s.color += w[i] * vertex_color(mesh, index[i]);
         uv[0][i] = vec2(v.uv0[0], v.uv0[1]);
         uv[1][i] = vec2(v.uv1[0], v.uv1[1]);
     }

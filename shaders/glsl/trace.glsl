@@ -6,8 +6,8 @@
 //     uvec2 launch_id()   position in the launch; compute launches round up to whole workgroups, so main() returns when it
 //                         lies outside of the extent
 //
-// Instances take part when (mask & InstanceRecord.mask) != 0. Both sides of a triangle are hit. Whichever backend found the
-// triangle, t and the barycentrics come from triangle_intersection().
+// Instances take part when (mask & InstanceRecord.mask) != 0. Both sides of a triangle are hit, unless the mask has CULL_BACK_FACES.
+// Whichever backend found the triangle, t and the barycentrics come from triangle_intersection().
 //
 // Triangles from first_masked on are there with the probability of their coverage(): MASK materials for all rays or none, BLEND
 // materials for a share of them (stochastic transparency: Enderton et al. 2010), so that the mean over rays is the
@@ -17,6 +17,14 @@
 // before takes every triangle for covered.
 #include "scene.glsl"
 #include "blue_noise.glsl"
+
+// Which rays go through the back faces of single-sided materials (CULLING_*); CULLING_NONE: none, whatever their mask.
+layout(constant_id = 2) const uint culling = CULLING_NONE;
+
+bool culls(uint mask) { return culling != CULLING_NONE && (mask & CULL_BACK_FACES) != 0u; }
+
+// Mask of rays that the camera does not see along.
+uint unseen_mask(uint mask) { return culling == CULLING_ALL ? mask | CULL_BACK_FACES : mask; }
 
 // Sums and products in a fixed order, so that every backend's kernel computes the same bits.
 vec3 fixed_cross(vec3 a, vec3 b) {
@@ -62,6 +70,23 @@ Hit triangle_hit(Ray ray, uint instance, uint triangle) {
     return Hit(instance, triangle, uvt.xy, uvt.z);
 }
 
+bool is_single_sided(InstanceRecord instance, MeshRecord mesh, uint triangle) {
+    MaterialRecord m = MaterialTable(scene.materials).at[material_of(instance, mesh, triangle)];
+    return (m.flags & MATERIAL_DOUBLE_SIDED) == 0u && !(m.transmission > 0.0 && m.thickness > 0.0);
+}
+
+// Whether a ray of that direction meets the back face of a single-sided triangle.
+bool is_culled(uint instance, uint triangle, vec3 direction) {
+    InstanceRecord placed = scene_instance(instance);
+    MeshRecord mesh = scene_mesh(placed.mesh);
+    uvec3 index = IndexTable(mesh.indices).at[triangle];
+    PositionTable position = PositionTable(mesh.positions);
+    vec3 v0 = position.at[index.x];
+    Ray local = object_space_ray(Ray(vec3(0.0), 0.0, direction, 0.0), placed.object_from_world);
+    bool back = fixed_dot(local.direction, fixed_cross(position.at[index.y] - v0, position.at[index.z] - v0)) > 0.0;
+    return back && is_single_sided(placed, mesh, triangle);
+}
+
 // Whether a ray stops at the point `bary` of a masked triangle.
 bool is_covered(MeshRecord mesh, uint instance, uint triangle, vec2 bary, uvec2 ray_coverage) {
     return coverage_number(ray_coverage, instance, triangle) < coverage(mesh, triangle, bary);
@@ -73,6 +98,13 @@ bool is_hit_covered(Ray ray, uint instance, uint triangle, uvec2 ray_coverage) {
     return is_covered(scene_mesh(scene_instance(instance).mesh), instance, triangle, bary, ray_coverage);
 }
 
+// Whether a triangle that a driver's traversal has met stops the ray.
+bool stops_ray(Ray ray, uint instance, uint triangle, uvec2 ray_coverage, bool cull) {
+    if (cull && is_culled(instance, triangle, ray.direction)) return false;
+    if (triangle < scene_mesh(scene_instance(instance).mesh).first_masked) return true;
+    return is_hit_covered(ray, instance, triangle, ray_coverage);
+}
+
 // Drivers number the primitives of each geometry from 0: geometry 0 is [0, first_masked), geometry 1 the masked rest.
 uint mesh_triangle(uint instance, uint geometry, uint primitive) {
     if (geometry == 0u) return primitive;
@@ -81,6 +113,10 @@ uint mesh_triangle(uint instance, uint geometry, uint primitive) {
 
 const Hit MISS = Hit(NONE, NONE, vec2(0.0), 0.0);
 
+#if defined(TRACE_RAY_QUERY) || defined(TRACE_RT_PIPELINE)
+// Flags of rays that cull: every triangle comes to a shader.
+const uint CULLING_FLAGS = gl_RayFlagsNoOpaqueEXT;
+#endif
 #ifdef TRACE_COMPUTE
 #include "trace/compute.glsl"
 #endif
@@ -89,4 +125,7 @@ const Hit MISS = Hit(NONE, NONE, vec2(0.0), 0.0);
 #endif
 #ifdef TRACE_RT_PIPELINE
 #include "trace/rt_pipeline.glsl"
+#endif
+#if defined(TRACE_RAY_QUERY) || defined(TRACE_RT_PIPELINE)
+#include "trace/driver_culling.glsl"
 #endif

@@ -242,7 +242,7 @@ crate::image_table! { "";
     CLUSTER: "cluster", R16Uint, Split, Frame, X_UINT, "-",
         "Light-list cluster of the surface; 0xffff: none.";
     BASE_COLOR: "base_color", Rgba16Unorm, Split, Frame, RGBA, "linear reflectance",
-        "rgb = base colour, a = specular factor.";
+        "rgb = base colour, a = largest component of the F0 of the dielectric (0.04 for ior 1.5).";
     METALLIC_ROUGHNESS: "metallic_roughness", Rg16Unorm, Split, Frame, XY, "-",
         "x = metalness, y = perceptual roughness (alpha = roughness^2).";
     NORMAL: "normal", R32Uint, Split, Frame, DIRECTION, "world space, octahedral 2 x 16 bit",
@@ -250,15 +250,15 @@ crate::image_table! { "";
     VERTEX_NORMAL: "vertex_normal", R32Uint, Split, Frame, DIRECTION, "world space, octahedral 2 x 16 bit",
         "Interpolated vertex normal, flipped to the viewer's side; 0 = no surface.";
     VIEW_DEPTH: "view_depth", R32F, Split, Frame, Z, "m",
-        "Euclidean distance from the camera; negative for surfaces seen by reflection or refraction; 1e4 = sky.";
+        "Euclidean distance from the camera; negative for surfaces seen by reflection or refraction; 1e18 = sky.";
     MOTION: "motion", Rgba32F, Split, Frame, XYZW, "UV of the full frame; m; 1/m",
         "xy = previous minus current screen position, z = previous minus current distance, w = 1 / depth range of the pixel's footprint.";
     SHADING_POSITION: "shading_position", Rgba32F, Split, Frame, POSITION_MATERIAL, "m, world space",
         "xyz = position, w = bits of (material index + 1); w = 0: no surface.";
     VIEW_DIRECTION: "view_direction", Rg32Uint, Split, Frame, DIRECTION_FLAGS, "world space, octahedral 2 x 16 bit",
         "x = ray direction into the surface, y = checkerboard flags (1 primary, 2 reflection, 4 refraction).";
-    THROUGHPUT: "throughput", Rgba16F, Split, Frame, RGBA, "-; m",
-        "rgb = path throughput from the camera to the shaded surface, a = optical path length.";
+    THROUGHPUT: "throughput", Rgba16F, Split, Frame, RGBA, "-; log2 m",
+        "rgb = path throughput from the camera to the shaded surface, a = log2 of the optical path length.";
     BOUNCE_THROUGHPUT: "bounce_throughput", Rgba16F, Split, Frame, RGBA, "-; rad",
         "rgb = throughput of the bounce path, a = half cone angle of the pixel.";
     TRANSPARENT: "transparent", Rgba32F, Split, Frame, RGBA, "linear radiance",

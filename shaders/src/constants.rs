@@ -11,6 +11,10 @@ gpu_constants! {
     /// `InstanceRecord::mask`: lets light through (KHR_materials_transmission); shadow rays pass it by.
     pub const MASK_TRANSMISSIVE: u32 = 2;
 
+    /// Bit of a ray's mask beside those of the instances: the ray goes through back faces of single-sided materials, as if they were not
+    /// there (glTF 2.0, `material.doubleSided`). Those of solids bound their inside and stay.
+    pub const CULL_BACK_FACES: u32 = 0x100;
+
     /// `MaterialRecord::flags`: both sides are shaded and emit.
     pub const MATERIAL_DOUBLE_SIDED: u32 = 1;
     /// `MaterialRecord::flags`: coverage is 1 where alpha >= cutoff, else 0.
@@ -72,8 +76,8 @@ gpu_constants! {
     /// Checkerboard flags of a surface behind one that is split: one field reflects, the other refracts.
     pub const SPLIT_FLAGS: u32 = FLAG_REFLECTION | FLAG_REFRACTION;
 
-    /// Distance at which the environment stands in for a surface, metres: no ray of the real-time stages reaches farther.
-    pub const SKY_DISTANCE: f32 = 1e4;
+    /// Distance of the environment, metres: no ray reaches farther. Its square is finite.
+    pub const SKY_DISTANCE: f32 = 1e18;
     /// Channel `cluster`: there is no surface.
     pub const NO_CLUSTER: u32 = 0xffff;
 
@@ -89,7 +93,7 @@ mod tests {
         for line in [
             "const uint NONE = 4294967295u;\n",
             "const uint SPLIT_FLAGS = 6u;\n",
-            "const float SKY_DISTANCE = 10000.0;\n",
+            "const float SKY_DISTANCE = 1000000000000000000.0;\n",
         ] {
             assert!(text.contains(line), "{line}in\n{text}");
         }

@@ -35,6 +35,7 @@ dimensions! {
     DIM_POSITIONAL: 2, 1, "A point or spot light. x: which one; z, w: point on its sphere.";
     DIM_EMISSIVE: 3, 1, "An emissive triangle. x, y: which one (alias table); z, w: point on it.";
     DIM_ENVIRONMENT: 4, 1, "A direction of the environment. x, y: which texel (alias table); z, w: point in it.";
+    DIM_REFLECTION: 5, 1, "The ray of a narrow lobe to the environment. x, y: direction in the lobe; z: which lobe; w: reflection or transmission.";
     DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
     DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
 }

@@ -117,8 +117,10 @@ gpu_struct! {
         pub environment_intensity: f32,
         /// How many of the punctual lights are directional.
         pub sun_count: u32,
+        /// Coordinates that are near the origin, metres: there rays start off surfaces by a fixed length (ray_offset.glsl).
+        pub near_origin: f32,
         /// Alignment.
-        pub pad: [u32; 2],
+        pub pad: [u32; 3],
     }
 }
 
@@ -165,6 +167,8 @@ gpu_struct! {
         pub positions_prev: u64,
         /// `VertexRecord[]`.
         pub vertices: u64,
+        /// `vec4[]`: linear colour factor and alpha of each vertex; 0: all are white.
+        pub colors: u64,
         /// `uvec3[triangle_count]`.
         pub indices: u64,
         /// `uint[triangle_count]`: material index per triangle.
@@ -187,8 +191,6 @@ gpu_struct! {
         pub uv0: [f32; 2],
         /// Second UV set.
         pub uv1: [f32; 2],
-        /// Linear colour factor, rgba8 unorm.
-        pub color: u32,
     }
 }
 
@@ -386,6 +388,18 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Which rays go through the back faces of single-sided materials; `CULLING_*` in GLSL.
+    pub enum Culling: "CULLING" {
+        /// None: both sides of all surfaces are seen.
+        None = "none",
+        /// Those of the camera, and on from mirrors and smooth glass: what is seen is what glTF asks for, light meets both sides.
+        Camera = "camera",
+        /// All, shadow rays too.
+        All = "all",
+    }
+}
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {
@@ -475,6 +489,7 @@ pub fn glsl() -> String {
     let mut text = String::from("#include \"constants.glsl\"\n");
     text.push_str(&SamplerKind::glsl());
     text.push_str(&RandomSource::glsl());
+    text.push_str(&Culling::glsl());
     text.push_str(&declarations());
     text
 }

@@ -25,7 +25,7 @@ impl FullFrame {
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
-        let traced = Some(TracedStages::new(device, scene.variant(params.gbuffer.random))?);
+        let traced = Some(TracedStages::new(device, params.gbuffer.variant(scene.variant()))?);
         Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
     }
 

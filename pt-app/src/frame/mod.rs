@@ -104,7 +104,7 @@ impl FullFrame {
             for bounce in 0..gbuffer.reflect_refract {
                 traced.reflect_refract.record(frame, &inputs, &gbuffer, bounce)?;
             }
-            traced.direct.record(frame, &inputs, &params.lights)?;
+            traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
         }
         if let Some(composite) = &self.composite {
             composite.record(frame, &inputs, SplitLight::unfiltered(&self.images), &params.denoise)?;

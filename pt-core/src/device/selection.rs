@@ -60,6 +60,11 @@ impl DeviceInfo {
     pub fn driver_line(&self) -> String {
         format!("{} {}", self.driver, self.driver_version)
     }
+
+    /// Whether kernels run on the CPU.
+    pub fn is_cpu(&self) -> bool {
+        self.kind == "cpu"
+    }
 }
 
 pub(super) struct Candidate {
@@ -258,7 +263,7 @@ pub(super) fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result
     let available = candidates.iter().map(describe).collect::<Vec<_>>().join(", ");
     let matches = |c: &Candidate| match wanted {
         None => true,
-        Some("cpu") => c.info.kind == "cpu",
+        Some("cpu") => c.info.is_cpu(),
         Some("gpu") => c.info.kind.ends_with("gpu"),
         Some(text) => match text.parse::<usize>() {
             Ok(index) => c.info.index == index,

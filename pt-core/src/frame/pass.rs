@@ -83,6 +83,11 @@ impl<'f, 'r> Pass<'f, 'r> {
         self.bind(name, resource.into(), Use::Read)
     }
 
+    /// As [`Pass::read`], for kernels that have that binding.
+    pub fn read_if_used(self, name: &str, buffer: &Buffer) -> Self {
+        if self.kernel.has_binding(name) { self.read(name, buffer) } else { self }
+    }
+
     /// The kernel only writes it.
     pub fn write<'a>(self, name: &str, resource: impl Into<Resource> + 'a) -> Self {
         self.bind(name, resource.into(), Use::Write)

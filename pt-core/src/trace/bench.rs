@@ -50,7 +50,7 @@ pub struct BenchOptions {
 
 /// Size with as many rays as it takes to fill the device: a CPU, and a large GPU, which is not full for the last of its waves.
 pub fn default_size(device: &Device) -> [u32; 2] {
-    if device.info().kind == "cpu" { [640, 360] } else { [3840, 2160] }
+    if device.info().is_cpu() { [640, 360] } else { [3840, 2160] }
 }
 
 /// A device is warm when this many batches in a row were no faster than the best before by more than a share of it.

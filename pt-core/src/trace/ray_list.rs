@@ -111,18 +111,19 @@ impl RayScene {
         })
     }
 
-    /// Adds what coverage reads: `materials` (a `MaterialRecord` table) and, for each mesh, a `VertexRecord` table and
-    /// material indices.
+    /// Adds what coverage reads: `materials` (a `MaterialRecord` table) and, for each mesh, tables of `VertexRecord`, vertex
+    /// colours and material indices.
     ///
     /// # Errors
     /// When the device fails to take the mesh table.
-    pub fn set_materials(&mut self, materials: &Buffer, meshes: &[(Buffer, Buffer)]) -> Result<()> {
+    pub fn set_materials(&mut self, materials: &Buffer, meshes: &[[Buffer; 3]]) -> Result<()> {
         self.record.materials = materials.address();
         self.geometry.push(materials.clone());
-        for (record, (vertices, triangle_materials)) in self.mesh_records.iter_mut().zip(meshes) {
+        for (record, [vertices, colors, triangle_materials]) in self.mesh_records.iter_mut().zip(meshes) {
             record.vertices = vertices.address();
+            record.colors = colors.address();
             record.triangle_materials = triangle_materials.address();
-            self.geometry.extend([vertices.clone(), triangle_materials.clone()]);
+            self.geometry.extend([vertices.clone(), colors.clone(), triangle_materials.clone()]);
         }
         self.meshes.write_through_staging(bytemuck::cast_slice(&self.mesh_records))
     }

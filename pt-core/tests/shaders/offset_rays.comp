@@ -13,5 +13,5 @@ void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= push.count) return;
     OffsetStart s = start_at[i];
-    ray_at[i] = Ray(offset_point(s.position, s.normal), 0.0, s.direction, 1e30);
+    ray_at[i] = Ray(offset_point(s.position, s.normal, 1.0 / 32.0), 0.0, s.direction, 1e30);
 }

@@ -64,7 +64,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
 
     let device = args.stage.open_device()?;
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
-    let stage = PrimaryRays::new(&device, gpu.variant(params.random))?;
+    let stage = PrimaryRays::new(&device, params.variant(gpu.variant()))?;
     let images = ChannelImages::alone(&device, FrameSizes::same(size), &[PrimaryRays::IO])?;
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {

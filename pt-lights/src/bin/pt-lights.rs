@@ -7,7 +7,6 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_core::frame::Uniforms;
 use pt_core::harness::Spread;
-use pt_core::random::RandomSource;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, DeviceOptions, Recorder, console};
 use pt_core::{FrameSizes, StageInputs};
@@ -64,8 +63,14 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
 
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     lights.attach(&mut gpu);
-    let stage = DirectLighting::new(&device, gpu.variant(RandomSource::White))?;
-    let off = DirectParams { sun: false, positional: false, emissive: false, environment: false };
+    let stage = DirectLighting::new(&device, gpu.variant())?;
+    let off = DirectParams {
+        sun: false,
+        positional: false,
+        emissive: false,
+        environment: false,
+        ..DirectParams::default()
+    };
     let kinds = [
         ("sun", DirectParams { sun: true, ..off.clone() }),
         ("positional", DirectParams { positional: true, ..off.clone() }),
@@ -131,7 +136,7 @@ fn estimate(
         gpu.update(&mut frame, scene)?;
         uniforms.upload(&mut frame, &FrameRecord { seed: args.seed, ..bytemuck::Zeroable::zeroed() })?;
         let inputs = StageInputs { scene: Some(&*gpu), uniforms: Some(&uniforms), images: &images };
-        stage.record(&mut frame, &inputs, params)?;
+        stage.record(&mut frame, &inputs, params, 0.0)?;
         frame.submit()?;
         let timings = recorder.finish()?;
         times.extend(timings.iter().filter_map(|t| t.passes.last()).map(|pass| pass.ms));

@@ -19,6 +19,10 @@ pub struct Brdf {
     pub f0: DVec3,
     /// Specular reflectance at grazing incidence.
     pub f90: f64,
+    /// F0 and f90 of the dielectric, under which the diffuse base lies.
+    pub base: (DVec3, f64),
+    /// One BRDF of mixed parameters instead of a mixture of two BRDFs.
+    pub mixed: bool,
     /// GGX roughness.
     pub alpha: f64,
 }
@@ -32,20 +36,40 @@ pub struct BrdfValue {
     pub specular: DVec3,
 }
 
+fn schlick(f0: DVec3, f90: f64, cos_theta: f64) -> DVec3 {
+    f0 + (DVec3::splat(f90) - f0) * (1.0 - cos_theta).clamp(0.0, 1.0).powi(5)
+}
+
 impl Brdf {
-    /// From base colour, KHR_materials_specular's factor, metalness and perceptual roughness.
-    pub fn new(base_color: DVec3, specular: f64, metallic: f64, roughness: f64) -> Self {
+    /// From base colour, F0 and f90 of the dielectric, metalness and perceptual roughness.
+    pub fn new(
+        base_color: DVec3,
+        (f0, f90): (DVec3, f64),
+        metallic: f64,
+        roughness: f64,
+        mixed: bool,
+    ) -> Self {
         Self {
             albedo: base_color * (1.0 - metallic),
-            f0: DVec3::splat(0.04 * specular).lerp(base_color, metallic),
-            f90: specular + (1.0 - specular) * metallic,
+            f0: f0.lerp(base_color, metallic),
+            f90: f90 + (1.0 - f90) * metallic,
+            base: (f0, f90),
+            mixed,
             alpha: (roughness * roughness).max(MIN_ALPHA),
         }
     }
 
     /// Schlick's approximation of the Fresnel term.
     pub fn fresnel(&self, cos_theta: f64) -> DVec3 {
-        self.f0 + (DVec3::splat(self.f90) - self.f0) * (1.0 - cos_theta).clamp(0.0, 1.0).powi(5)
+        schlick(self.f0, self.f90, cos_theta)
+    }
+
+    /// Part of the light that passes the interface, to the diffuse base.
+    pub fn passed(&self, cos_theta: f64) -> DVec3 {
+        if self.mixed {
+            return DVec3::ONE - self.fresnel(cos_theta);
+        }
+        DVec3::splat(1.0 - schlick(self.base.0, self.base.1, cos_theta).max_element())
     }
 
     /// The BRDF for two directions in the frame of the normal.
@@ -58,7 +82,7 @@ impl Brdf {
         let a2 = self.alpha * self.alpha;
         let lambda = |cos: f64| (a2 + (1.0 - a2) * cos * cos).sqrt();
         let visibility = 0.5 / (l.z * lambda(v.z) + v.z * lambda(l.z));
-        BrdfValue { diffuse: (DVec3::ONE - f) / PI, specular: f * (ggx_d(self.alpha, h) * visibility) }
+        BrdfValue { diffuse: self.passed(v.dot(h)) / PI, specular: f * (ggx_d(self.alpha, h) * visibility) }
     }
 
     /// Diffuse base with its albedo, and specular lobe, times the cosine.
@@ -71,7 +95,7 @@ impl Brdf {
     pub fn specular_probability(&self, v: DVec3) -> f64 {
         let f = self.fresnel(v.z);
         let specular = luminance(f.as_vec3());
-        let diffuse = luminance((self.albedo * (DVec3::ONE - f)).as_vec3());
+        let diffuse = luminance((self.albedo * self.passed(v.z)).as_vec3());
         if self.f90 <= 0.0 && self.f0.max_element() <= 0.0 {
             return 0.0;
         }

@@ -35,8 +35,10 @@ pt_shaders::gpu_struct! {
 pt_shaders::gpu_struct! {
     /// A BRDF and directions to evaluate it for.
     pub struct BrdfCase {
-        /// Base colour, specular factor.
+        /// Base colour, f90 of the dielectric.
         pub base: glam::Vec4,
+        /// F0 of the dielectric.
+        pub f0: glam::Vec3,
         /// Metalness.
         pub metallic: f32,
         /// Perceptual roughness.
@@ -47,6 +49,8 @@ pt_shaders::gpu_struct! {
         pub l: glam::Vec3,
         /// Random numbers.
         pub xi: glam::Vec3,
+        /// 1 = mixed parameters.
+        pub mixed: u32,
         /// Alignment.
         pub pad: u32,
     }

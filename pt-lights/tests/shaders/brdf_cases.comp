@@ -11,7 +11,7 @@ void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= push.count) return;
     BrdfCase c = case_at[i];
-    Brdf b = make_brdf(c.base, c.metallic, c.roughness);
+    Brdf b = make_brdf(c.base.rgb, c.metallic, c.roughness, c.f0, c.base.a, c.mixed != 0u);
     BrdfValue f = brdf_eval(b, c.v, c.l);
     vec3 l = brdf_sample(b, c.v, c.xi);
     sample_at[i] = SampleRecord(l, brdf_pdf(b, c.v, l), f.diffuse, brdf_pdf(b, c.v, c.l), f.specular, 0u);

@@ -4,6 +4,7 @@
 
 use super::{ggx, layers, mirror};
 use glam::{DVec2, DVec3};
+use pt_scene::bsdf_tables::table;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::sync::LazyLock;
@@ -126,25 +127,12 @@ pub fn text() -> String {
 }
 
 /// The committed tables.
-static TABLES: LazyLock<Tables> = LazyLock::new(|| {
-    let text = include_str!("albedo_tables.txt");
-    let table = |name: &str| -> Vec<f64> {
-        let body = text.split("= ").find_map(|part| part.strip_prefix(name)).unwrap_or("");
-        body.split_whitespace().map_while(|word| word.parse().ok()).collect()
-    };
-    Tables {
-        ggx: table("ggx\n"),
-        grazing: table("grazing\n"),
-        mean: table("mean\n"),
-        charlie: table("charlie\n"),
-    }
+static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
+    ggx: table("ggx"),
+    grazing: table("grazing"),
+    mean: table("mean"),
+    charlie: table("charlie"),
 });
-
-/// What a kernel that includes bsdf.glsl has bound as "bsdf_tables".
-pub fn packed() -> Vec<f32> {
-    let Tables { ggx, grazing, mean, charlie } = &*TABLES;
-    [ggx, grazing, charlie, mean].into_iter().flatten().map(|&value| value as f32).collect()
-}
 
 fn look_up(table: &[f64], x: f64, y: f64) -> f64 {
     let at =

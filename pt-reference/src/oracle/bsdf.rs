@@ -2,7 +2,7 @@
 
 use super::dielectric::{self, is_index_matched, refraction};
 use super::layers::{self, Compensated, schlick};
-use super::{albedo, basis_around, ggx, luminance, mirror, sample_cosine_hemisphere};
+use super::{albedo, basis_around, ggx, luminance, mirror, sample_cosine_hemisphere, thin_film};
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -40,6 +40,12 @@ pub struct Bsdf {
     pub sheen_color: DVec3,
     /// Square of the sheen's roughness.
     pub sheen_alpha: f64,
+    /// Strength of the thin film, 0..1.
+    pub iridescence: f64,
+    /// Its index of refraction.
+    pub film_ior: f64,
+    /// Its thickness, nm.
+    pub film_thickness: f64,
     /// Light is bent on its way through.
     pub solid: bool,
     /// See bsdf.glsl.
@@ -114,8 +120,15 @@ impl Bsdf {
 
     /// Reflectance and transmittance of a microfacet.
     fn interface(&self, cos_theta: f64) -> (DVec3, f64) {
-        let f = self.dielectric_fresnel(cos_theta);
-        let metal = schlick(self.base_color, 1.0, cos_theta);
+        let mut f = self.dielectric_fresnel(cos_theta);
+        let mut metal = schlick(self.base_color, 1.0, cos_theta);
+        if self.iridescence > 0.0 {
+            let film = |f0| thin_film::fresnel(f0, self.film_ior, self.film_thickness, cos_theta);
+            if f.min_element() < 1.0 {
+                f = f.lerp(film(self.dielectric_fresnel(1.0)), self.iridescence);
+            }
+            metal = metal.lerp(film(self.base_color), self.iridescence);
+        }
         (f.lerp(metal, self.metallic), (1.0 - self.metallic) * (1.0 - f.max_element()))
     }
 

@@ -10,6 +10,7 @@ pub mod ggx;
 pub mod interior;
 pub mod layers;
 pub mod sampler;
+pub mod thin_film;
 
 use glam::DVec3;
 pub use pt_lights::oracle::sampling::{basis_around, sample_cosine_hemisphere};

@@ -39,7 +39,8 @@ pub fn metal(roughness: f32) -> BsdfCase {
         face_normal: Vec3::Z,
         wo: Vec3::Z,
         wi: Vec3::Z,
-        pad: 0,
+        film: Vec3::new(0.0, 1.3, 400.0),
+        pad: [0; 2],
         u: Vec4::ZERO,
     }
 }
@@ -82,6 +83,9 @@ pub fn oracle(c: &BsdfCase) -> Bsdf {
         coat_alpha: c.coat_alpha.into(),
         sheen_color: c.sheen_color.as_dvec3(),
         sheen_alpha: c.sheen_alpha.into(),
+        iridescence: c.film.x.into(),
+        film_ior: c.film.y.into(),
+        film_thickness: c.film.z.into(),
         solid: c.flags & SOLID != 0,
         energy_compensation: c.flags & ENERGY_COMPENSATION != 0,
     }
@@ -119,7 +123,7 @@ impl Chart {
 
 /// What bsdf.glsl looks albedos up in.
 pub fn tables(device: &TestDevice) -> Buffer {
-    Buffer::from_slice(device, "BSDF tables", &pt_reference::oracle::albedo::packed()).unwrap()
+    Buffer::from_slice(device, "BSDF tables", &pt_scene::bsdf_tables::packed()).unwrap()
 }
 
 /// Statistics of surfaces on the device.

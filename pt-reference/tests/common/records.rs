@@ -33,8 +33,10 @@ pt_shaders::gpu_struct! {
         pub wo: glam::Vec3,
         /// To the light.
         pub wi: glam::Vec3,
+        /// Thin film: strength, index of refraction, thickness in nm.
+        pub film: glam::Vec3,
         /// Alignment.
-        pub pad: u32,
+        pub pad: [u32; 2],
         /// Random numbers.
         pub u: glam::Vec4,
     }

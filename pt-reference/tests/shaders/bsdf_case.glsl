@@ -7,7 +7,7 @@ layout(set = 2, binding = 0, scalar) readonly buffer cases { BsdfCase case_at[];
 Bsdf test_bsdf(BsdfCase c) {
     LobeWeights none = LobeWeights(0.0, 0.0, LobeProbabilities(0.0, 0.0, 0.0));
     Bsdf b = Bsdf(mat3(1.0), c.face_normal, c.coat_normal, c.base_color, c.metallic, c.alpha, c.eta, c.specular, c.specular_color,
-                  c.transmission, c.coat, c.coat_alpha, c.sheen_color, c.sheen_alpha, c.flags, vec3(0.0), vec3(0.0), none);
+                  c.transmission, c.coat, c.coat_alpha, c.sheen_color, c.sheen_alpha, c.film.x, c.film.y, c.film.z, c.flags, vec3(0.0), vec3(0.0), none);
     return bsdf_towards(b, c.wo);
 }
 

@@ -25,7 +25,7 @@ use pt_core::trace::{
     AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend, TraceVariant,
 };
 use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
-use pt_shaders::records::{InstanceRecord, MeshRecord, SceneRecord};
+use pt_shaders::records::{Culling, InstanceRecord, MeshRecord, SceneRecord};
 use std::thread::{self, Scope};
 
 /// A scene whose instances may move from frame to frame, and whose meshes may change their shape; everything else is fixed.
@@ -47,6 +47,7 @@ pub struct GpuScene {
     mesh_buffer: Buffer,
     index_buffer: Buffer,
     clusters: Buffer,
+    bsdf_tables: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
     /// The same of the lights; another crate fills them.
@@ -95,6 +96,12 @@ impl<T: bytemuck::NoUninit> Arena<T> {
     }
 }
 
+/// See [`SceneRecord::near_origin`]: 1/32 m, in scenes smaller than a metre as much less.
+fn near_origin(scene: &Scene) -> f32 {
+    let size = scene.bounds().map_or(1.0, |bounds| bounds.size().length());
+    size.clamp(f32::MIN_POSITIVE, 1.0) / 32.0
+}
+
 impl GpuScene {
     /// Uploads the scene and builds its acceleration structures for `backend` (`Auto` measures on this scene).
     pub fn new(device: &Device, scene: &Scene, backend: TraceBackend) -> Result<Self> {
@@ -116,8 +123,11 @@ impl GpuScene {
         let vertices = Arena::collect(meshes.iter().map(|m| records::vertices(m).take(rigid(m))));
         let indices = Arena::collect(meshes.iter().map(|m| m.indices.iter().map(|&i| UVec3::from_array(i))));
         let materials = Arena::collect(meshes.iter().map(|m| m.triangle_materials.iter().copied()));
+        let colored = |m: &crate::Mesh| if m.is_colored() { m.vertex_count() } else { 0 };
+        let colors = Arena::collect(meshes.iter().map(|m| m.colors.iter().copied().take(colored(m))));
         let position_buffer = positions.upload(device, "positions")?;
         let vertex_buffer = vertices.upload(device, "vertices")?;
+        let color_buffer = colors.upload(device, "vertex colours")?;
         let index_buffer = indices.upload(device, "indices")?;
         let material_index_buffer = materials.upload(device, "triangle materials")?;
 
@@ -148,6 +158,7 @@ impl GpuScene {
                     positions: position_buffer.address() + positions.offsets[i],
                     positions_prev: position_buffer.address() + positions.offsets[i],
                     vertices: vertex_buffer.address() + vertices.offsets[i],
+                    colors: if mesh.is_colored() { color_buffer.address() + colors.offsets[i] } else { 0 },
                     indices: index_buffer.address() + indices.offsets[i],
                     triangle_materials: material_index_buffer.address() + materials.offsets[i],
                     first_masked: mesh.first_masked as u32,
@@ -175,6 +186,7 @@ impl GpuScene {
             materials: material_buffer.address(),
             lobes: lobe_buffer.address(),
             instance_count: scene.instances.len() as u32,
+            near_origin: near_origin(scene),
             environment_texture: scene.textures.len() as u32,
             environment_size: [environment.image.width, environment.image.height].into(),
             environment_rotation: Vec2::new(environment.rotation.cos(), environment.rotation.sin()),
@@ -206,9 +218,11 @@ impl GpuScene {
             deforming,
             mesh_records,
             clusters,
+            bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &crate::bsdf_tables::packed())?,
             tables: vec![
                 position_buffer,
                 vertex_buffer,
+                color_buffer,
                 index_buffer.clone(),
                 material_index_buffer,
                 mesh_buffer.clone(),
@@ -243,8 +257,10 @@ impl GpuScene {
     }
 
     /// What kernels that trace rays through this scene are made for.
-    pub fn variant(&self, random: RandomSource) -> TraceVariant {
-        TraceVariant { backend: self.backend(), random, scene_features: self.features }
+    /// White noise, no culling.
+    pub fn variant(&self) -> TraceVariant {
+        let (random, culling) = (RandomSource::White, Culling::None);
+        TraceVariant { backend: self.backend(), random, culling, scene_features: self.features }
     }
 
     /// What `Auto` measured; `None` when the backend was asked for by name.
@@ -341,6 +357,7 @@ impl SceneResources for GpuScene {
     fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         let pass = pass
             .read("scene_uniforms", self.uniforms.buffer())
+            .read_if_used("bsdf_tables", &self.bsdf_tables)
             .textures(&self.textures)
             .addresses(&self.instances)
             .addresses(&self.clusters);

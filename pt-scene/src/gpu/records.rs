@@ -2,7 +2,7 @@
 
 use crate::{AlphaMode, Instance, Lobes, Material, Mesh, Scene, TextureRef, media};
 use glam::{Affine2, Affine3A, Vec4};
-use pt_core::pack::{pack_tangent, pack_unit_vector, pack_unorm4x8};
+use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES,
     FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM,
@@ -58,12 +58,11 @@ pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
     };
     let uses = || scene.materials.iter().flat_map(Material::textures).map(|(_, texture)| texture);
     let coat_normals = |m: &Material| m.lobes.as_ref().is_some_and(|l| l.clearcoat_normal_texture.is_some());
-    let colored = |mesh: &Mesh| mesh.colors.iter().any(|&color| color != Vec4::ONE);
     materials.iter().fold(0, |all, m| all | of(m))
         | bit(scene.materials.iter().any(coat_normals), FEATURE_NORMAL_TEXTURE)
         | bit(uses().any(|t| t.transform != Affine2::IDENTITY), FEATURE_TEXTURE_TRANSFORM)
         | bit(uses().any(|t| t.uv_set != 0), FEATURE_SECOND_UV)
-        | bit(scene.meshes.iter().any(colored), FEATURE_VERTEX_COLOR)
+        | bit(scene.meshes.iter().any(Mesh::is_colored), FEATURE_VERTEX_COLOR)
         | bit(scene.instances.len() != 1, FEATURE_INSTANCES)
 }
 
@@ -98,12 +97,17 @@ fn lobe(m: &Material) -> LobeRecord {
     }
 }
 
+/// An alpha that equals the cutoff is opaque, also when interpolation and filtering round it down. Far less than a step of 8 bits.
+const ALPHA_ROUNDING: f32 = 1e-5;
+
 fn material(m: &Material, lobes: u32, medium: u32, exterior: Option<u32>) -> MaterialRecord {
     let mut flags = 0;
     let mut alpha_cutoff = 0.0;
     match m.alpha_mode {
         AlphaMode::Opaque => {}
-        AlphaMode::Mask { cutoff } => (flags, alpha_cutoff) = (MATERIAL_MASK, cutoff),
+        AlphaMode::Mask { cutoff } => {
+            (flags, alpha_cutoff) = (MATERIAL_MASK, cutoff * (1.0 - ALPHA_ROUNDING))
+        }
         AlphaMode::Blend => flags = MATERIAL_BLEND,
     }
     if m.double_sided {
@@ -144,7 +148,6 @@ pub(super) fn vertices(mesh: &Mesh) -> impl Iterator<Item = VertexRecord> {
         tangent: pack_tangent(mesh.tangents[i]),
         uv0: mesh.uv0[i].to_array(),
         uv1: mesh.uv1[i].to_array(),
-        color: pack_unorm4x8(mesh.colors[i]),
     })
 }
 

@@ -1,6 +1,8 @@
 //! The scene's textures and its environment as one bindless table.
 
+use crate::mips::linear_from_srgb;
 use crate::{Environment, Filter, MipFilter, Sampler, Scene, Texels, Texture, TextureUsage, Wrap};
+use half::f16;
 use pt_core::Device;
 use pt_core::sampler::{self, MipMode, SamplerDesc};
 use pt_core::texture::{TextureDesc, TextureFormat, TextureTable, TextureTableBuilder};
@@ -41,12 +43,25 @@ pub(super) struct Prepared<'a> {
     levels: Vec<Cow<'a, [u8]>>,
 }
 
+/// What a device does with textures.
+#[derive(Clone, Copy)]
+struct Abilities {
+    /// It takes compressed ones.
+    compressed: bool,
+    /// It decodes sRGB with the precision of the standard. Drivers that run on the CPU fit a polynomial, which is off by 2.5 % in the darks.
+    srgb: bool,
+}
+
 /// Compressed textures go as they are where the device takes them. Normal maps keep x and y.
-fn prepare(texture: &Texture, compressed: bool) -> Prepared<'_> {
+fn prepare(texture: &Texture, device: Abilities) -> Prepared<'_> {
     let srgb = texture.usage.is_srgb();
-    if let (Texels::Blocks { format, levels }, true) = (&texture.texels, compressed) {
+    if let (Texels::Blocks { format, levels }, true) = (&texture.texels, device.compressed) {
         let format = TextureFormat::Block { format: *format, srgb };
         return Prepared { texture, format, levels: levels.iter().map(|level| level.into()).collect() };
+    }
+    if srgb && !device.srgb {
+        let levels = texture.mips().into_iter().map(|level| linear_halves(&level.texels).into());
+        return Prepared { texture, format: TextureFormat::Rgba16F, levels: levels.collect() };
     }
     let format = match texture.usage {
         TextureUsage::Color | TextureUsage::Cutout => TextureFormat::Rgba8Srgb,
@@ -61,6 +76,17 @@ fn prepare(texture: &Texture, compressed: bool) -> Prepared<'_> {
         _ => level.texels,
     });
     Prepared { texture, format, levels: levels.collect() }
+}
+
+/// Linear values of sRGB bytes, as half floats.
+fn linear_halves(texels: &[u8]) -> Vec<u8> {
+    let linear: [[u8; 2]; 256] =
+        std::array::from_fn(|i| f16::from_f32(linear_from_srgb(i as f32 / 255.0)).to_le_bytes());
+    let alpha: [[u8; 2]; 256] = std::array::from_fn(|i| f16::from_f32(i as f32 / 255.0).to_le_bytes());
+    let texel = |&[r, g, b, a]: &[u8; 4]| {
+        [linear[r as usize], linear[g as usize], linear[b as usize], alpha[a as usize]]
+    };
+    texels.as_chunks().0.iter().flat_map(texel).flatten().collect()
 }
 
 /// Texture by texture in batches of at most [`BATCH_BYTES`]; a batch has at least one.
@@ -83,11 +109,12 @@ pub(super) fn prepare_all<'scope>(
     device: &Device,
     scene: &'scope Scene,
 ) -> Receiver<Vec<Prepared<'scope>>> {
-    let compressed = device.info().capabilities.texture_compression_bc;
+    let info = device.info();
+    let abilities = Abilities { compressed: info.capabilities.texture_compression_bc, srgb: !info.is_cpu() };
     let (send, receive) = mpsc::sync_channel(BATCHES_AHEAD);
     threads.spawn(move || {
         for batch in batches(&scene.textures) {
-            let prepared = batch.par_iter().map(|texture| prepare(texture, compressed)).collect();
+            let prepared = batch.par_iter().map(|texture| prepare(texture, abilities)).collect();
             // Nobody receives when the scene has failed elsewhere.
             if send.send(prepared).is_err() {
                 return;

@@ -1,8 +1,8 @@
-// Directional albedos of white lobes, looked up in tables. A kernel that includes this has the buffer "bsdf_tables" bound. Host twin:
+// Directional albedos of white lobes, looked up in tables. The scene has the buffer "bsdf_tables". Host twin:
 // pt_reference::oracle::albedo.
 #include "math.glsl"
 
-// Directional albedos for perceptual roughnesses 0..1 (rows), from pt_reference::oracle::albedo::packed(). A buffer, since drivers that
+// Directional albedos for perceptual roughnesses 0..1 (rows), from pt_scene::bsdf_tables. A buffer, since drivers that
 // inline everything copy constant arrays of this size into every use.
 const uint ALBEDO_COLUMNS = 32u;
 const uint ALBEDO_ROWS = 16u;

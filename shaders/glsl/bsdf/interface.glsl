@@ -4,6 +4,7 @@
 #include "bsdf/model.glsl"
 #include "bsdf/refraction.glsl"
 #include "bsdf/sheen.glsl"
+#include "bsdf/thin_film.glsl"
 
 // Fresnel term of the dielectric at a microfacet.
 vec3 dielectric_fresnel(Bsdf b, float cos_theta) {
@@ -20,19 +21,36 @@ vec3 dielectric_fresnel(Bsdf b, float cos_theta) {
 struct InterfaceFresnel { vec3 reflected; float passed; };
 
 InterfaceFresnel interface_fresnel(Bsdf b, float cos_theta) {
-    vec3 f = dielectric_fresnel(b, cos_theta);
-    return InterfaceFresnel(mix(f, fresnel_schlick(b.base_color, 1.0, cos_theta), b.metallic),
-                            (1.0 - b.metallic) * (1.0 - max_component(f)));
+    vec3 f = dielectric_fresnel(b, cos_theta), metal = fresnel_schlick(b.base_color, 1.0, cos_theta);
+    if (b.iridescence > 0.0) {
+        // Under total reflection there is no light in the base.
+        if (min(f.x, min(f.y, f.z)) < 1.0) {
+            vec3 film = thin_film_fresnel(dielectric_fresnel(b, 1.0), b.film_ior, b.film_thickness, cos_theta);
+            f = mix(f, film, b.iridescence);
+        }
+        metal = mix(metal, thin_film_fresnel(b.base_color, b.film_ior, b.film_thickness, cos_theta), b.iridescence);
+    }
+    return InterfaceFresnel(mix(f, metal, b.metallic), (1.0 - b.metallic) * (1.0 - max_component(f)));
 }
 
 // Without it nothing but the diffuse base is under coat and sheen.
-bool has_interface(Bsdf b) { return b.specular > 0.0 || b.metallic > 0.0 || b.transmission > 0.0; }
+bool has_interface(Bsdf b) { return b.specular > 0.0 || b.iridescence > 0.0 || b.metallic > 0.0 || b.transmission > 0.0; }
 
 bool interface_transmits(Bsdf b) { return b.transmission > 0.0 && b.metallic < 1.0; }
 bool interface_bends(Bsdf b) { return (b.flags & BSDF_SOLID) != 0u && !is_index_matched(b.eta); }
 
 // Whether transmitted light goes one way.
 bool interface_transmits_delta(Bsdf b) { return b.alpha.x == 0.0 || (b.flags & BSDF_SOLID) != 0u && !interface_bends(b); }
+
+// Whether transmitted light goes on in its own direction: through a smooth thin sheet, or from one medium into another of the same index.
+bool interface_transmits_straight(Bsdf b) { return interface_transmits(b) && interface_transmits_delta(b) && !interface_bends(b); }
+
+// Part of the light that goes straight on through the interface, for the viewer's direction.
+vec3 interface_straight(Bsdf b) {
+    if (!interface_transmits_straight(b) || b.local_wo.z <= 0.0) return vec3(0.0);
+    InterfaceFresnel f = interface_fresnel(b, b.local_wo.z);
+    return b.base_color * (b.lobes.base * under_sheen(b, b.local_wo.z) * f.passed * b.transmission);
+}
 
 // Probability that a microfacet which has been drawn reflects.
 float reflect_probability(Bsdf b, InterfaceFresnel f) {

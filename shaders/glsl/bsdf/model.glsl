@@ -44,6 +44,9 @@ struct Bsdf {
     float coat_alpha;    // 0: a delta
     vec3 sheen_color;
     float sheen_alpha;
+    float iridescence;    // KHR_materials_iridescence: strength, index of refraction and thickness (nm) of the film
+    float film_ior;
+    float film_thickness;
     uint flags;          // BSDF_*
     // Made by bsdf_towards.
     vec3 wo;

@@ -119,7 +119,8 @@ MeshTriangle load_triangle(uint64_t triangles, uint entry) {
 Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
     UintTable top_entries = UintTable(scene.tlas_instances);
     Hit best = Hit(NONE, NONE, vec2(0.0), world_ray.t_max);
-    Hit candidate = best; // a masked triangle that waits for its alpha test
+    Hit candidate = best; // a triangle that waits for a test of its material
+    const bool tests = ALPHA_TEST || culling != CULLING_NONE;
 
     // The level that the lane is in: a mesh, or (instance == NONE) the top level.
     uint instance = NONE;
@@ -155,13 +156,13 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
             ray = object_space_ray(world_ray, entered.object_from_world);
             box = box_ray(ray);
             // One that the mask hides is left again after its root: nothing lies in an empty interval.
-            if ((entered.mask & mask) == 0u) ray.t_min = 3e38;
+            if ((entered.mask & mask & 0xffu) == 0u) ray.t_min = 3e38;
             inner = ROOT;
             leaves = NO_SIBLINGS;
         }
         for (;;) {
-            // Leaves are left over only after an alpha test.
-            if (!ALPHA_TEST || is_empty(leaves)) {
+            // Leaves are left over only after a test.
+            if (!tests || is_empty(leaves)) {
                 if (is_empty(inner)) {
                     if (height == bottom) break;
                     inner = unpackUint2x32(stack[--height]);
@@ -178,18 +179,21 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
                 vec3 uvt = triangle_intersection(ray, t.v0, t.e1, t.e2);
                 bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
                            uvt.z >= ray.t_min && uvt.z < best.t;
-                bool masked = ALPHA_TEST && t.index >= first_masked;
-                if (hit && !masked) best = Hit(instance, t.index, uvt.xy, uvt.z);
-                if (hit && masked) {
+                bool back = culls(mask) && fixed_dot(ray.direction, fixed_cross(t.e1, t.e2)) > 0.0;
+                bool tested = back || ALPHA_TEST && t.index >= first_masked;
+                if (hit && !tested) best = Hit(instance, t.index, uvt.xy, uvt.z);
+                if (hit && tested) {
                     candidate = Hit(instance, t.index, uvt.xy, uvt.z);
                     break;
                 }
             }
             if (!lone || candidate.instance != NONE || any_hit && best.instance != NONE) break;
         }
-        if (ALPHA_TEST && candidate.instance != NONE) {
+        if (tests && candidate.instance != NONE) {
             MeshRecord mesh = scene_mesh(scene_instance(instance).mesh);
-            if (is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, ray_coverage)) best = candidate;
+            bool stops = !culls(mask) || !is_culled(instance, candidate.triangle, world_ray.direction);
+            if (ALPHA_TEST) stops = stops && is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, ray_coverage);
+            if (stops) best = candidate;
             candidate.instance = NONE;
         }
         if (any_hit && best.instance != NONE) break;

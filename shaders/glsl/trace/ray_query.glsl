@@ -10,19 +10,19 @@ const uint TRACE_FLAGS = gl_RayFlagsNoneEXT;
 #endif
 
 void ray_query(rayQueryEXT query, Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
-    rayQueryInitializeEXT(query, accelerationStructureEXT(scene.tlas), flags, mask, ray.origin, ray.t_min, ray.direction, ray.t_max);
+    rayQueryInitializeEXT(query, accelerationStructureEXT(scene.tlas), flags, mask & 0xffu, ray.origin, ray.t_min, ray.direction, ray.t_max);
     while (rayQueryProceedEXT(query)) {
-        // Only the masked geometry is not opaque and comes here.
+        // Only the masked geometry is not opaque and comes here, and with CULLING_FLAGS all the rest.
         uint instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, false);
-        MeshRecord mesh = scene_mesh(scene_instance(instance).mesh);
-        uint triangle = mesh.first_masked + rayQueryGetIntersectionPrimitiveIndexEXT(query, false);
-        if (is_hit_covered(ray, instance, triangle, ray_coverage)) rayQueryConfirmIntersectionEXT(query);
+        uint triangle = mesh_triangle(instance, rayQueryGetIntersectionGeometryIndexEXT(query, false),
+                                      rayQueryGetIntersectionPrimitiveIndexEXT(query, false));
+        if (stops_ray(ray, instance, triangle, ray_coverage, (flags & CULLING_FLAGS) != 0u)) rayQueryConfirmIntersectionEXT(query);
     }
 }
 
-Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) {
+Hit closest_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
     rayQueryEXT query;
-    ray_query(query, ray, mask, ray_coverage, TRACE_FLAGS);
+    ray_query(query, ray, mask, ray_coverage, flags);
     if (rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT) return MISS;
     uint instance = rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);
     uint triangle = mesh_triangle(instance, rayQueryGetIntersectionGeometryIndexEXT(query, true),
@@ -30,8 +30,8 @@ Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) {
     return triangle_hit(ray, instance, triangle);
 }
 
-bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) {
+bool any_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
     rayQueryEXT query;
-    ray_query(query, ray, mask, ray_coverage, TRACE_FLAGS | gl_RayFlagsTerminateOnFirstHitEXT);
+    ray_query(query, ray, mask, ray_coverage, flags | gl_RayFlagsTerminateOnFirstHitEXT);
     return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
 }

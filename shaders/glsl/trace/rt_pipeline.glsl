@@ -12,18 +12,18 @@ const uint TRACE_FLAGS = gl_RayFlagsNoneEXT;
 
 uvec2 launch_id() { return gl_LaunchIDEXT.xy; }
 
-Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) {
+Hit closest_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
     payload.ray_coverage = ray_coverage;
-    traceRayEXT(accelerationStructureEXT(scene.tlas), TRACE_FLAGS, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction,
+    traceRayEXT(accelerationStructureEXT(scene.tlas), flags, mask & 0xffu, 0, 0, 0, ray.origin, ray.t_min, ray.direction,
                 ray.t_max, 0);
     if (payload.instance == NONE) return MISS;
     return triangle_hit(ray, payload.instance, mesh_triangle(payload.instance, payload.geometry, payload.primitive));
 }
 
-bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) {
+bool any_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
     payload.ray_coverage = ray_coverage;
     payload.instance = 0u;
-    uint flags = TRACE_FLAGS | gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT;
-    traceRayEXT(accelerationStructureEXT(scene.tlas), flags, mask, 0, 0, 0, ray.origin, ray.t_min, ray.direction, ray.t_max, 0);
+    flags |= gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsSkipClosestHitShaderEXT;
+    traceRayEXT(accelerationStructureEXT(scene.tlas), flags, mask & 0xffu, 0, 0, 0, ray.origin, ray.t_min, ray.direction, ray.t_max, 0);
     return payload.instance != NONE;
 }

@@ -128,7 +128,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     let paths = f64::from(size[0]) * f64::from(size[1]) * f64::from(args.spp);
     let trace_native = |rays| NativeTimes::of(&native, native_rays(paths, rays));
     // A processor that is also the device takes turns, so that both meet the same machine; a GPU would lower its clock meanwhile.
-    let in_turns = session.device.info().kind == "cpu";
+    let in_turns = session.device.info().is_cpu();
     let mut measured = Vec::new();
     for window in 1..=args.windows {
         let (after, seconds, pass_ms) = advance(args.spp * (window + 1))?;

@@ -1,0 +1,35 @@
+// Light through glass on its straight way to a surface. A thin sheet does not bend light: what it lets through is exact. Through a solid it is
+// the light of its middle, without the caustics that refraction makes.
+#include "absorption.glsl"
+#include "media.glsl"
+#include "reflectance.glsl"
+#include "surface.glsl"
+
+// Surfaces that a shadow ray passes at most; what is behind more of them is dark.
+const int MAX_GLASS_SURFACES = 8;
+
+// Part of the light that passes the surface. `cos_theta`: to its normal.
+vec3 passed_glass(MaterialSample m, float cos_theta, float eta) {
+    vec3 f = tint_specular(fresnel_dielectric(cos_theta, eta), m.ior, m.specular, m.specular_color);
+    return m.base_color * ((1.0 - m.metallic) * m.transmission * (1.0 - max_component(f)));
+}
+
+// Part of the light along the ray that transmissive surfaces let through.
+vec3 glass_shadow(Ray ray, uvec2 ray_coverage) {
+    vec3 passed = vec3(1.0);
+    for (int i = 0; i < MAX_GLASS_SURFACES; i++) {
+        Hit hit = trace_closest(ray, unseen_mask(MASK_TRANSMISSIVE), ray_coverage);
+        if (hit.instance == NONE) return passed;
+        Surface s = load_surface(hit.instance, hit.triangle, hit.barycentrics);
+        MaterialSample m = load_material(s, Footprint(vec2(0.0), vec2(0.0), 0.0), 1.0);
+        MaterialRecord record = MaterialTable(scene.materials).at[s.material];
+        float cos_theta = -dot(s.face_normal, ray.direction);
+        bool leaves = is_solid(record) && cos_theta < 0.0;
+        if (leaves) passed *= absorption(record.attenuation_color, record.attenuation_distance, hit.t);
+        passed *= passed_glass(m, abs(cos_theta), leaves ? 1.0 / m.ior : m.ior);
+        if (max_component(passed) <= 0.0) break;
+        ray.origin = offset_point(s.position, cos_theta > 0.0 ? -s.face_normal : s.face_normal, scene.near_origin);
+        ray.t_max -= hit.t;
+    }
+    return vec3(0.0);
+}
