@@ -79,7 +79,7 @@ fn specular_colours() {
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn lobes_are_shaded_in_real_time() {
-    for file in ["s0", "s1", "s2", "s3"] {
+    for file in ["s0", "s3"] {
         let scene = format!("CASE/{file}.gltf --size 640x240 --backend compute");
         let render = picture("lobes-closed-forms", &format!("render {scene} --frames 4 --accumulate"));
         let truth =

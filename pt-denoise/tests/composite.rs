@@ -103,7 +103,7 @@ fn closed_forms() {
     let surface = Pixel {
         color_hf: [2.0; 3],
         color_spec: [10.0; 3],
-        base_color: [0.5, 0.25, 0.0, 1.0],
+        base_color: [0.5, 0.25, 0.0, 0.04],
         material: 1,
         flags: 1,
         throughput: [1.0; 3],

@@ -34,7 +34,7 @@ fn capture() -> LayeredImage {
     image.layers = vec![
         floats("color_hf", "RGBA", &[2.0, 2.0, 2.0, 0.0]),
         floats("color_spec", "RGBA", &[10.0, 10.0, 10.0, 0.0]),
-        floats("base_color", "RGBA", &[1.0, 1.0, 0.0, 1.0]),
+        floats("base_color", "RGBA", &[1.0, 1.0, 0.0, 0.04]),
         floats("metallic_roughness", "XY", &[0.0, 0.5]),
         with(floats("shading_position", "XYZ", &[0.0; 3]), "material", 1),
         floats("throughput", "RGBA", &[0.5, 0.5, 0.5, 0.0]),

@@ -79,13 +79,18 @@ pub fn primary(
     let [a, b, c] = corners.map(|i| mesh.positions[i]);
     let flat = to_world * glam::Vec3A::from((b - a).cross(c - a));
     let normal = Vec3::from(to_world * glam::Vec3A::from(blend(&mesh.normals))).normalize().as_dvec3();
-    let facing = Vec3::from(flat).as_dvec3().dot(direction) < 0.0;
+    let face = Vec3::from(flat).as_dvec3().normalize();
+    let facing = face.dot(direction) < 0.0;
     let (now, then) = (project(camera, position), project(camera_prev, before));
     Some(Surface {
         instance: hit.instance,
         triangle: hit.triangle,
         position,
-        vertex_normal: if facing { normal } else { -normal },
+        vertex_normal: {
+            let (normal, face) = if facing { (normal, face) } else { (-normal, -face) };
+            // One that points into the surface is worth nothing.
+            if normal.dot(face) <= 0.0 { face } else { normal }
+        },
         view_depth: now.z,
         motion: then - now,
     })

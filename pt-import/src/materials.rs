@@ -27,7 +27,7 @@ pub(crate) fn read(
             .push("occlusion textures are ignored: traced light is occluded by the geometry itself".into());
     }
     if scene.materials.iter().filter_map(|m| m.lobes.as_ref()).any(|lobes| lobes.dispersion > 0.0) {
-        scene.notices.push("KHR_materials_dispersion is not shaded: all wavelengths are bent alike".into());
+        scene.notices.push("dispersion: the real-time frame bends all colours alike".into());
     }
     Ok(uses.in_order.iter().map(|u| u.image).collect())
 }

@@ -77,6 +77,23 @@ bool scatter(inout PathState path, PathVertex v, float xi) {
     return path.segment < MAX_RAYS;
 }
 
+// The channel that goes on where dispersion parts the colours: each with the same probability, or the only one that is left.
+uint parted_channel(PathState path) {
+    bvec3 lit = greaterThan(path.throughput, vec3(0.0));
+    if (lit.x && !lit.y && !lit.z) return 0u;
+    if (!lit.x && !lit.y && lit.z) return 2u;
+    if (!lit.x && lit.y && !lit.z) return 1u;
+    return min(uint(3.0 * random_choices(path.random, path.vertex).z), 2u);
+}
+
+void keep_channel(inout PathState path, uint channel) {
+    bvec3 lit = greaterThan(path.throughput, vec3(0.0));
+    float others = float(lit.x) + float(lit.y) + float(lit.z) > 1.0 ? 3.0 : 1.0;
+    vec3 kept = vec3(0.0);
+    kept[channel] = others * path.throughput[channel];
+    path.throughput = kept;
+}
+
 // What the camera ray sees, for denoisers: from the image's own rays, so that they find its antialiasing, depth of field and coverage.
 void add_first_hit(PathVertex v, Hit hit, uint slot) {
     FirstHitTable table = FirstHitTable(push.first_hit);
@@ -97,7 +114,9 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     path.chord = path.passed + hit.t;
     path.cone.x += hit.t * path.cone.y;
     path.throughput *= medium_transmittance(path.interior, hit.t);
-    PathVertex v = load_vertex(path, hit);
+    uint channel = parted_channel(path);
+    PathVertex v = load_vertex(path, hit, channel);
+    if (v.disperses) keep_channel(path, channel);
     if (path.segment == 1u) add_first_hit(v, hit, slot);
     if (v.is_passed) {
         path.origin = offset_point(v.position, -v.face_normal, scene.near_origin);
@@ -112,7 +131,7 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     }
     add_emission(path, v, hit);
     if (path.vertex > push.max_bounces) return false;
-    vec2 xi = random_choices(path.random, path.vertex);
+    vec3 xi = random_choices(path.random, path.vertex);
     if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, xi.x, slot);
     return scatter(path, v, xi.y);
 }

@@ -6,6 +6,7 @@ struct PathVertex {
     vec3 face_normal; // on the path's side
     float twice_area; // of the triangle, m^2
     bool front;       // met on the front side
+    bool disperses;   // its index of refraction is that of one channel alone
     bool is_passed;   // a boundary inside of a stronger solid: not there for the path
     uint material;
     uint flags;       // MATERIAL_*
@@ -22,7 +23,18 @@ void cross_interface(inout PathState path, PathVertex v) {
     path.interior = interior_cross(path.interior, medium_boundary(v.material), v.front);
 }
 
-PathVertex load_vertex(PathState path, Hit hit) {
+// Index of refraction of a solid for red, green or blue light. KHR_materials_dispersion: the file's index is that of green light, red and
+// blue are as far from it as the Abbe number says.
+float channel_ior(Solid s, uint channel) {
+    if (!scene_has(FEATURE_LOBES) || s.word == 0u) return s.ior;
+    uint lobes = MaterialTable(scene.materials).at[solid_medium(s)].lobes;
+    if (lobes == NONE) return s.ior;
+    float spread = (s.ior - 1.0) * 0.025 * LobeTable(scene.lobes).at[lobes].dispersion;
+    return s.ior + (float(channel) - 1.0) * spread;
+}
+
+// `channel`: the one that counts where colours part.
+PathVertex load_vertex(PathState path, Hit hit, uint channel) {
     PathVertex v;
     Surface s = load_surface(hit.instance, hit.triangle, hit.barycentrics);
     v.material = s.material;
@@ -35,11 +47,13 @@ PathVertex load_vertex(PathState path, Hit hit) {
     if (ray_cones) footprint = cone_footprint(s, path.direction, path.cone.x);
     v.sampled = load_material(s, footprint, 1.0);
     v.is_passed = false;
+    v.disperses = false;
     float eta = surface_eta(path.interior, v.sampled.ior);
     if (is_solid(MaterialTable(scene.materials).at[s.material])) {
         Crossing c = interior_crossing(path.interior, medium_boundary(s.material), v.front);
         v.is_passed = is_false_hit(c);
-        eta = medium_eta(c);
+        eta = channel_ior(c.beyond, channel) / channel_ior(c.here, channel);
+        v.disperses = !v.is_passed && channel_ior(c.beyond, 0u) / channel_ior(c.here, 0u) != channel_ior(c.beyond, 2u) / channel_ior(c.here, 2u);
     }
     uint flags = 0u;
     if (energy_compensation) flags = BSDF_ENERGY_COMPENSATION;

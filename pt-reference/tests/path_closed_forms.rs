@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3, Vec3, Vec4};
 use pt_core::test_support::TestDevice;
 use pt_reference::oracle::bsdf::Bsdf;
 use pt_reference::{Heuristic, ReferenceParams, SamplerKind, Strategy};
-use pt_scene::{Camera, Environment, Light, Material, Scene};
+use pt_scene::{Camera, Environment, Light, Lobes, Material, Scene};
 use std::f32::consts::PI;
 use std::f64::consts::FRAC_PI_2;
 
@@ -172,6 +172,76 @@ fn glass_furnace() {
         // What single scattering loses between rough microfacets is lost.
         let least = if roughness == 0.0 { 1.0 - 3.0 * error.x - 1e-3 } else { 0.95 };
         assert!(mean.x > least && mean.x < 1.0 + 3.0 * error.x + 1e-3);
+    }
+}
+
+#[test]
+fn dispersion_keeps_energy() {
+    let device = TestDevice::open();
+    let lobes = Lobes { dispersion: 20.0 / 20.0, ..Lobes::default() };
+    let diamond = Material { lobes: Some(Box::new(lobes)), ..Material::solid("diamond", 2.0) };
+    let (mut stage, camera) = furnace(&device, diamond);
+    let estimate = stage.render(&camera, [24, 24], &Default::default(), 4, 64);
+    assert_mean(&estimate, 1.0, "dispersive furnace");
+}
+
+fn add_pane(scene: &mut Scene, y: f32, pane: Material) {
+    let corners = [(-50.0, 50.0), (50.0, 50.0), (50.0, -50.0), (-50.0, -50.0)];
+    let positions = corners.map(|(x, z)| Vec3::new(x, y, z)).to_vec();
+    add_mesh(scene, positions, vec![Vec3::Y; 4], vec![[0, 1, 2], [0, 2, 3]], pane);
+}
+
+/// Where a floor lies under a large smooth thin pane, light without extent comes straight through it.
+#[test]
+fn sun_through_thin_glass() {
+    let device = TestDevice::open();
+    for (cos, ior) in [(1.0f32, 1.5f32), (0.6, 1.5), (0.8, 1.0)] {
+        let mut scene = Scene::default();
+        add_floor(&mut scene, 50.0, Material::lambertian("floor", Vec3::splat(0.5)));
+        let pane = Material {
+            thickness: 0.0,
+            base_color: Vec4::new(0.3, 0.8, 0.3, 1.0),
+            ..Material::solid("pane", ior)
+        };
+        add_pane(&mut scene, 3.0, pane);
+        let direction = Vec3::new((1.0 - cos * cos).sqrt(), -cos, 0.0);
+        scene.lights.push(Light::directional("sun", direction, Vec3::splat(3.0)));
+        let mut stage = Stage::new(&device, scene);
+        // One more vertex: as many surfaces may be passed.
+        let params = ReferenceParams { max_bounces: 1, ..Default::default() };
+        let estimate = stage.render(&down(0.0, 0.0), [8, 8], &params, 0, 4);
+        let passed = 1.0 - pt_reference::oracle::dielectric::fresnel(cos.into(), ior.into());
+        let exact = 0.5 / f64::from(PI) * 3.0 * f64::from(cos) * passed;
+        let (mean, _) = common::renders::image_mean(&estimate);
+        for (c, base) in [0.3, 0.8, 0.3].into_iter().enumerate() {
+            assert!(
+                (mean[c] / (exact * base) - 1.0).abs() < 1e-3,
+                "{cos} {ior}: {mean} instead of {exact} x {base}"
+            );
+        }
+        let blocked = ReferenceParams { max_bounces: 0, ..Default::default() };
+        let estimate = stage.render(&down(0.0, 0.0), [8, 8], &blocked, 0, 4);
+        assert_eq!(common::renders::image_mean(&estimate).0, DVec3::ZERO, "no vertex is left for the pane");
+    }
+}
+
+/// Of an environment behind thin glass both strategies find the same light, and together they find it with less noise than the BSDF alone.
+#[test]
+fn environment_through_thin_glass() {
+    let device = TestDevice::open();
+    let mut scene = Scene { environment: Environment::constant(Vec3::ONE), ..Scene::default() };
+    add_floor(&mut scene, 50.0, Material::lambertian("floor", Vec3::splat(0.5)));
+    add_pane(&mut scene, 3.0, Material { thickness: 0.0, ..Material::solid("pane", 1.5) });
+    let mut stage = Stage::new(&device, scene);
+    let mut of = |strategy, seed| {
+        let params = ReferenceParams { max_bounces: 2, strategy, ..Default::default() };
+        common::renders::image_mean(&stage.render(&down(0.0, 0.0), [24, 24], &params, seed, 64))
+    };
+    let (bsdf, bsdf_error) = of(Strategy::Bsdf, 1);
+    for (strategy, seed) in [(Strategy::Lights, 2), (Strategy::Both, 3)] {
+        let (mean, error) = of(strategy, seed);
+        println!("{strategy:?}: {mean} +- {error}, BSDF alone {bsdf} +- {bsdf_error}");
+        assert!((mean - bsdf).abs().max_element() < 4.0 * error.x.hypot(bsdf_error.x), "{strategy:?}");
     }
 }
 

@@ -7,7 +7,7 @@
 // BSDF_ENERGY_COMPENSATION or 0; BSDF_SOLID is set here. A surface has the same lobes on both sides, double-sided or not, but for coat
 // and sheen, which a solid has outside only; whether a single-sided one shows its back is the integrator's decision (glTF: culled).
 // Light starts beside the triangle: ray_offset.glsl with b.face_normal, on the other side when the sample has SAMPLE_TRANSMISSION.
-// KHR_materials_dispersion is not there: materials that have it show without.
+// KHR_materials_dispersion is in `eta`.
 #include "bsdf.glsl"
 #include "bsdf/shading_normal.glsl"
 #include "media.glsl"

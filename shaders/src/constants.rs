@@ -93,7 +93,7 @@ mod tests {
         for line in [
             "const uint NONE = 4294967295u;\n",
             "const uint SPLIT_FLAGS = 6u;\n",
-            "const float SKY_DISTANCE = 1000000000000000000.0;\n",
+            "const float SKY_DISTANCE = 1e18;\n",
         ] {
             assert!(text.contains(line), "{line}in\n{text}");
         }

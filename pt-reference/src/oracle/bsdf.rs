@@ -123,11 +123,14 @@ impl Bsdf {
         let mut f = self.dielectric_fresnel(cos_theta);
         let mut metal = schlick(self.base_color, 1.0, cos_theta);
         if self.iridescence > 0.0 {
-            let film = |f0| thin_film::fresnel(f0, self.film_ior, self.film_thickness, cos_theta);
+            let film = |f0, cos_theta| thin_film::fresnel(f0, self.film_ior, self.film_thickness, cos_theta);
             if f.min_element() < 1.0 {
-                f = f.lerp(film(self.dielectric_fresnel(1.0)), self.iridescence);
+                let inside = self.transmission > 0.0 && self.eta < 1.0;
+                let sin2 = if inside { self.eta.powi(-2) } else { 1.0 } * (1.0 - cos_theta * cos_theta);
+                let outside = (1.0 - sin2).max(0.0).sqrt();
+                f = f.lerp(film(self.dielectric_fresnel(1.0), outside), self.iridescence);
             }
-            metal = metal.lerp(film(self.base_color), self.iridescence);
+            metal = metal.lerp(film(self.base_color, cos_theta), self.iridescence);
         }
         (f.lerp(metal, self.metallic), (1.0 - self.metallic) * (1.0 - f.max_element()))
     }

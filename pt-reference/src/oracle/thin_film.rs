@@ -65,7 +65,8 @@ mod tests {
         for cos in [1.0, 0.7, 0.3] {
             let f0 = DVec3::new(0.9, 0.5, 0.04);
             let bare = fresnel(f0, 1.5, 0.0, cos);
-            assert!((bare - schlick(f0, 1.0, cos)).abs().max_element() < 0.02, "{bare}");
+            // The least amplitude, 0.003, leaves something of the first orders.
+            assert!((bare - schlick(f0, 1.0, cos)).abs().max_element() < 0.04, "{bare}");
         }
         let same = fresnel(DVec3::splat(0.04), 1.5, 400.0, 1.0);
         assert!((same - 0.04).abs().max_element() < 0.01, "{same}");

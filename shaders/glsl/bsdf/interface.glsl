@@ -25,7 +25,10 @@ InterfaceFresnel interface_fresnel(Bsdf b, float cos_theta) {
     if (b.iridescence > 0.0) {
         // Under total reflection there is no light in the base.
         if (min(f.x, min(f.y, f.z)) < 1.0) {
-            vec3 film = thin_film_fresnel(dielectric_fresnel(b, 1.0), b.film_ior, b.film_thickness, cos_theta);
+            // From inside it reflects as much as from outside at the angle that the light is bent to.
+            float outside = cos_theta;
+            if (b.transmission > 0.0 && b.eta < 1.0) outside = sqrt(max(1.0 - (1.0 - square(cos_theta)) / square(b.eta), 0.0));
+            vec3 film = thin_film_fresnel(dielectric_fresnel(b, 1.0), b.film_ior, b.film_thickness, outside);
             f = mix(f, film, b.iridescence);
         }
         metal = mix(metal, thin_film_fresnel(b.base_color, b.film_ior, b.film_thickness, cos_theta), b.iridescence);
