@@ -30,10 +30,13 @@ const BRADFORD: DMat3 = DMat3::from_cols(
 );
 
 impl Chromaticities {
-    /// The eight numbers x, y of red, green, blue and white, in this order.
-    pub fn from_numbers([rx, ry, gx, gy, bx, by, wx, wy]: [f64; 8]) -> Self {
+    /// The eight numbers x, y of red, green, blue and white, in this order; `None` for zeros, which some programs write where they
+    /// do not know them.
+    pub fn from_numbers(numbers: [f64; 8]) -> Option<Self> {
+        let [rx, ry, gx, gy, bx, by, wx, wy] = numbers;
         let [red, green] = [DVec2::new(rx, ry), DVec2::new(gx, gy)];
-        Self { red, green, blue: DVec2::new(bx, by), white: DVec2::new(wx, wy) }
+        let known = Self { red, green, blue: DVec2::new(bx, by), white: DVec2::new(wx, wy) };
+        (numbers != [0.0; 8]).then_some(known)
     }
 
     /// The matrix that takes linear RGB of this space to linear RGB of Rec. 709, white to white (Bradford adaptation);
@@ -111,7 +114,7 @@ mod tests {
     #[test]
     fn ap1_is_converted_as_published() {
         let ap1 = Chromaticities::from_numbers([0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767]);
-        let matrix = ap1.to_rec_709().unwrap().unwrap();
+        let matrix = ap1.unwrap().to_rec_709().unwrap().unwrap();
         // The matrix of the Academy's colour transforms (AP1 to Rec. 709, Bradford), by rows.
         let published = DMat3::from_cols_array(&[
             1.705_052, -0.130_257, -0.024_003, -0.621_791, 1.140_803, -0.128_969, -0.083_258, -0.010_548,
@@ -133,7 +136,7 @@ mod tests {
             [0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329],
         ];
         for numbers in spaces {
-            let matrix = Chromaticities::from_numbers(numbers).to_rec_709().unwrap().unwrap();
+            let matrix = Chromaticities::from_numbers(numbers).unwrap().to_rec_709().unwrap().unwrap();
             close(matrix * DVec3::ONE, DVec3::ONE, 1e-9);
         }
         close(rec_709_from_xyz() * tristimulus(REC_709.white), DVec3::ONE, 1e-9);
@@ -141,8 +144,8 @@ mod tests {
 
     #[test]
     fn what_is_no_colour_space_is_refused() {
+        assert_eq!(Chromaticities::from_numbers([0.0; 8]), None);
         let bad = [
-            [0.0; 8],
             [f64::NAN; 8],
             [0.64, 0.33, 0.64, 0.33, 0.15, 0.06, 0.3127, 0.329],
             [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.0],
@@ -150,7 +153,7 @@ mod tests {
             [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.7, 0.29],
         ];
         for numbers in bad {
-            let text = Chromaticities::from_numbers(numbers).to_rec_709().unwrap_err();
+            let text = Chromaticities::from_numbers(numbers).unwrap().to_rec_709().unwrap_err();
             assert!(text.contains("do not define a colour space"), "{text}");
         }
     }

@@ -63,7 +63,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
             layers: Vec::new(),
             metadata: BTreeMap::new(),
         },
-        chromaticities: first.shared_attributes.chromaticities.map(chromaticities),
+        chromaticities: first.shared_attributes.chromaticities.and_then(chromaticities),
         white_luminance: luminance(first),
         is_cube_map,
         windows: (data != display).then(|| {
@@ -130,7 +130,7 @@ fn window_text(window: ex::IntegerBounds) -> String {
     format!("{}x{} at {},{}", size.0, size.1, position.0, position.1)
 }
 
-fn chromaticities(c: exr::meta::attribute::Chromaticities) -> Chromaticities {
+fn chromaticities(c: exr::meta::attribute::Chromaticities) -> Option<Chromaticities> {
     let [r, g, b, w] = [c.red, c.green, c.blue, c.white].map(|xy| [f64::from(xy.0), f64::from(xy.1)]);
     Chromaticities::from_numbers([r[0], r[1], g[0], g[1], b[0], b[1], w[0], w[1]])
 }

@@ -111,7 +111,7 @@ impl Header {
                         "PRIMARIES {text:?} should be eight numbers: x and y of red, green, blue and white"
                     )
                 })?;
-                self.primaries = Some(Chromaticities::from_numbers(numbers));
+                self.primaries = Chromaticities::from_numbers(numbers);
             }
             "GAMMA" if numbers(text) != Some([1.0]) => {
                 return Err(format!("GAMMA {text:?} is not supported; values must be linear"));
