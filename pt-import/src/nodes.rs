@@ -15,7 +15,7 @@ use crate::meshes::Shape;
 use crate::notices::Notices;
 use crate::options::LoadOptions;
 use crate::transforms::{local_transform, unit_quaternion};
-use pt_scene::animation::{NodeMotion, Rig};
+use pt_scene::animation::{NodeMotion, Rig, Trs};
 use pt_scene::is_invertible;
 use pt_scene::shines;
 use pt_scene::without_scale;
@@ -155,7 +155,7 @@ fn instances(document: &Document, node: &Node, at: &str) -> Result<Option<Vec<Af
         None => vec![Quat::IDENTITY; count],
     };
     let (translations, scales) = (vectors("TRANSLATION", Vec3::ZERO)?, vectors("SCALE", Vec3::ONE)?);
-    let place = |((t, r), s)| Affine3A::from_scale_rotation_translation(s, r, t);
+    let place = |((translation, rotation), scale)| Trs { translation, rotation, scale }.into();
     Ok(Some(translations.into_iter().zip(rotations).zip(scales).map(place).collect()))
 }
 
