@@ -122,6 +122,8 @@ fn other_primaries_become_those_of_rec_709() {
     close(image.pixels[0], [0.82, 0.26, 0.18], 0.005);
     assert!(notices.iter().any(|n| n.contains("chromaticities")), "{notices:?}");
     close(convert([0.5; 3]).0.pixels[0], [0.5; 3], 1e-5);
+    // An infinite value, of a light that was too bright for the file, stays one.
+    assert_eq!(convert([f32::INFINITY; 3]).0.pixels[0], [f32::INFINITY; 3]);
     // Those of Rec. 709 itself leave every bit alone.
     let rec_709 = Chromaticities {
         red: Vec2(0.64, 0.33),
@@ -145,7 +147,7 @@ fn white_luminance_scales_to_candelas() {
     assert_eq!(with(1.0).picture().0.pixels[0], [0.5, 0.25, 1.0]);
     for bad in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let text = with(bad).refusal();
-        assert!(text.contains("whiteLuminance"), "{text}");
+        assert!(text.contains(&format!("whiteLuminance {bad} is not above 0")), "{text}");
     }
 }
 

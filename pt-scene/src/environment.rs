@@ -2,7 +2,7 @@ use std::f32::consts::{PI, TAU};
 use std::path::Path;
 
 use glam::{Quat, Vec2, Vec3};
-use pt_image::image_file::{LinearImage, MAX_IMAGE_SIDE};
+use pt_image::image_file::{LinearImage, MAX_IMAGE_SIDE, is_cube_map};
 
 use crate::SceneError;
 use crate::error::read_file;
@@ -100,6 +100,12 @@ impl Environment {
     fn decode(bytes: &[u8], path: &Path, bad: BadTexels) -> Result<(Self, Vec<String>), SceneError> {
         if !matches!(bytes, [0x76, 0x2f, 0x31, 0x01, ..] | [b'#', b'?', ..]) {
             return Err(SceneError::file(path, "is neither a Radiance .hdr nor an OpenEXR image"));
+        }
+        if is_cube_map(bytes) {
+            return Err(SceneError::file(
+                path,
+                "is a cube map (attribute envmap); only lat-long images are read",
+            ));
         }
         let (image, mut notices) = LinearImage::decode(bytes).map_err(|what| SceneError::file(path, what))?;
         let LinearImage { width, height, pixels, .. } = image;

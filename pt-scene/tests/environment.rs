@@ -136,6 +136,24 @@ fn what_was_done_to_a_file_is_said() {
 }
 
 #[test]
+fn cube_maps_are_refused_by_name() {
+    use exr::meta::attribute::EnvironmentMap;
+    use exr::prelude::*;
+    for (kind, refused) in [(EnvironmentMap::Cube, true), (EnvironmentMap::LatitudeLongitude, false)] {
+        let mut attributes = LayerAttributes::named("sky");
+        attributes.environment_map = Some(kind);
+        let channels = SpecificChannels::rgb(|_| (1.0f32, 1.0f32, 1.0f32));
+        let layer = Layer::new((4, 24), attributes, Encoding::UNCOMPRESSED, channels);
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+        match Environment::from_bytes(bytes.get_ref(), "e.exr") {
+            Ok(_) => assert!(!refused),
+            Err(error) => assert!(refused && error.to_string().contains("e.exr: is a cube map"), "{error}"),
+        }
+    }
+}
+
+#[test]
 fn huge_headers_are_refused_before_anything_is_allocated() {
     for header in ["-Y 16384 +X 16384", "-Y 4000000000 +X 4000000000", "-Y 1 +X 70000"] {
         let bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{header}\n").into_bytes();

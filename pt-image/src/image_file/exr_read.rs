@@ -27,8 +27,6 @@ pub(super) struct Decoded {
     pub chromaticities: Option<Chromaticities>,
     /// Luminance of R = G = B = 1, cd/m2.
     pub white_luminance: Option<f32>,
-    /// The file says that it holds the six faces of a cube.
-    pub is_cube_map: bool,
     /// Pixels that only one of the two windows has, in words; `None` when the windows agree.
     pub windows: Option<String>,
 }
@@ -52,10 +50,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
         return Err(format!("channel {:?} is subsampled, which is not supported", channel.name.to_string()));
     }
     let luminance = |header: &Header| header.own_attributes.white_luminance;
-    if headers.iter().any(|header| luminance(header) != luminance(first)) {
+    let bits = |header: &Header| luminance(header).map(f32::to_bits);
+    if headers.iter().any(|header| bits(header) != bits(first)) {
         return Err("its parts differ in the attribute whiteLuminance".into());
     }
-    let is_cube_map = first.own_attributes.environment_map == Some(EnvironmentMap::Cube);
     let mut decoded = Decoded {
         image: LayeredImage {
             width: size.0 as u32,
@@ -65,7 +63,6 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
         },
         chromaticities: first.shared_attributes.chromaticities.and_then(chromaticities),
         white_luminance: luminance(first),
-        is_cube_map,
         windows: (data != display).then(|| {
             let [data, display] = [data, display].map(window_text);
             format!("of the display window ({display}) only pixels in the data window ({data}) are stored, others are 0")
@@ -105,6 +102,12 @@ pub(super) fn decode_parts(bytes: &[u8]) -> Result<Vec<(String, LayeredImage)>, 
         parts.push((part.attributes.layer_name.map_or(String::new(), |name| lossy(&name)), image));
     }
     Ok(parts)
+}
+
+/// Whether a file says that it holds the six faces of a cube (attribute `envmap`); false for what is no OpenEXR file.
+pub fn is_cube_map(bytes: &[u8]) -> bool {
+    let cube = |header: &Header| header.own_attributes.environment_map == Some(EnvironmentMap::Cube);
+    headers(bytes).is_ok_and(|headers| headers.iter().any(cube))
 }
 
 /// The headers, with sizes in range.

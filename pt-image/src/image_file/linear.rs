@@ -171,9 +171,6 @@ fn decode_exr(bytes: &[u8]) -> Result<(LinearImage, Vec<String>), String> {
     let [red, green, blue] = main_planes(image)?;
     let mut pixels: Vec<_> = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
     let mut notices: Vec<String> = decoded.windows.into_iter().collect();
-    if decoded.is_cube_map {
-        notices.push("by its attribute envmap it is a cube map; it is read as a plain image".into());
-    }
     let to_rec_709 = match decoded.chromaticities {
         Some(chromaticities) => chromaticities.to_rec_709().map_err(|what| format!("its header: {what}"))?,
         None => None,
@@ -183,14 +180,15 @@ fn decode_exr(bytes: &[u8]) -> Result<(LinearImage, Vec<String>), String> {
     }
     let luminance = decoded.white_luminance.unwrap_or(1.0);
     if !(luminance.is_finite() && luminance > 0.0) {
-        return Err(format!("the attribute whiteLuminance {luminance} is not above 0"));
+        return Err(format!("the attribute whiteLuminance {luminance} is not above 0 and finite"));
     }
     if luminance != 1.0 {
         notices.push(format!("values are scaled to cd/m2 by the whiteLuminance {luminance} in its header"));
     }
     if to_rec_709.is_some() || luminance != 1.0 {
         let matrix = to_rec_709.unwrap_or(DMat3::IDENTITY) * f64::from(luminance);
-        for pixel in &mut pixels {
+        // An infinite channel would make the others undefined; such pixels stay as they are.
+        for pixel in pixels.iter_mut().filter(|pixel| pixel.iter().all(|value| value.is_finite())) {
             *pixel = (matrix * Vec3::from_array(*pixel).as_dvec3()).as_vec3().to_array();
         }
     }

@@ -16,6 +16,7 @@ use std::str::FromStr;
 
 use half::f16;
 
+pub use exr_read::is_cube_map;
 pub use linear::{ImageState, LinearImage};
 pub use png_file::{PixelLayout, write_png, write_png_pq};
 pub use srgb::{srgb_decode, srgb_encode, srgb_encode_8bit};
