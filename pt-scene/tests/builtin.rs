@@ -7,14 +7,16 @@ fn scene(name: &str) -> Scene {
     builtin(name).unwrap()
 }
 
+type Change = fn(&mut Scene);
+
 #[test]
 fn flaws_are_said_in_words() {
-    let flaw = |change: fn(&mut Scene)| {
+    let flaw = |change: Change| {
         let mut scene = scene("plane");
         change(&mut scene);
         scene.validate().unwrap_err().to_string()
     };
-    let cases: [(fn(&mut Scene), &str); 4] = [
+    let cases: [(Change, &str); 4] = [
         (|s| s.lights[0].intensity.x = -1.0, ": its intensity is negative or not finite"),
         (|s| s.lights[0].direction *= 2.0, ": its direction has no unit length"),
         (|s| s.cameras[0].world_from_camera *= Affine3A::from_scale(Vec3::splat(2.0)), ": its transform is"),
