@@ -141,6 +141,10 @@ fn fill(
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }
+    let lights = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    if lights.is_some_and(|lights| !lights.lights.is_empty()) && scene.lights.is_empty() {
+        notices.add("extensions.KHR_lights_punctual.lights", "no light is placed in the scene");
+    }
     phases.mark("geometry");
     scene.notices.splice(0..0, notices.into_lines());
     let mut scene = finish(scene, options, |scene, flaw| {

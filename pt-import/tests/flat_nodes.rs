@@ -77,6 +77,18 @@ fn a_flattened_lamp_keeps_its_shape_and_its_side() {
 }
 
 #[test]
+fn flattened_copies_keep_their_side() {
+    let mut glb = lamp(json!({}), json!({"scale": [-1, 1, 1]}));
+    let scales = glb.floats(&[1.0, 1.0, 0.0], "VEC3");
+    let extension = json!({"EXT_mesh_gpu_instancing": {"attributes": {"SCALE": scales}}});
+    glb.json["nodes"][0]["extensions"] = extension;
+    glb.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+    let (corners, normal) = placed(&glb.load_clean());
+    assert!(normal.abs_diff_eq(Vec3::Z, 1e-4), "{normal}");
+    assert!(corners[1].abs_diff_eq(Vec3::NEG_X, 1e-5), "{corners:?}");
+}
+
+#[test]
 fn what_is_scaled_to_a_line_is_left_out_and_missed() {
     for scale in [json!([1, 0, 0]), json!([0, 0, 0])] {
         let glb = lamp(json!({"scale": scale}), json!({}));
@@ -89,6 +101,16 @@ fn what_is_scaled_to_a_line_is_left_out_and_missed() {
         assert!(has(sky), "{:?}", scene.notices);
         assert!(!glb.load_with(&plain()).unwrap().notices.iter().any(|n| n.contains("default sky")));
     }
+    // A lamp that no visible node carries is missed too.
+    let mut glb = lamp(json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}), json!({}));
+    glb.json["materials"] = json!([{}]);
+    glb.json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_node_visibility"]);
+    glb.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+    assert_eq!(glb.load_clean().lights.len(), 1);
+    glb.json["nodes"][0]["extensions"]["KHR_node_visibility"] = json!({"visible": false});
+    let notices = glb.load_with(&LoadOptions::default()).unwrap().notices;
+    let lost = "extensions.KHR_lights_punctual.lights: no light is placed in the scene";
+    assert!(notices.iter().any(|n| n == lost), "{notices:?}");
     // A scene that never had a light says so.
     let mut glb = lamp(json!({}), json!({}));
     glb.json["materials"] = json!([{}]);
