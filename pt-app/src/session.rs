@@ -120,7 +120,7 @@ fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
     }
     let found = match choice {
         None => return Ok(scene.cameras.first().cloned()),
-        Some(CameraChoice::Index(index)) => scene.cameras.get(*index),
+        Some(CameraChoice::Index(index)) => scene.camera(*index),
         Some(CameraChoice::Name(name)) => scene.cameras.iter().find(|camera| camera.name == *name),
     };
     if let Some(camera) = found {
@@ -131,8 +131,8 @@ fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
         Some(CameraChoice::Name(name)) => name.clone(),
         None => String::new(),
     };
-    let names: Vec<_> =
-        scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} \"{}\"", c.name)).collect();
+    let cameras = scene.cameras.iter().enumerate();
+    let names: Vec<_> = cameras.map(|(i, c)| format!("{} \"{}\"", c.index.unwrap_or(i), c.name)).collect();
     let there = if names.is_empty() { "none".into() } else { names.join(", ") };
     bail!("camera {wanted}: {} has no such camera; it has {there}", scene.name)
 }

@@ -11,6 +11,7 @@ use pt_app::commands::info::InfoArgs;
 use pt_app::commands::render::RenderArgs;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::{ImageSize, OutputFormat};
+use pt_scene::{AnimationEnd, BadTexels};
 
 #[derive(Debug, Parser)]
 struct Render {
@@ -31,6 +32,19 @@ fn refused(line: &str) -> String {
 fn the_command_tree_is_sound() {
     Cli::command().debug_assert();
     Render::command().debug_assert();
+}
+
+#[test]
+fn treatments_of_files_are_chosen() {
+    let load = |line: &str| render(&format!("{line} cornell -o a.png")).unwrap().frame.scene.load_options();
+    let options = load("");
+    assert_eq!((options.bad_texels, options.animation_end), (BadTexels::Refuse, AnimationEnd::Loop));
+    assert!(!options.allow_outside);
+    let options = load("--env e.hdr --env-clamp --animation-end hold --allow-outside");
+    assert_eq!((options.bad_texels, options.animation_end), (BadTexels::Clamp, AnimationEnd::Hold));
+    assert!(options.allow_outside);
+    assert!(refused("--env-clamp").contains("--env"));
+    assert!(refused("--animation-end stop").contains("expected loop or hold"));
 }
 
 #[test]

@@ -251,12 +251,13 @@ fn linear_reader_finds_the_beauty_layer() {
     assert_eq!(read.state, ImageState::SceneReferred);
     assert_eq!(read.pixels[1], [-2.0 + 5.0 * 0.37, -2.0 + 4.0 * 0.37, -2.0 + 3.0 * 0.37]);
 
+    image.layers[0].name = "left".into();
     let mut second = image.layers[0].clone();
-    second.name = "other".into();
+    second.name = "right".into();
     image.layers.push(second);
     image.write_exr(&path).unwrap();
     let message = LinearImage::read(&path).unwrap_err().to_string();
-    assert!(message.contains("more than one layer has channels R, G, B"), "{message}");
+    assert!(message.contains("more than one layer has a picture (left, right)"), "{message}");
 
     image.layers.truncate(1);
     image.layers[0].channels.pop();

@@ -62,7 +62,7 @@ impl Document {
             }
             ComponentType::U32 => e.map(|b| std::array::from_fn(|c| u32_at(b, 4 * c))),
             other => {
-                let what = format!("is of {other:?}, but {at} needs unsigned integers");
+                let what = format!("is of {}, but {at} needs unsigned integers", component_name(other));
                 return Err(self.invalid(format!("accessors[{}].componentType", index.value()), what));
             }
         })
@@ -136,7 +136,8 @@ impl Document {
         let matrix = matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4);
         // Columns of matrices of small integers are padded; nothing in glTF uses them.
         if kind.multiplicity() != components || (matrix && component != ComponentType::F32) {
-            let what = format!("is {kind:?} of {component:?}, but {used_at} needs {components} component(s)");
+            let (kind, component) = (type_name(kind), component_name(component));
+            let what = format!("is {kind} of {component}, but {used_at} needs {components} component(s)");
             return Err(self.invalid(&at, what));
         }
         let count = self.count(index, used_at)?;
@@ -256,6 +257,31 @@ impl Document {
                 Err(self.invalid(at, what))
             }
         }
+    }
+}
+
+/// The name of a type in the specification.
+pub(crate) fn type_name(kind: Type) -> &'static str {
+    match kind {
+        Type::Scalar => "SCALAR",
+        Type::Vec2 => "VEC2",
+        Type::Vec3 => "VEC3",
+        Type::Vec4 => "VEC4",
+        Type::Mat2 => "MAT2",
+        Type::Mat3 => "MAT3",
+        Type::Mat4 => "MAT4",
+    }
+}
+
+/// The name of a component type in the specification.
+pub(crate) fn component_name(component: ComponentType) -> &'static str {
+    match component {
+        ComponentType::I8 => "byte",
+        ComponentType::U8 => "unsigned byte",
+        ComponentType::I16 => "short",
+        ComponentType::U16 => "unsigned short",
+        ComponentType::U32 => "unsigned int",
+        ComponentType::F32 => "float",
     }
 }
 

@@ -1,6 +1,6 @@
 //! Node hierarchy, animations, skins and morph targets of a glTF file.
 
-use glam::{Affine3A, Mat4, Quat, Vec3};
+use glam::{Affine3A, Mat4};
 use gltf::json::animation::{Animation, Interpolation as JsonInterpolation, Property as JsonProperty};
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
@@ -9,17 +9,18 @@ use std::sync::Arc;
 
 use crate::document::Document;
 use crate::notices::Notices;
-use crate::transforms::{local_transform, unit_quaternion};
+use crate::options::LoadOptions;
+use crate::transforms::{local_transform, local_trs};
 use pt_scene::animation::{
-    AnimationChoice, AnimationInfo, Deformation, Interpolation, Property, Rig, RigNode, Sampler, Skin, Track,
-    Trs, VertexLists, unit,
+    AnimationChoice, AnimationEnd, AnimationInfo, Deformation, Interpolation, Property, Rig, RigNode,
+    Sampler, Skin, Track, Trs, VertexLists, unit,
 };
 use pt_scene::{Mesh, Scene, SceneError};
 
-/// Lists the animations of the file and makes the rig of those that `choice` plays. A file in which nothing can move gets none.
+/// Lists the animations of the file and makes the rig of those that the options play. A file in which nothing can move gets none.
 pub(crate) fn read_rig(
     document: &Document,
-    choice: &AnimationChoice,
+    options: &LoadOptions,
     scene: &mut Scene,
     notices: &mut Notices,
 ) -> Result<Option<Arc<Rig>>, SceneError> {
@@ -32,14 +33,18 @@ pub(crate) fn read_rig(
         scene.animations.push(AnimationInfo { name, duration, channels: clip.len(), plays: false });
         tracks.push(clip);
     }
-    choose(document, choice, &tracks, scene)?;
+    choose(document, &options.animation, &tracks, scene)?;
     let morphs = root.meshes.iter().flat_map(|m| &m.primitives).any(|p| p.targets.is_some());
     if root.animations.is_empty() && root.skins.is_empty() && !morphs {
         return Ok(None);
     }
     let playing = tracks.into_iter().zip(&scene.animations).filter(|(_, info)| info.plays);
     let playing = playing.flat_map(|(tracks, info)| {
-        tracks.into_iter().map(|track| Track { duration: info.duration, ..track })
+        let period = match options.animation_end {
+            AnimationEnd::Loop => info.duration,
+            AnimationEnd::Hold => 0.0,
+        };
+        tracks.into_iter().map(move |track| Track { period, ..track })
     });
     let rig = Rig::new(rig_nodes(document)?, playing.collect())
         .map_err(|node| document.invalid(format!("nodes[{node}]"), "nodes must form trees"))?;
@@ -113,11 +118,7 @@ fn rig_node(document: &Document, node: &Node, parent: Option<u32>, n: usize) -> 
         let (scale, rotation, translation) = local.to_scale_rotation_translation();
         Trs { translation, rotation: unit(rotation), scale }
     } else {
-        Trs {
-            translation: Vec3::from_array(node.translation.unwrap_or_default()),
-            rotation: node.rotation.map_or(Quat::IDENTITY, |q| unit_quaternion(q.0)),
-            scale: Vec3::from_array(node.scale.unwrap_or([1.0; 3])),
-        }
+        local_trs(node)
     };
     let mut weights = Vec::new();
     if let Some(mesh) = node.mesh {
@@ -176,7 +177,11 @@ fn read_animation(
             JsonInterpolation::Step => Interpolation::Step,
             JsonInterpolation::CubicSpline => Interpolation::CubicSpline,
         };
-        let times = document.floats::<1>(sampler.input, &format!("{at_sampler}.input"))?;
+        let at_input = format!("{at_sampler}.input");
+        let times = document.floats::<1>(sampler.input, &at_input)?;
+        if times.first().is_some_and(|&[first]| first < 0.0) {
+            notices.add(at_input, "has keys before time 0; the animation begins at 0");
+        }
         let at_output = format!("{at_sampler}.output");
         let values = match property {
             Property::Rotation => document.floats::<4>(sampler.output, &at_output)?.concat(),
@@ -185,7 +190,7 @@ fn read_animation(
         };
         let sampler = Sampler::new(times.concat(), values, width, interpolation)
             .map_err(|what| document.invalid(at_sampler, what))?;
-        tracks.push(Track { node: channel.target.node.value() as u32, property, sampler, duration: 0.0 });
+        tracks.push(Track { node: channel.target.node.value() as u32, property, sampler, period: 0.0 });
     }
     Ok(tracks)
 }
@@ -257,7 +262,8 @@ pub(crate) fn attach(
     }
     for instance in &mut scene.instances {
         let (old, kept) = (instance.mesh as usize, scene.meshes.len());
-        instance.mesh = renamed.get(old).copied().unwrap_or((old + kept - renamed.len()) as u32);
+        let own = || (old - renamed.len() + kept) as u32;
+        instance.mesh = renamed.get(old).copied().unwrap_or_else(own);
     }
     scene.meshes.append(&mut own_meshes);
     scene.rig = rig.is_animated().then_some(rig);

@@ -25,6 +25,8 @@ pub(crate) struct Document {
     pub(crate) views: BTreeMap<usize, Vec<u8>>,
     /// Accessors that were compressed, by index.
     pub(crate) decoded: BTreeMap<usize, Decoded>,
+    /// External files may lie elsewhere too.
+    pub(crate) allow_outside: bool,
     pub(crate) max_geometry_bytes: u64,
     /// Bytes of all elements read so far.
     pub(crate) elements_read: AtomicU64,
@@ -82,23 +84,23 @@ impl Document {
         })
     }
 
-    /// The bytes behind a URI: base64 data, or a file in the folder of the scene or below it.
+    /// The bytes behind a URI: base64 data, or a file, in the folder of the scene or below it unless others are allowed.
     pub fn fetch(&self, uri: &str, at: &str) -> Result<Vec<u8>, SceneError> {
         Ok(self.fetch_any(uri, at)?.0)
     }
 
     /// Bytes, and the media type of embedded ones.
     pub fn fetch_any(&self, uri: &str, at: &str) -> Result<(Vec<u8>, Option<String>), SceneError> {
-        match (uri::parse(uri).map_err(|what| self.invalid(at, what))?, &self.folder) {
-            (uri::Target::Data(bytes, media), _) => Ok((bytes, Some(media))),
-            (uri::Target::Path(path), Some(folder)) => {
-                let bytes = uri::read_below(folder, &path);
-                Ok((bytes.map_err(|what| self.invalid(at, format!("{path}: {what}")))?, None))
-            }
-            (uri::Target::Path(path), None) => {
-                Err(self.invalid(at, format!("{path}: a scene from memory cannot name files")))
-            }
-        }
+        let target = uri::parse(uri, self.allow_outside).map_err(|what| self.invalid(at, what))?;
+        let path = match target {
+            uri::Target::Data(bytes, media) => return Ok((bytes, Some(media))),
+            uri::Target::File(path) => path,
+        };
+        let Some(folder) = &self.folder else {
+            return Err(self.invalid(at, format!("{}: a scene from memory cannot name files", path.decoded)));
+        };
+        let (path, bytes) = path.read(folder, self.allow_outside);
+        Ok((bytes.map_err(|what| self.invalid(at, format!("{path}: {what}")))?, None))
     }
 
     /// An extension object that the JSON crate has no type for. `at` is the path of the object that is extended.

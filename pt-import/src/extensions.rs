@@ -42,7 +42,7 @@ pub const EXTENSIONS: &[(&str, Support)] = &[
     ("KHR_materials_emissive_strength", Supported),
     ("KHR_materials_ior", Supported),
     ("KHR_materials_iridescence", Supported),
-    ("KHR_materials_pbrSpecularGlossiness", Refused),
+    ("KHR_materials_pbrSpecularGlossiness", Supported),
     ("KHR_materials_sheen", Supported),
     ("KHR_materials_specular", Supported),
     ("KHR_materials_transmission", Supported),

@@ -1,6 +1,7 @@
 //! The GLB container (glTF 2.0, section 4).
 
 use crate::notices::Notices;
+use crate::reader::version_message;
 
 /// JSON text of a file and, from a GLB, its binary chunk.
 pub(crate) struct Container {
@@ -13,7 +14,17 @@ const JSON: u32 = 0x4E4F534A;
 const BIN: u32 = 0x004E4942;
 
 /// Splits a file into JSON and binary data: GLB (recognised by its magic bytes), or plain JSON.
-pub(crate) fn split(mut file: Vec<u8>, notices: &mut Notices) -> Result<Container, String> {
+pub(crate) fn split(file: Vec<u8>, notices: &mut Notices) -> Result<Container, String> {
+    let mut container = chunks(file, notices)?;
+    let text = container.json.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+    if text < container.json.len() {
+        notices.add("JSON", "is padded with zero bytes instead of spaces");
+        container.json.truncate(text);
+    }
+    Ok(container)
+}
+
+fn chunks(mut file: Vec<u8>, notices: &mut Notices) -> Result<Container, String> {
     if !file.starts_with(b"glTF") {
         if file.starts_with(b"\xef\xbb\xbf") {
             file.drain(..3);
@@ -26,6 +37,9 @@ pub(crate) fn split(mut file: Vec<u8>, notices: &mut Notices) -> Result<Containe
     let (Some(version), Some(length)) = (word(4), word(8)) else {
         return Err("the GLB header is cut short".into());
     };
+    if version == 1 {
+        return Err(version_message("1.0"));
+    }
     if version != 2 {
         return Err(format!("GLB version {version}; only 2 can be read"));
     }

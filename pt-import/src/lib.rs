@@ -39,6 +39,7 @@ mod reader;
     allow(dead_code, reason = "only the encoder of baked textures needs all of it")
 )]
 mod scene_images;
+mod specular_glossiness;
 mod tangents;
 mod textures;
 mod transforms;
@@ -88,7 +89,7 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
 }
 
 /// Loads a scene of a `.gltf` or `.glb` file (told apart by content) with its buffers and images, which may be embedded,
-/// or files in the folder of the scene or below.
+/// or files in the folder of the scene or below; elsewhere only with [`LoadOptions::allow_outside`].
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     let mut notices = Notices::default();
@@ -134,11 +135,15 @@ fn fill(
     let images = materials::read(document, options, &mut scene)?;
     phases.mark("textures: read and decode");
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
-    let rig = animation::read_rig(document, &options.animation, &mut scene, &mut notices)?;
+    let rig = animation::read_rig(document, options, &mut scene, &mut notices)?;
     let origins = nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
     animation::attach(document, rig, &mut scene)?;
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
+    }
+    let lights = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    if lights.is_some_and(|lights| !lights.lights.is_empty()) && scene.lights.is_empty() {
+        notices.add("extensions.KHR_lights_punctual.lights", "no light is placed in the scene");
     }
     phases.mark("geometry");
     scene.notices.splice(0..0, notices.into_lines());
@@ -205,11 +210,17 @@ fn finish(
     refusal: impl Fn(&Scene, Flaw) -> SceneError,
 ) -> Result<Scene, SceneError> {
     if let Some(file) = &options.environment {
-        scene.environment = Environment::load(file)?;
+        let (environment, notices) = Environment::read(file, options.bad_texels)?;
+        scene.environment = environment;
+        scene.notices.extend(notices);
     } else if options.default_sky && scene.is_unlit() {
         scene.environment = default_sky();
         scene.lights.push(default_sun());
-        scene.notices.push("no lights in the scene: default sky and sun added".into());
+        let why = match scene.materials.iter().find(|material| material.is_emissive()) {
+            Some(m) => format!("no triangle with the emissive material {} is left in the scene", m.name),
+            None => "no lights in the scene".into(),
+        };
+        scene.notices.push(format!("{why}: default sky and sun added"));
     }
     scene.environment.rotation += options.environment_rotation;
     scene.environment.intensity *= options.environment_intensity;

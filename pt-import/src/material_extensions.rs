@@ -154,7 +154,8 @@ fn lobes(uses: &mut Uses<'_>, e: &Extensions, at: &str) -> Result<Lobes, SceneEr
     Ok(l)
 }
 
-fn parse<T: DeserializeOwned>(
+/// An extension of a material that the JSON crate has no type for.
+pub(crate) fn parse<T: DeserializeOwned>(
     uses: &Uses<'_>,
     e: &Extensions,
     name: &str,

@@ -6,6 +6,7 @@ use crate::baked_folder::BakedFolder;
 use crate::document::Document;
 use crate::material_extensions;
 use crate::options::LoadOptions;
+use crate::specular_glossiness;
 use crate::textures::Uses;
 use pt_scene::{AlphaMode, Material, Scene, SceneError, TextureUsage};
 
@@ -53,21 +54,27 @@ fn material(uses: &mut Uses<'_>, m: &material::Material, at: &str) -> Result<Mat
     };
     let (color, data) = (TextureUsage::Color, TextureUsage::Data);
     let base_color = if alpha_mode == AlphaMode::Opaque { color } else { TextureUsage::Cutout };
+    let surface = match specular_glossiness::read(uses, m, base_color, at)? {
+        Some(surface) => surface,
+        None => Material {
+            base_color: Vec4::from_array(pbr.base_color_factor.0),
+            base_color_texture: uses.info(&pbr.base_color_texture, base_color, at)?,
+            metallic: pbr.metallic_factor.0,
+            roughness: pbr.roughness_factor.0,
+            metallic_roughness_texture: uses.info(&pbr.metallic_roughness_texture, data, at)?,
+            ..Material::default()
+        },
+    };
     let (normal_texture, normal_scale) = uses.normal(&m.normal_texture, at)?;
     let mut out = Material {
         name: m.name.clone().unwrap_or_else(|| at.to_string()),
-        base_color: Vec4::from_array(pbr.base_color_factor.0),
-        base_color_texture: uses.info(&pbr.base_color_texture, base_color, at)?,
-        metallic: pbr.metallic_factor.0,
-        roughness: pbr.roughness_factor.0,
-        metallic_roughness_texture: uses.info(&pbr.metallic_roughness_texture, data, at)?,
         normal_texture,
         normal_scale,
         emissive: Vec3::from_array(m.emissive_factor.0),
         emissive_texture: uses.info(&m.emissive_texture, color, at)?,
         alpha_mode,
         double_sided: m.double_sided,
-        ..Material::default()
+        ..surface
     };
     uses.occlusion |= m.occlusion_texture.is_some();
     if let Some(extensions) = &m.extensions {

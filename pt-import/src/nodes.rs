@@ -15,12 +15,12 @@ use crate::meshes::Shape;
 use crate::notices::Notices;
 use crate::options::LoadOptions;
 use crate::transforms::{local_transform, unit_quaternion};
-use pt_scene::animation::{NodeMotion, Rig};
+use pt_scene::animation::{NodeMotion, Rig, Trs};
 use pt_scene::is_invertible;
 use pt_scene::shines;
-use pt_scene::visible;
 use pt_scene::without_scale;
 use pt_scene::{Attachment, Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
+use pt_scene::{thickened, visible};
 
 /// The nodes that instances, cameras and lights come from, in the order of those in [`Scene`].
 #[derive(Default)]
@@ -80,7 +80,15 @@ pub(crate) fn read(
         let children = node.children.iter().flatten().rev();
         pending.extend(children.map(|&child| (child, world, format!("{at}.children"))));
     }
+    sort_cameras(scene, &mut origins);
     Ok(origins)
+}
+
+/// Cameras in the order of the file, so that the first one is the file's first.
+fn sort_cameras(scene: &mut Scene, origins: &mut Origins) {
+    let mut cameras: Vec<_> = scene.cameras.drain(..).zip(origins.cameras.drain(..)).collect();
+    cameras.sort_by_key(|(camera, _)| camera.index);
+    (scene.cameras, origins.cameras) = cameras.into_iter().unzip();
 }
 
 /// The requested scene, by name or else by index; without a request the default scene, or the first one.
@@ -147,7 +155,7 @@ fn instances(document: &Document, node: &Node, at: &str) -> Result<Option<Vec<Af
         None => vec![Quat::IDENTITY; count],
     };
     let (translations, scales) = (vectors("TRANSLATION", Vec3::ZERO)?, vectors("SCALE", Vec3::ONE)?);
-    let place = |((t, r), s)| Affine3A::from_scale_rotation_translation(s, r, t);
+    let place = |((translation, rotation), scale)| Trs { translation, rotation, scale }.into();
     Ok(Some(translations.into_iter().zip(rotations).zip(scales).map(place).collect()))
 }
 
@@ -170,13 +178,13 @@ fn place(
         let moves = motion.is_some() || node.skin.is_some();
         let mut add = |name: &str, shape: Shape, offset: Affine3A| {
             let world = *world * offset;
-            if is_invertible(&world) || moves {
+            if is_invertible(&world) || thickened(&world).is_some() || moves {
                 let attachment = Some(Attachment { node: number, offset });
                 let material = shape.material;
                 let instance = Instance::new(name, shape.mesh, visible(world));
                 scene.instances.push(Instance { attachment, material, ..instance });
             } else {
-                notices.add(at, "left out, its scale is zero or beyond single precision");
+                notices.add(at, "left out, its scale is zero along two axes or beyond single precision");
             }
         };
         match (shapes[mesh.value()], instances(document, node, at)?) {
@@ -194,6 +202,7 @@ fn place(
         let projection = projection(document, description, &at)?;
         let name = node.name.as_deref().or(description.name.as_deref()).unwrap_or(&at);
         scene.cameras.push(Camera {
+            index: Some(index.value()),
             projection,
             world_from_camera: without_scale(world),
             motion: motion.clone(),

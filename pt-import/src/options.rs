@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
-use pt_scene::AnimationChoice;
+use pt_scene::{AnimationChoice, AnimationEnd, BadTexels};
 
 /// Options of [`crate::load`] and [`crate::open`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Lat-long `.hdr` or `.exr` that becomes the environment, in place of the scene's own.
     pub environment: Option<PathBuf>,
+    /// Treatment of texels of the environment's file that are negative or not finite.
+    pub bad_texels: BadTexels,
     /// Turns the environment about +Y, radians; see [`pt_scene::Environment::rotation`]. Added to the scene's own.
     pub environment_rotation: f32,
     /// Factor on the environment, >= 0.
@@ -17,6 +19,8 @@ pub struct LoadOptions {
     pub default_sky: bool,
     /// Which animations of a glTF file play.
     pub animation: AnimationChoice,
+    /// What the animations do after their last key.
+    pub animation_end: AnimationEnd,
     /// Time at which the scene is shown at first, seconds; [`pt_scene::Scene::set_time`] goes on from there.
     pub time: f64,
     /// Which of a file's scenes, by name or by index from 0; `None`: its default one.
@@ -26,6 +30,8 @@ pub struct LoadOptions {
     /// Most bytes of geometry (vertices, triangles, copies of instances) that a file may ask for: a small file can name
     /// the same data any number of times.
     pub max_geometry_bytes: u64,
+    /// Read buffers and images outside of the folder of the scene file too, by `..`, an absolute path or a symbolic link.
+    pub allow_outside: bool,
     /// Folder of textures baked by [`crate::bake::bake()`]; images that it does not hold are decoded.
     pub baked: Option<PathBuf>,
     /// Most texels that all images of the scene may have together, at their finest level (four bytes each when they
@@ -43,14 +49,17 @@ impl Default for LoadOptions {
     fn default() -> Self {
         Self {
             environment: None,
+            bad_texels: BadTexels::default(),
             environment_rotation: 0.0,
             environment_intensity: 1.0,
             default_sky: true,
             animation: AnimationChoice::default(),
+            animation_end: AnimationEnd::default(),
             time: 0.0,
             scene: None,
             variant: None,
             max_geometry_bytes: DEFAULT_MAX_GEOMETRY_BYTES,
+            allow_outside: false,
             baked: None,
             max_texture_pixels: DEFAULT_MAX_TEXTURE_PIXELS,
         }

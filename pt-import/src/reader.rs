@@ -28,9 +28,12 @@ impl Document {
         notices: &mut Notices,
     ) -> Result<Self, SceneError> {
         let container = glb::split(bytes, notices).map_err(|what| SceneError::file(file, what))?;
-        let root = check::json(&container.json, notices).map_err(|(at, what)| match at.as_str() {
-            "" => SceneError::file(file, format!("is not a glTF 2.0 file: {what}")),
-            _ => SceneError::Invalid { file: file.to_owned(), at: one_line(&at), what: one_line(&what) },
+        let root = check::json(&container.json, notices).map_err(|(at, what)| {
+            match (check::older_version(&container.json), at.as_str()) {
+                (Some(version), _) => SceneError::file(file, version_message(&version)),
+                (None, "") => SceneError::file(file, format!("is not a glTF 2.0 file: {what}")),
+                _ => SceneError::Invalid { file: file.to_owned(), at: one_line(&at), what: one_line(&what) },
+            }
         })?;
         let mut document = Self {
             root,
@@ -39,6 +42,7 @@ impl Document {
             buffers: Vec::new(),
             views: BTreeMap::new(),
             decoded: BTreeMap::new(),
+            allow_outside: options.allow_outside,
             max_geometry_bytes: options.max_geometry_bytes,
             elements_read: AtomicU64::new(0),
         };
@@ -58,7 +62,7 @@ impl Document {
         let asset = &self.root.asset;
         let required = asset.min_version.as_ref().unwrap_or(&asset.version);
         if !required.starts_with("2.") || (asset.min_version.is_some() && required != "2.0") {
-            return Err(self.invalid("asset", format!("glTF version {required}; only 2.0 can be read")));
+            return Err(self.invalid("asset", version_message(required)));
         }
         let refused = |name: &&String| support(name) == Support::Refused;
         match self.root.extensions_required.iter().find(refused) {
@@ -115,4 +119,10 @@ impl Document {
         }
         Ok(data)
     }
+}
+
+/// What to say about a file of another version.
+pub(crate) fn version_message(version: &str) -> String {
+    let way_out = if version.starts_with('1') { "; gltf-pipeline converts files of version 1.0" } else { "" };
+    format!("is a glTF {version} file; only glTF 2.0 can be read{way_out}")
 }

@@ -14,10 +14,13 @@ pub(crate) struct Images<'a>(textures::Uses<'a>);
 /// Reads a scene's materials and hands over their images.
 pub(crate) fn with_images<R>(
     path: &Path,
+    options: &LoadOptions,
     work: impl FnOnce(&Images<'_>) -> Result<R, SceneError>,
 ) -> Result<R, SceneError> {
-    let document = Document::read(path, &LoadOptions::default(), &mut Notices::default())?;
-    let (_, uses) = materials::collect(&document)?;
+    let document = Document::read(path, options, &mut Notices::default())?;
+    let (_, mut uses) = materials::collect(&document)?;
+    // What is computed from an image is computed at load.
+    uses.in_order.retain(|u| u.glossiness.is_none());
     work(&Images(uses))
 }
 

@@ -14,7 +14,7 @@ use crate::baked_folder::BakedFolder;
 use crate::document::Document;
 use crate::images::Header;
 use pt_scene::one_line;
-use pt_scene::{Filter, MipFilter, Sampler, SceneError, Texture, TextureRef, TextureUsage, Wrap};
+use pt_scene::{Filter, MipFilter, Sampler, SceneError, Texels, Texture, TextureRef, TextureUsage, Wrap};
 
 /// Extensions of a texture that name another image, those that need the least work first.
 #[cfg(feature = "codecs")]
@@ -28,6 +28,8 @@ pub(crate) struct Use {
     pub image: usize,
     sampler: Option<usize>,
     pub usage: TextureUsage,
+    /// The bits of the factor of a glossiness in alpha that becomes a roughness.
+    pub glossiness: Option<u32>,
 }
 
 pub(crate) struct Uses<'a> {
@@ -53,7 +55,19 @@ impl<'a> Uses<'a> {
     ) -> Result<Option<TextureRef>, SceneError> {
         let Some(info) = info else { return Ok(None) };
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
-        self.reference(info.index, info.tex_coord, transform, usage, at)
+        self.reference(info.index, info.tex_coord, transform, usage, None, at)
+    }
+
+    /// A texture of roughness in G, 1 - `factor` x alpha of a texture that has glossiness in alpha.
+    pub fn roughness(
+        &mut self,
+        info: &Option<texture::Info>,
+        factor: f32,
+        at: &str,
+    ) -> Result<Option<TextureRef>, SceneError> {
+        let Some(info) = info else { return Ok(None) };
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        self.reference(info.index, info.tex_coord, transform, TextureUsage::Data, Some(factor.to_bits()), at)
     }
 
     /// A normal map with its scale.
@@ -70,7 +84,7 @@ impl<'a> Uses<'a> {
             .transpose()
             .map_err(|e| self.document.invalid(format!("{at}.normalTexture.extensions"), e))?;
         let usage = TextureUsage::Normal;
-        let texture = self.reference(normal.index, normal.tex_coord, transform.as_ref(), usage, at)?;
+        let texture = self.reference(normal.index, normal.tex_coord, transform.as_ref(), usage, None, at)?;
         Ok((texture, normal.scale))
     }
 
@@ -80,6 +94,7 @@ impl<'a> Uses<'a> {
         tex_coord: u32,
         transform: Option<&extensions::texture::TextureTransform>,
         usage: TextureUsage,
+        glossiness: Option<u32>,
         at: &str,
     ) -> Result<Option<TextureRef>, SceneError> {
         let texture = self.document.get(index, at)?;
@@ -99,7 +114,8 @@ impl<'a> Uses<'a> {
                 .push(format!("{at}: texture coordinate set {uv_set} is not supported; texture left out"));
             return Ok(None);
         }
-        let key = Use { image: source.value(), sampler: texture.sampler.map(|s| s.value()), usage };
+        let sampler = texture.sampler.map(|s| s.value());
+        let key = Use { image: source.value(), sampler, usage, glossiness };
         let texture = *self.known.entry(key).or_insert_with(|| {
             self.in_order.push(key);
             self.in_order.len() as u32 - 1
@@ -189,7 +205,8 @@ impl<'a> Uses<'a> {
             return Ok((texture, None));
         }
         let mut notice = None;
-        if let Some(folder) = baked {
+        // What is baked is the image as it is.
+        if let Some(folder) = baked.filter(|_| u.glossiness.is_none()) {
             match folder.find(&bytes, u.usage, [texture.width, texture.height]) {
                 Ok(Some(texels)) => {
                     texture.texels = texels;
@@ -200,8 +217,23 @@ impl<'a> Uses<'a> {
             }
         }
         texture.texels = header.decode(u.usage).map_err(|what| self.invalid(u, &texture.name, what))?;
+        if let Some(factor) = u.glossiness.map(f32::from_bits) {
+            texture = roughness_of(texture, factor);
+        }
         Ok((texture, notice))
     }
+}
+
+/// A texture with glossiness in alpha as one with roughness in G.
+fn roughness_of(texture: Texture, factor: f32) -> Texture {
+    let mut texture = texture.decoded().into_owned();
+    if let Texels::Rgba8(texels) = &mut texture.texels {
+        for texel in texels.as_chunks_mut().0 {
+            let [_, _, _, glossiness] = *texel;
+            *texel = [0, (255.0 - factor * f32::from(glossiness)).round() as u8, 0, 255];
+        }
+    }
+    texture
 }
 
 /// KHR_texture_transform: scale, then rotation (counter-clockwise as seen with v down), then offset.

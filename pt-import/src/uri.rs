@@ -1,4 +1,4 @@
-//! URIs of buffers and images: embedded data, or a path to a file beside or below the scene. Everything else is refused.
+//! URIs of buffers and images: embedded data, or a path to a file. Unless others are allowed, it lies beside or below the scene.
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,20 @@ use pt_scene::read_file;
 pub(crate) enum Target {
     /// Embedded bytes and the media type that they claim.
     Data(Vec<u8>, String),
-    /// A relative path with `/` between its parts.
-    Path(String),
+    /// A file.
+    File(FilePath),
 }
 
-/// Parses a URI; the error says what is wrong with it.
-pub(crate) fn parse(uri: &str) -> Result<Target, String> {
+/// A path with `/` between its parts, relative to the folder of the scene.
+pub(crate) struct FilePath {
+    /// The path that the URI stands for.
+    pub decoded: String,
+    /// The URI as it is, where that is another path: some programs write the name of a file without encoding its `%`.
+    raw: Option<String>,
+}
+
+/// Parses a URI; the error says what is wrong with it. With `outside` the path may leave the folder of the scene.
+pub(crate) fn parse(uri: &str, outside: bool) -> Result<Target, String> {
     if let Some(data) = uri.get(..5).filter(|s| s.eq_ignore_ascii_case("data:")).and(uri.get(5..)) {
         let (media, text) =
             data.split_once(";base64,").ok_or("a data: URI must be base64-encoded".to_string())?;
@@ -26,29 +34,65 @@ pub(crate) fn parse(uri: &str) -> Result<Target, String> {
         let media = media.split(';').next().unwrap_or_default().to_ascii_lowercase();
         return Ok(Target::Data(bytes, media));
     }
-    let path = decode_percent(uri).ok_or_else(|| format!("{} is no valid URI", shorten(uri)))?;
-    let refused =
-        |why: &str| Err(format!("{} {why}; only files beside or below the scene are read", shorten(uri)));
-    if has_scheme(uri) || has_scheme(&path) {
-        return refused("names a scheme or a drive");
-    }
-    if path.contains('\\') {
-        return refused("contains a backslash");
-    }
-    if path.starts_with('/') {
-        return refused("is an absolute path");
-    }
-    if path.split('/').any(|part| part == "..") {
-        return refused("leaves the folder of the scene");
-    }
-    if path.split('/').all(|part| matches!(part, "" | ".")) {
-        return refused("names no file");
-    }
-    Ok(Target::Path(path))
+    let Some(decoded) = decode_percent(uri) else {
+        check_path(uri, outside).map_err(|why| format!("{} {why}", shorten(uri)))?;
+        return Ok(Target::File(FilePath { decoded: uri.into(), raw: None }));
+    };
+    check_path(&decoded, outside).map_err(|why| format!("{} {why}", shorten(uri)))?;
+    let raw = (uri != decoded && check_path(uri, outside).is_ok()).then(|| uri.to_owned());
+    Ok(Target::File(FilePath { decoded, raw }))
 }
 
-/// Reads the file at a path that [`parse`] accepted, unless links lead it out of `folder`.
-pub(crate) fn read_below(folder: &Path, path: &str) -> Result<Vec<u8>, String> {
+/// Why a path is not read; it follows the path in messages.
+fn check_path(path: &str, outside: bool) -> Result<(), String> {
+    const ONLY_FILES: &str = "only files are read, by relative paths";
+    if path.contains('\0') {
+        return Err("is no valid URI".into());
+    }
+    if has_scheme(path) {
+        return Err(format!("names a scheme or a drive; {ONLY_FILES}"));
+    }
+    if path.contains('\\') {
+        return Err(format!("contains a backslash; {ONLY_FILES}"));
+    }
+    if path.split('/').all(|part| matches!(part, "" | ".")) {
+        return Err(format!("names no file; {ONLY_FILES}"));
+    }
+    if !outside && path.starts_with('/') {
+        return Err(format!("is an absolute path; {OPTION}"));
+    }
+    if !outside && leaves(path) {
+        return Err(format!("leaves the folder of the scene; {OPTION}"));
+    }
+    Ok(())
+}
+
+/// What lets a scene name files elsewhere.
+const OPTION: &str = "--allow-outside reads files that are not beside or below the scene";
+
+/// Whether the parts `..` of a relative path lead above its start.
+fn leaves(path: &str) -> bool {
+    let mut depth = 0;
+    path.split('/').any(|part| {
+        match part {
+            "" | "." => {}
+            ".." => depth -= 1,
+            _ => depth += 1,
+        }
+        depth < 0
+    })
+}
+
+impl FilePath {
+    /// Reads the file, and returns the path under which it was looked for. Links lead out of `folder` only with `outside`.
+    pub fn read(&self, folder: &Path, outside: bool) -> (&str, Result<Vec<u8>, String>) {
+        let raw = self.raw.as_ref().filter(|_| !folder.join(&self.decoded).exists());
+        let path = raw.filter(|raw| folder.join(raw).exists()).unwrap_or(&self.decoded);
+        (path, read(folder, path, outside))
+    }
+}
+
+fn read(folder: &Path, path: &str, outside: bool) -> Result<Vec<u8>, String> {
     let words = |e: SceneError| match e {
         SceneError::File { what, .. } => what,
         other => other.to_string(),
@@ -57,8 +101,8 @@ pub(crate) fn read_below(folder: &Path, path: &str) -> Result<Vec<u8>, String> {
     let Ok(real) = file.canonicalize() else { return read_file(&file).map_err(words) };
     let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_owned() };
     let folder = folder.canonicalize().map_err(|e| e.to_string())?;
-    if !real.starts_with(&folder) {
-        return Err("is a link that leaves the folder of the scene".into());
+    if !outside && !real.starts_with(&folder) {
+        return Err(format!("is a link that leaves the folder of the scene; {OPTION}"));
     }
     if !real.is_dir() && !real.is_file() {
         return Err("is no regular file".into());
@@ -103,6 +147,7 @@ fn decode_base64(text: &str) -> Option<Vec<u8>> {
     (count < 6).then_some(out)
 }
 
+/// `None` where a `%` stands for no byte, or the bytes are no text.
 fn decode_percent(uri: &str) -> Option<String> {
     let mut out = Vec::with_capacity(uri.len());
     let mut bytes = uri.bytes();
@@ -115,7 +160,7 @@ fn decode_percent(uri: &str) -> Option<String> {
             other => other,
         });
     }
-    String::from_utf8(out).ok().filter(|path| !path.contains('\0'))
+    String::from_utf8(out).ok()
 }
 
 #[cfg(test)]
@@ -143,18 +188,30 @@ mod tests {
 
     #[test]
     fn only_paths_below_the_scene() {
-        let good = ["a.bin", "a/b.bin", "./a.bin", "ü ber.bin", "a%20b.bin", "a..b/c", "./c:d.bin", "..."];
+        let good = [
+            "a.bin",
+            "a/b.bin",
+            "./a.bin",
+            "ü ber.bin",
+            "a%20b.bin",
+            "a..b/c",
+            "./c:d.bin",
+            "...",
+            "a/../b.bin",
+            "a/%2E%2E/b",
+            "10%.bin",
+            "%ff",
+        ];
         for uri in good {
-            assert!(matches!(parse(uri), Ok(Target::Path(_))), "{uri}");
+            assert!(matches!(parse(uri, false), Ok(Target::File(_))), "{uri}");
+        }
+        let outside =
+            ["../a", "a/../../b", "%2e%2e/a", "a/.././../b", "/etc/passwd", "%2Fetc/passwd", "//host/a"];
+        for uri in outside {
+            assert!(parse(uri, false).is_err_and(|text| text.contains("--allow-outside")), "{uri}");
+            assert!(matches!(parse(uri, true), Ok(Target::File(_))), "{uri}");
         }
         let bad = [
-            "../a",
-            "a/../../b",
-            "%2e%2e/a",
-            "a/%2E%2E/b",
-            "/etc/passwd",
-            "%2Fetc/passwd",
-            "//host/a",
             "C:/a",
             "C%3A/a",
             "c:a",
@@ -168,11 +225,15 @@ mod tests {
             "",
             ".",
             "./",
+            "/",
             "a%00b",
         ];
         for uri in bad {
-            assert!(parse(uri).is_err(), "{uri}");
+            for outside in [false, true] {
+                assert!(parse(uri, outside).is_err_and(|text| !text.contains("--allow-outside")), "{uri}");
+            }
         }
-        assert!(matches!(parse("DATA:a/b;base64,TWE="), Ok(Target::Data(d, m)) if d == b"Ma" && m == "a/b"));
+        let data = parse("DATA:a/b;base64,TWE=", false);
+        assert!(matches!(data, Ok(Target::Data(d, m)) if d == b"Ma" && m == "a/b"));
     }
 }

@@ -8,7 +8,7 @@ use common::textured::gltf;
 use pt_image::image_file::{PixelLayout, write_png};
 use pt_import::Quality;
 use pt_import::bake::{Outcome, bake};
-use pt_import::{DEFAULT_MAX_TEXTURE_PIXELS, DdsTexture, LoadOptions, load};
+use pt_import::{DdsTexture, LoadOptions, load};
 use pt_scene::{BlockFormat, Scene, Texels, TextureUsage};
 
 /// A scene with a base colour, a map of roughness and metalness and a normal map, of sizes that are no multiple of a block, and
@@ -50,7 +50,11 @@ fn load_with(scene: &Path, baked: Option<&Path>) -> Scene {
 }
 
 fn run(scene: &Path, folder: &Path, quality: Quality) -> Vec<pt_import::bake::BakedTexture> {
-    bake(scene, folder, quality, DEFAULT_MAX_TEXTURE_PIXELS, |_, _| {}).unwrap_or_else(|e| panic!("{e}"))
+    bake(scene, folder, quality, &LoadOptions::default(), |_, _| {}).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn limit(max_texture_pixels: u64) -> LoadOptions {
+    LoadOptions { max_texture_pixels, ..LoadOptions::default() }
 }
 
 /// In dB, of the values as encoded.
@@ -166,8 +170,8 @@ fn another_quality_replaces_the_file() {
     let psnr = |report: &[pt_import::bake::BakedTexture]| report.iter().find(color).unwrap().psnr;
     assert!(psnr(&best) > psnr(&fast), "{:?} {:?}", psnr(&best), psnr(&fast));
     let missing =
-        bake(&scene, Path::new("/dev/null/x"), Quality::Fast, 1, |_, _| {}).unwrap_err().to_string();
+        bake(&scene, Path::new("/dev/null/x"), Quality::Fast, &limit(1), |_, _| {}).unwrap_err().to_string();
     assert!(missing.contains("/dev/null/x") && !missing.contains('\n'), "{missing}");
-    let limited = bake(&scene, temp.path(), Quality::Fast, 10, |_, _| {}).unwrap_err().to_string();
+    let limited = bake(&scene, temp.path(), Quality::Fast, &limit(10), |_, _| {}).unwrap_err().to_string();
     assert!(limited.contains("--max-texture-pixels"), "{limited}");
 }

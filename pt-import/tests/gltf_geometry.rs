@@ -327,7 +327,7 @@ fn broken_geometry_is_refused_with_its_path() {
     refused("meshes[0].primitives[0].indices: element 1 is vertex 4", &|glb, json| {
         json["indices"] = glb.accessor(&[0, 4, 3, 2], U8, "SCALAR", 4).into();
     });
-    refused("meshes[0].primitives[0].indices: cannot be Scalar of F32", &|glb, json| {
+    refused("meshes[0].primitives[0].indices: cannot be SCALAR of float", &|glb, json| {
         json["indices"] = glb.floats(&[0.0, 1.0, 2.0], "SCALAR").into();
     });
     refused("attributes.NORMAL: has 3 elements, POSITION has 4", &|glb, json| {

@@ -22,6 +22,8 @@ pub enum Projection {
 pub struct Camera {
     /// Name by which it is chosen.
     pub name: String,
+    /// Index in the list of cameras of the file; `None` for a camera made by code. Several nodes may carry one camera.
+    pub index: Option<usize>,
     /// Projection.
     pub projection: Projection,
     /// Rigid transform: the camera looks along its -Z, +Y is up in the image.
@@ -41,6 +43,7 @@ impl Camera {
     pub fn look_at(name: &str, eye: Vec3, target: Vec3, yfov: f32) -> Self {
         Self {
             name: name.into(),
+            index: None,
             projection: Projection::Perspective { yfov },
             world_from_camera: looking(eye, target),
             lens_radius: 0.0,

@@ -1,14 +1,34 @@
 use std::f32::consts::{PI, TAU};
-use std::io::Cursor;
 use std::path::Path;
 
 use glam::{Quat, Vec2, Vec3};
+use pt_image::image_file::{LinearImage, MAX_IMAGE_SIDE, is_cube_map};
 
 use crate::SceneError;
 use crate::error::read_file;
 
 /// Longest side of an environment image that is accepted.
-pub const MAX_ENVIRONMENT_SIDE: u32 = 16384;
+pub const MAX_ENVIRONMENT_SIDE: u32 = MAX_IMAGE_SIDE;
+
+/// Largest number of 16-bit floating point. Infinite values in files are brighter ones that did not fit.
+const HALF_MAX: f32 = 65504.0;
+
+/// Treatment of texels that are negative or not finite.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BadTexels {
+    /// They are an error.
+    #[default]
+    Refuse,
+    /// Negative values and NaN become 0, infinite ones the largest number of 16-bit floating point.
+    Clamp,
+}
+
+impl BadTexels {
+    /// The treatment that a switch of the command line asks for.
+    pub fn clamp_if(clamp: bool) -> Self {
+        if clamp { Self::Clamp } else { Self::Refuse }
+    }
+}
 
 /// Lat-long radiance, row 0 at the top (+Y).
 #[derive(Clone, Debug, PartialEq)]
@@ -58,27 +78,51 @@ impl Environment {
         Self { image, rotation: 0.0, intensity: 1.0 }
     }
 
-    /// Reads a lat-long image: Radiance `.hdr` or OpenEXR (first layer with R, G and B), told apart by content.
-    ///
-    /// Errors name the file and, for texels that are negative or not finite, their number and the first of them (column,
-    /// row).
+    /// Reads a lat-long image: Radiance `.hdr` or OpenEXR, told apart by content. [`LinearImage::decode`] says what of the file is
+    /// honoured. Errors name the file and, for texels that are negative or not finite, their number and the first of them
+    /// (column, row).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        Ok(Self::read(path, BadTexels::Refuse)?.0)
+    }
+
+    /// As [`Environment::load`], with a choice about texels that are no radiance, and with what was changed, one sentence each.
+    pub fn read(path: impl AsRef<Path>, bad: BadTexels) -> Result<(Self, Vec<String>), SceneError> {
         let path = path.as_ref();
-        Self::from_bytes(&read_file(path)?, path)
+        Self::decode(&read_file(path)?, path, bad)
     }
 
     /// As [`Environment::load`], from the bytes of a file; `name` stands for the file in messages. Memory is bounded by a
     /// multiple of the length of `bytes`.
     pub fn from_bytes(bytes: &[u8], name: impl AsRef<Path>) -> Result<Self, SceneError> {
-        let path = name.as_ref();
-        let image = match bytes {
-            [0x76, 0x2f, 0x31, 0x01, ..] => read_exr(bytes),
-            [b'#', b'?', ..] => read_hdr(bytes),
-            _ => Err("is neither a Radiance .hdr nor an OpenEXR image".into()),
-        };
-        let environment = Self::new(image.map_err(|what| SceneError::file(path, what))?);
-        environment.check().map_err(|what| SceneError::file(path, what))?;
-        Ok(environment)
+        Ok(Self::decode(bytes, name.as_ref(), BadTexels::Refuse)?.0)
+    }
+
+    fn decode(bytes: &[u8], path: &Path, bad: BadTexels) -> Result<(Self, Vec<String>), SceneError> {
+        if !matches!(bytes, [0x76, 0x2f, 0x31, 0x01, ..] | [b'#', b'?', ..]) {
+            return Err(SceneError::file(path, "is neither a Radiance .hdr nor an OpenEXR image"));
+        }
+        if is_cube_map(bytes) {
+            return Err(SceneError::file(
+                path,
+                "is a cube map (attribute envmap); only lat-long images are read",
+            ));
+        }
+        let (image, mut notices) = LinearImage::decode(bytes).map_err(|what| SceneError::file(path, what))?;
+        let LinearImage { width, height, pixels, .. } = image;
+        let texels = pixels.into_iter().map(Vec3::from_array).collect();
+        let mut image = EnvironmentImage { width, height, texels };
+        if bad == BadTexels::Clamp {
+            notices.extend(image.clamp());
+        }
+        let environment = Self::new(image);
+        environment.check().map_err(|what| match environment.image.first_bad() {
+            Some(_) => {
+                SceneError::file(path, format!("{what}; --env-clamp loads it with such values set to 0"))
+            }
+            None => SceneError::file(path, what),
+        })?;
+        let of_file = |notice: String| format!("{}: {notice}", path.display());
+        Ok((environment, notices.into_iter().map(of_file).collect()))
     }
 
     /// Whether no light comes from it.
@@ -120,10 +164,9 @@ impl Environment {
         if *width == 0 || *height == 0 || texels.len() != *width as usize * *height as usize {
             return Err(format!("{} texels for {width}x{height}", texels.len()));
         }
-        let bad = |t: &Vec3| !t.is_finite() || t.min_element() < 0.0;
-        if let Some(i) = texels.iter().position(bad) {
+        if let Some(i) = self.image.first_bad() {
             let (x, y) = (i % *width as usize, i / *width as usize);
-            let count = texels.iter().filter(|t| bad(t)).count();
+            let count = texels.iter().filter(|t| is_bad(t)).count();
             return Err(format!(
                 "{count} of {} pixels are negative or not finite, the first at ({x}, {y}): {}",
                 texels.len(),
@@ -140,50 +183,30 @@ impl Environment {
     }
 }
 
-/// `most` texels a byte is more than the file's compression can reach on a picture: a short file with a huge header is no
-/// reason to allocate.
-fn check_size(width: u64, height: u64, bytes: &[u8], most: u64) -> Result<(), String> {
-    let limit = u64::from(MAX_ENVIRONMENT_SIDE);
-    if width == 0 || height == 0 || width > limit || height > limit {
-        return Err(format!("{width}x{height} is outside 1x1 .. {limit}x{limit}"));
-    }
-    if width * height > most * bytes.len() as u64 {
-        let bytes = bytes.len();
-        return Err(format!("{width}x{height} texels cannot be in {bytes} bytes; the file is cut short"));
-    }
-    Ok(())
+/// Whether a texel is no radiance.
+fn is_bad(texel: &Vec3) -> bool {
+    !texel.is_finite() || texel.min_element() < 0.0
 }
 
-fn read_hdr(bytes: &[u8]) -> Result<EnvironmentImage, String> {
-    use image::ImageDecoder;
-    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
-    let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into(), bytes, 64)?;
-    let pixels = image::DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?.into_rgb32f();
-    let texels = pixels.pixels().map(|p| Vec3::from_array(p.0)).collect();
-    Ok(EnvironmentImage { width, height, texels })
-}
-
-fn read_exr(bytes: &[u8]) -> Result<EnvironmentImage, String> {
-    use exr::prelude::*;
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-    for header in &meta.headers {
-        check_size(header.layer_size.width() as u64, header.layer_size.height() as u64, bytes, 512)?;
+impl EnvironmentImage {
+    fn first_bad(&self) -> Option<usize> {
+        self.texels.iter().position(is_bad)
     }
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(
-            |size, _| (size.width(), vec![Vec3::ZERO; size.area()]),
-            |(width, texels), at, (r, g, b): (f32, f32, f32)| {
-                texels[at.y() * *width + at.x()] = Vec3::new(r, g, b)
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| e.to_string())?;
-    let size = image.layer_data.size;
-    let (_, texels) = image.layer_data.channel_data.pixels;
-    Ok(EnvironmentImage { width: size.width() as u32, height: size.height() as u32, texels })
+
+    /// Makes every value a radiance; says what was changed.
+    fn clamp(&mut self) -> Option<String> {
+        let (mut dark, mut bright) = (0, 0);
+        for texel in self.texels.iter_mut().filter(|texel| is_bad(texel)) {
+            let values = texel.to_array();
+            dark += usize::from(values.iter().any(|v| v.is_nan() || *v < 0.0));
+            bright += usize::from(values.contains(&f32::INFINITY));
+            *texel = Vec3::from_array(values.map(|v| if v == f32::INFINITY { HALF_MAX } else { v.max(0.0) }));
+        }
+        let count = self.texels.len();
+        let text = |number, what: String| (number > 0).then(|| format!("{number} of {count} pixels {what}"));
+        let dark = text(dark, "had negative values or NaN, which were set to 0".into());
+        let bright = text(bright, format!("had infinite values, which were set to {HALF_MAX}"));
+        let parts: Vec<_> = dark.into_iter().chain(bright).collect();
+        (!parts.is_empty()).then(|| parts.join("; "))
+    }
 }

@@ -25,7 +25,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Punctual lights, world space. Emissive triangles are found through materials.
     pub lights: Vec<Light>,
-    /// Cameras of the file; may be empty, see [`Scene::default_camera`].
+    /// Cameras of the file, in its order; may be empty, see [`Scene::default_camera`].
     pub cameras: Vec<Camera>,
     /// Light from infinitely far away.
     pub environment: Environment,
@@ -189,6 +189,12 @@ impl Scene {
     /// camera, acceleration structures that are built, the reference.
     pub fn pose_meshes(&mut self) {
         self.meshes.iter_mut().for_each(Mesh::pose);
+    }
+
+    /// The camera of this index in the list of the file, where it is placed first; of a scene made by code, in its own list.
+    pub fn camera(&self, index: usize) -> Option<&Camera> {
+        let mut cameras = self.cameras.iter().enumerate();
+        cameras.find(|(i, camera)| camera.index.unwrap_or(*i) == index).map(|(_, camera)| camera)
     }
 
     /// Whether nothing lights the scene: no punctual light, no emissive triangle, a black environment.

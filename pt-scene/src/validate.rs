@@ -136,7 +136,7 @@ impl Scene {
             }
         }
         if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
-            return Err(format!("priority {} or exterior {:?} is out of range", m.priority, m.exterior));
+            return Err(format!("its priority {} or its exterior material is out of range", m.priority));
         }
         Ok(())
     }
@@ -177,6 +177,11 @@ fn check_lobes(l: &Lobes) -> Result<(), String> {
     not_negative("dispersion", [l.dispersion])
 }
 
+/// The first statement that does not hold.
+fn all_hold(statements: &[(bool, &str)]) -> Result<(), String> {
+    statements.iter().find(|(holds, _)| !holds).map_or(Ok(()), |(_, what)| Err(format!("its {what}")))
+}
+
 fn check_light(light: &Light) -> Result<(), String> {
     let cone = match light.kind {
         LightKind::Spot { inner, outer } => {
@@ -184,13 +189,16 @@ fn check_light(light: &Light) -> Result<(), String> {
         }
         LightKind::Point | LightKind::Directional => true,
     };
-    let physical = light.intensity.is_finite()
-        && light.intensity.min_element() >= 0.0
-        && light.position.is_finite()
-        && light.direction.is_normalized()
-        && (0.0..f32::INFINITY).contains(&light.radius)
-        && (0.0..std::f32::consts::FRAC_PI_2).contains(&light.angular_radius);
-    if cone && physical { Ok(()) } else { Err(format!("a value is out of range: {light:?}")) }
+    let intensity = light.intensity.is_finite() && light.intensity.min_element() >= 0.0;
+    let angular_radius = (0.0..std::f32::consts::FRAC_PI_2).contains(&light.angular_radius);
+    all_hold(&[
+        (cone, "cone angles are not 0 <= inner < outer <= pi/2"),
+        (intensity, "intensity is negative or not finite"),
+        (light.position.is_finite(), "position is not finite"),
+        (light.direction.is_normalized(), "direction has no unit length"),
+        ((0.0..f32::INFINITY).contains(&light.radius), "radius is negative or not finite"),
+        (angular_radius, "angular radius is not between 0 and pi/2"),
+    ])
 }
 
 fn check_camera(camera: &Camera) -> Result<(), String> {
@@ -200,6 +208,11 @@ fn check_camera(camera: &Camera) -> Result<(), String> {
     };
     let m = camera.world_from_camera.matrix3;
     let rigid = camera.world_from_camera.is_finite() && (m.determinant() - 1.0).abs() < 1e-3;
-    let lens = camera.lens_radius >= 0.0 && camera.lens_radius.is_finite() && camera.focus_distance > 0.0;
-    if projection && rigid && lens { Ok(()) } else { Err(format!("a value is out of range: {camera:?}")) }
+    let lens = camera.lens_radius >= 0.0 && camera.lens_radius.is_finite();
+    all_hold(&[
+        (projection, "field of view or height of view is out of range"),
+        (rigid, "transform is not finite or not rigid"),
+        (lens, "lens radius is negative or not finite"),
+        (camera.focus_distance > 0.0, "focus distance is not above 0"),
+    ])
 }

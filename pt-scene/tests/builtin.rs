@@ -7,6 +7,27 @@ fn scene(name: &str) -> Scene {
     builtin(name).unwrap()
 }
 
+type Change = fn(&mut Scene);
+
+#[test]
+fn flaws_are_said_in_words() {
+    let flaw = |change: Change| {
+        let mut scene = scene("plane");
+        change(&mut scene);
+        scene.validate().unwrap_err().to_string()
+    };
+    let cases: [(Change, &str); 4] = [
+        (|s| s.lights[0].intensity.x = -1.0, ": its intensity is negative or not finite"),
+        (|s| s.lights[0].direction *= 2.0, ": its direction has no unit length"),
+        (|s| s.cameras[0].world_from_camera *= Affine3A::from_scale(Vec3::splat(2.0)), ": its transform is"),
+        (|s| s.cameras[0].focus_distance = 0.0, ": its focus distance is not above 0"),
+    ];
+    for (change, what) in cases {
+        let text = flaw(change);
+        assert!(text.contains(what) && !text.contains('{'), "{text}");
+    }
+}
+
 #[test]
 fn all_are_valid_now_and_later_and_lit() {
     for (name, about) in BUILTIN {

@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_PI_2;
 
 use pt_scene::glam::{Vec2, Vec3};
-use pt_scene::{Environment, EnvironmentImage, default_sky};
+use pt_scene::{BadTexels, Environment, EnvironmentImage, default_sky};
 use pt_test_data::shared;
 
 /// Each texel tells where it is: R = column, G = row.
@@ -79,10 +79,78 @@ fn exr_files_load_and_bad_texels_are_named() {
         .unwrap();
         let text = Environment::load(&file).unwrap_err().to_string();
         assert!(text.contains("1 of 128") && text.contains("(5, 3)") && text.contains("e.exr"), "{text}");
+        assert!(text.contains("--env-clamp"), "{text}");
     }
     std::fs::write(&file, b"not a picture").unwrap();
     assert!(Environment::load(&file).unwrap_err().to_string().contains("e.exr"));
     assert!(Environment::load(temp.path()).unwrap_err().to_string().contains("folder"));
+}
+
+#[test]
+fn bad_texels_are_clamped_on_request() {
+    let temp = tempfile::tempdir().unwrap();
+    let file = temp.path().join("e.exr");
+    let bad = [
+        (3, [-1e-5, 0.5, 2.0]),
+        (7, [f32::NAN, f32::NAN, 1.0]),
+        (9, [f32::INFINITY, -2.0, f32::NEG_INFINITY]),
+    ];
+    exr::prelude::write_rgb_file(&file, 16, 8, |x, y| {
+        let here = bad.iter().find(|(column, _)| (*column, 2) == (x, y));
+        let [r, g, b] = here.map_or([0.25; 3], |(_, color)| *color);
+        (r, g, b)
+    })
+    .unwrap();
+    let (e, notices) = Environment::read(&file, BadTexels::Clamp).unwrap();
+    let row = |x: usize| e.image.texels[2 * 16 + x];
+    assert_eq!(row(2), Vec3::splat(0.25));
+    assert_eq!(row(3), Vec3::new(0.0, 0.5, 2.0));
+    assert_eq!(row(7), Vec3::new(0.0, 0.0, 1.0));
+    assert_eq!(row(9), Vec3::new(65504.0, 0.0, 0.0));
+    let [notice] = notices.as_slice() else { panic!("one notice: {notices:?}") };
+    assert!(
+        notice.contains("e.exr") && notice.contains("3 of 128 pixels had negative values or NaN"),
+        "{notice}"
+    );
+    assert!(notice.contains("1 of 128 pixels had infinite values"), "{notice}");
+    // A map without any is left alone, and says nothing.
+    exr::prelude::write_rgb_file(&file, 16, 8, |_, _| (0.0f32, 1.0f32, 2.0f32)).unwrap();
+    let (e, notices) = Environment::read(&file, BadTexels::Clamp).unwrap();
+    assert!(notices.is_empty() && e == Environment::load(&file).unwrap(), "{notices:?}");
+}
+
+/// The header of a Radiance file is honoured, and a notice with the name of the file says so.
+#[test]
+fn what_was_done_to_a_file_is_said() {
+    let temp = tempfile::tempdir().unwrap();
+    let file = temp.path().join("e.hdr");
+    let pixels = [128u8, 64, 32, 128].repeat(2);
+    let header = b"#?RGBE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 1 +X 2\n".as_slice();
+    std::fs::write(&file, [header, &pixels].concat()).unwrap();
+    let (e, notices) = Environment::read(&file, BadTexels::Refuse).unwrap();
+    assert_eq!(e.image.texels, [Vec3::new(0.25, 0.125, 0.0625); 2]);
+    assert!(
+        notices.len() == 1 && notices[0].contains("e.hdr") && notices[0].contains("EXPOSURE 2"),
+        "{notices:?}"
+    );
+}
+
+#[test]
+fn cube_maps_are_refused_by_name() {
+    use exr::meta::attribute::EnvironmentMap;
+    use exr::prelude::*;
+    for (kind, refused) in [(EnvironmentMap::Cube, true), (EnvironmentMap::LatitudeLongitude, false)] {
+        let mut attributes = LayerAttributes::named("sky");
+        attributes.environment_map = Some(kind);
+        let channels = SpecificChannels::rgb(|_| (1.0f32, 1.0f32, 1.0f32));
+        let layer = Layer::new((4, 24), attributes, Encoding::UNCOMPRESSED, channels);
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+        match Environment::from_bytes(bytes.get_ref(), "e.exr") {
+            Ok(_) => assert!(!refused),
+            Err(error) => assert!(refused && error.to_string().contains("e.exr: is a cube map"), "{error}"),
+        }
+    }
 }
 
 #[test]

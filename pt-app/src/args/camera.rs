@@ -10,7 +10,7 @@ const DEFAULT_VFOV: f32 = 50.0;
 /// Camera arguments.
 #[derive(Clone, Debug, Args)]
 pub struct CameraArgs {
-    /// Camera of the scene, by name or by index from 0 [default: the first, or one that frames the scene]
+    /// Camera of the scene, by name or by index from 0 in the list of cameras of the file [default: the first, or one that frames the scene]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "look", help_heading = "Camera")]
     pub camera: Option<CameraChoice>,
     /// Eye and target point instead of a camera of the scene, in scene units, +Y up.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use pt_import::LoadOptions;
-use pt_scene::AnimationChoice;
+use pt_scene::{AnimationChoice, AnimationEnd, BadTexels};
 
 use super::values::{finite, finite_f64, not_negative, positive_f64};
 
@@ -44,6 +44,9 @@ pub struct LoadArgs {
     /// Folder of textures from `pt bake`; images that it does not contain are decoded.
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub baked: Option<PathBuf>,
+    /// Read buffers and images that are not beside or below the scene file, too: by paths with .., absolute paths or symbolic links.
+    #[arg(long, help_heading = "Scene")]
+    pub allow_outside: bool,
     /// Limit on the texels of all images of the scene together.
     #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS, help_heading = "Scene")]
     pub max_texture_pixels: u64,
@@ -53,16 +56,23 @@ pub struct LoadArgs {
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
+    /// Load an environment with values that are no radiance: negative ones and NaN become 0, infinite ones 65504. A notice says how many
+    /// pixels had some.
+    #[arg(long, requires = "env", help_heading = "Scene")]
+    pub env_clamp: bool,
     /// Rotate the environment about +Y, in degrees, counter-clockwise seen from above: 90 moves +X to -Z.
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true, help_heading = "Scene")]
     pub env_rotation: f32,
     /// Factor on the radiance of the environment, 0 or more.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = not_negative, allow_negative_numbers = true, help_heading = "Scene")]
     pub env_intensity: f32,
-    /// Animation of a glTF file to play: a name, an index from 0, all, or none. Animations repeat [default: the first, and all others
-    /// that move only what no earlier one moves]
+    /// Animation of a glTF file to play: a name, an index from 0, all, or none [default: the first, and all others that move only what
+    /// no earlier one moves]
     #[arg(long, value_name = "NAME|INDEX|all|none", help_heading = "Scene")]
     pub animation: Option<AnimationChoice>,
+    /// What the animations of a glTF file do after their last key: loop starts them again, hold keeps the last pose.
+    #[arg(long, value_name = "loop|hold", default_value = "loop", help_heading = "Scene")]
+    pub animation_end: AnimationEnd,
 }
 
 impl LoadArgs {
@@ -70,14 +80,17 @@ impl LoadArgs {
     pub fn load_options(&self) -> LoadOptions {
         LoadOptions {
             environment: self.env.clone(),
+            bad_texels: BadTexels::clamp_if(self.env_clamp),
             environment_rotation: self.env_rotation.to_radians(),
             environment_intensity: self.env_intensity,
             scene: self.gltf_scene.clone(),
             variant: self.variant.clone(),
+            allow_outside: self.allow_outside,
             baked: self.baked.clone(),
             max_texture_pixels: self.max_texture_pixels,
             max_geometry_bytes: self.max_geometry_bytes,
             animation: self.animation.clone().unwrap_or_default(),
+            animation_end: self.animation_end,
             ..LoadOptions::default()
         }
     }

@@ -4,8 +4,8 @@ use crate::args::values::named;
 use crate::progress::Progress;
 use anyhow::Result;
 use clap::Args;
-use pt_import::Quality;
 use pt_import::bake::{BakedTexture, Outcome, bake};
+use pt_import::{LoadOptions, Quality};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -25,6 +25,9 @@ pub struct BakeArgs {
     /// Limit on the texels of an image.
     #[arg(long, value_name = "N", default_value_t = pt_import::DEFAULT_MAX_TEXTURE_PIXELS)]
     pub max_texture_pixels: u64,
+    /// Read buffers and images of the scene that are not beside or below its file, too.
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Print JSON instead of a table.
     #[arg(long)]
     pub json: bool,
@@ -37,7 +40,12 @@ pub struct BakeArgs {
 pub fn run(args: &BakeArgs, out: &mut impl Write) -> Result<bool> {
     let started = Instant::now();
     let mut progress = None;
-    let textures = bake(&args.scene, &args.output, args.quality, args.max_texture_pixels, |_, total| {
+    let options = LoadOptions {
+        max_texture_pixels: args.max_texture_pixels,
+        allow_outside: args.allow_outside,
+        ..LoadOptions::default()
+    };
+    let textures = bake(&args.scene, &args.output, args.quality, &options, |_, total| {
         progress.get_or_insert_with(|| Progress::counting(total as u32, "texture")).step();
     });
     if let Some(progress) = progress {

@@ -10,6 +10,7 @@ use clap::Args;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
 use pt_image::image_file::ImageSize;
+use pt_import::LoadOptions;
 use std::io::Write;
 
 /// `pt passes`
@@ -24,6 +25,9 @@ pub struct PassesArgs {
     /// glTF or GLB file, or the name of a built-in scene. Animated scenes have additional passes.
     #[arg(long, value_name = "S", default_value = "cornell")]
     pub scene: String,
+    /// Read buffers and images that are not beside or below the scene file, too.
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Include the pass that averages frames.
     #[arg(long)]
     pub accumulate: bool,
@@ -44,7 +48,8 @@ pub struct PassesArgs {
 /// Unknown keys, a device that can't do it.
 pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let params = params::resolve(None, &args.set)?;
-    let scene = pt_import::open(&args.scene, &Default::default())?;
+    let options = LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() };
+    let scene = pt_import::open(&args.scene, &options)?;
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
     let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
     let size = [args.size.width, args.size.height];

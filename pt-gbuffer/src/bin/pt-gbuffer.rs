@@ -13,6 +13,7 @@ use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
 use pt_image::image_file::ImageSize;
 use pt_import::LoadOptions;
+use pt_scene::BadTexels;
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::records::FrameRecord;
 use std::io::Write;
@@ -34,6 +35,9 @@ struct Args {
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F")]
     env: Option<PathBuf>,
+    /// Load an environment with negative, infinite or undefined values: they are set to 0 or to the largest half-precision number.
+    #[arg(long, requires = "env")]
+    env_clamp: bool,
     /// Seed of the random numbers.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u32,
@@ -53,7 +57,11 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     if let Some(path) = &args.output {
         check_output(path)?;
     }
-    let options = LoadOptions { environment: args.env.clone(), ..LoadOptions::default() };
+    let options = LoadOptions {
+        environment: args.env.clone(),
+        bad_texels: BadTexels::clamp_if(args.env_clamp),
+        ..LoadOptions::default()
+    };
     let scene = pt_import::open(&args.scene, &options)?;
     for notice in &scene.notices {
         console::print_warning(notice);

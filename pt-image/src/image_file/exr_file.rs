@@ -1,17 +1,16 @@
-//! [`LayeredImage`] to and from OpenEXR bytes.
+//! [`LayeredImage`] into OpenEXR bytes; `exr_read.rs` is the way back.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, LineOrder, Text};
 use exr::prelude as ex;
-use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+use exr::prelude::WritableImage;
 
-use super::{Channel, Layer, LayeredImage, Samples, check_size};
+use super::{Channel, LayeredImage, Samples, check_size};
 
 /// Front of the names of our header attributes.
-const ATTRIBUTE_PREFIX: &str = "pt.";
+pub(super) const ATTRIBUTE_PREFIX: &str = "pt.";
 
 /// Longest channel and attribute name, bytes (OpenEXR long names).
 const MAX_NAME: usize = 255;
@@ -142,107 +141,6 @@ fn sort_header_attributes(mut file: Vec<u8>) -> Option<Vec<u8>> {
         at += 1;
         if !multi_part || *file.get(at)? == 0 {
             return Some(file);
-        }
-    }
-}
-
-pub(super) fn decode(bytes: &[u8]) -> Result<LayeredImage, String> {
-    // The header alone first: a size out of range is refused before memory is set aside for it.
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
-    let size = meta.headers.first().ok_or("the file has no parts")?.layer_size;
-    check_size(size.0 as u64, size.1 as u64).map_err(|error| error.to_string())?;
-    if let Some(other) = meta.headers.iter().find(|header| header.layer_size != size) {
-        let other = other.layer_size;
-        return Err(format!("its parts differ in size ({}x{} and {}x{})", size.0, size.1, other.0, other.1));
-    }
-    let subsampled = |channel: &&exr::meta::attribute::ChannelDescription| channel.sampling != ex::Vec2(1, 1);
-    if let Some(channel) = meta.headers.iter().flat_map(|header| &header.channels.list).find(subsampled) {
-        return Err(format!("channel {:?} is subsampled, which is not supported", channel.name.to_string()));
-    }
-
-    let file = read_parts(bytes)?;
-    let mut image = LayeredImage {
-        width: size.0 as u32,
-        height: size.1 as u32,
-        layers: Vec::new(),
-        metadata: BTreeMap::new(),
-    };
-    let multi_part = file.layer_data.len() > 1;
-    let mut layers = BTreeMap::new();
-    read_attributes(&file.attributes.other, &mut image.metadata);
-    for part in file.layer_data {
-        read_attributes(&part.attributes.other, &mut image.metadata);
-        let part_name = part.attributes.layer_name.filter(|_| multi_part).map(|name| lossy(&name));
-        collect_channels(part.channel_data, part_name.as_deref(), &mut layers);
-    }
-    image.layers = layers.into_iter().map(|(name, channels)| Layer { name, channels }).collect();
-    Ok(image)
-}
-
-/// Every part by itself, with its name; that of a single-part file is empty.
-pub(super) fn decode_parts(bytes: &[u8]) -> Result<Vec<(String, LayeredImage)>, String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
-    for header in &meta.headers {
-        let size = header.layer_size;
-        check_size(size.0 as u64, size.1 as u64).map_err(|error| error.to_string())?;
-    }
-    let mut parts = Vec::new();
-    for part in read_parts(bytes)?.layer_data {
-        let (width, height) = (part.size.0 as u32, part.size.1 as u32);
-        let mut image = LayeredImage { width, height, layers: Vec::new(), metadata: BTreeMap::new() };
-        read_attributes(&part.attributes.other, &mut image.metadata);
-        let mut layers = BTreeMap::new();
-        collect_channels(part.channel_data, None, &mut layers);
-        image.layers = layers.into_iter().map(|(name, channels)| Layer { name, channels }).collect();
-        parts.push((part.attributes.layer_name.map_or(String::new(), |name| lossy(&name)), image));
-    }
-    Ok(parts)
-}
-
-fn read_parts(bytes: &[u8]) -> Result<ex::FlatImage, String> {
-    ex::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| error.to_string())
-}
-
-/// Adds a part's channels to the layers that their names say, behind the name of the part if there is one.
-fn collect_channels(
-    channels: ex::AnyChannels<ex::FlatSamples>,
-    part: Option<&str>,
-    layers: &mut BTreeMap<String, Vec<Channel>>,
-) {
-    for channel in channels.list {
-        let mut full = lossy(&channel.name);
-        if let Some(part) = part.filter(|part| !full.starts_with(&format!("{part}."))) {
-            full = format!("{part}.{full}");
-        }
-        let (layer, name) = full.rsplit_once('.').unwrap_or(("", &full));
-        let samples = match channel.sample_data {
-            ex::FlatSamples::F16(samples) => Samples::F16(samples),
-            ex::FlatSamples::F32(samples) => Samples::F32(samples),
-            ex::FlatSamples::U32(samples) => Samples::U32(samples),
-        };
-        layers.entry(layer.into()).or_default().push(Channel { name: name.into(), samples });
-    }
-}
-
-fn lossy(text: &Text) -> String {
-    String::from_utf8_lossy(text.as_slice()).into_owned()
-}
-
-fn read_attributes<'a>(
-    attributes: impl IntoIterator<Item = (&'a Text, &'a AttributeValue)>,
-    metadata: &mut BTreeMap<String, String>,
-) {
-    for (name, value) in attributes {
-        if let (Some(key), AttributeValue::Text(value)) = (lossy(name).strip_prefix(ATTRIBUTE_PREFIX), value)
-        {
-            metadata.insert(key.into(), lossy(value));
         }
     }
 }

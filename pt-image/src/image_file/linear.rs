@@ -3,11 +3,17 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use glam::{DMat3, Vec3};
+use image::{ImageFormat, ImageReader, Limits};
 
+use super::hdr_file::{self, Picture};
 use super::{
-    IMAGE_STATE_KEY, ImageFileError, Layer, LayeredImage, MAX_IMAGE_SIDE, check_size, extension, srgb_decode,
+    IMAGE_STATE_KEY, ImageFileError, Layer, LayeredImage, MAX_IMAGE_SIDE, check_size, exr_read, extension,
+    srgb_decode,
 };
+
+/// Extensions of the files that are read, as messages list them.
+const EXTENSIONS: &str = "png, jpg, jpeg, hdr, exr";
 
 /// The meaning of the linear values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,24 +39,47 @@ pub struct LinearImage {
 }
 
 impl LinearImage {
-    /// Reads PNG, JPEG (both taken as sRGB; alpha is dropped), Radiance HDR or EXR (the R, G, B channels of the unnamed
-    /// layer, or else of the only layer that has them).
+    /// Reads an image file, as [`LinearImage::decode`] does.
     ///
     /// # Errors
     /// [`ImageFileError`]: not there, unknown extension, damaged, or larger than [`MAX_IMAGE_SIDE`].
     pub fn read(path: &Path) -> Result<Self, ImageFileError> {
-        match extension(path).as_str() {
-            "exr" => {
-                Self::from_layers(&LayeredImage::read_exr(path)?).map_err(|reason| decode_error(path, reason))
+        Ok(Self::read_with_notices(path)?.0)
+    }
+
+    /// As [`LinearImage::read`], with what the reader did to the values, one sentence each.
+    ///
+    /// # Errors
+    /// As [`LinearImage::read`].
+    pub fn read_with_notices(path: &Path) -> Result<(Self, Vec<String>), ImageFileError> {
+        let extension = extension(path);
+        if !EXTENSIONS.split(", ").any(|known| known == extension) {
+            return Err(ImageFileError::Extension { path: path.into(), extension, expected: EXTENSIONS });
+        }
+        Self::decode(&crate::atomic_file::read(path)?)
+            .map_err(|reason| ImageFileError::Decode { path: path.into(), reason })
+    }
+
+    /// Reads PNG, JPEG (both taken as sRGB; alpha is dropped), Radiance HDR or EXR, told apart by content, and what the reader did
+    /// to the values, one sentence each. Memory is bounded by a multiple of the length of `bytes`.
+    ///
+    /// * EXR: the display window of the main layer; a layer of luminance alone is grey. Values of other primaries
+    ///   than Rec. 709 (`chromaticities`) are converted, white to white. With `whiteLuminance` values become cd/m2.
+    /// * Radiance HDR: values are divided by EXPOSURE and COLORCORR; PRIMARIES and CIE XYZ are converted.
+    ///
+    /// # Errors
+    /// What is wrong with the content, or what of it is not supported.
+    pub fn decode(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
+        match bytes {
+            [] => Err("the file is empty".into()),
+            [0x76, 0x2f, 0x31, 0x01, ..] => decode_exr(bytes),
+            [0x89, b'P', b'N', b'G', ..] => Ok((decode_srgb(bytes, ImageFormat::Png)?, Vec::new())),
+            [0xff, 0xd8, ..] => Ok((decode_srgb(bytes, ImageFormat::Jpeg)?, Vec::new())),
+            _ if hdr_file::is_hdr(bytes) => {
+                let Picture { width, height, pixels, notices } = hdr_file::decode(bytes)?;
+                Ok((Self { width, height, pixels, state: ImageState::SceneReferred }, notices))
             }
-            "png" => read_with(path, ImageFormat::Png, ImageState::DisplayReferred),
-            "jpg" | "jpeg" => read_with(path, ImageFormat::Jpeg, ImageState::DisplayReferred),
-            "hdr" => read_with(path, ImageFormat::Hdr, ImageState::SceneReferred),
-            other => Err(ImageFileError::Extension {
-                path: path.into(),
-                extension: other.into(),
-                expected: "png, jpg, jpeg, hdr, exr",
-            }),
+            _ => Err("is none of PNG, JPEG, Radiance HDR and OpenEXR".into()),
         }
     }
 
@@ -67,57 +96,118 @@ impl LinearImage {
         let pixels = rows.flat_map(|row| &row[x as usize..(x + width) as usize]).copied().collect();
         Some(Self { width, height, pixels, state: self.state })
     }
+}
 
-    fn from_layers(image: &LayeredImage) -> Result<Self, String> {
-        let rgb = |layer: &Layer| -> Option<[Vec<f32>; 3]> {
-            let plane = |name| image.channel(&layer.name, name).map(|samples| samples.to_f32());
-            Some([plane("R")?, plane("G")?, plane("B")?])
-        };
-        let main = image.layer("").and_then(rgb);
-        let mut others = image.layers.iter().filter_map(rgb);
-        let [red, green, blue] = match (main, others.next(), others.next()) {
-            (Some(main), ..) => main,
-            (None, Some(only), None) => only,
-            (None, first, _) => {
-                let names: Vec<_> = image.layers.iter().map(|layer| format!("{:?}", layer.name)).collect();
-                let count = if first.is_some() { "more than one layer" } else { "no layer" };
-                return Err(format!("{count} has channels R, G, B (layers: {})", names.join(", ")));
-            }
-        };
-        let pixels = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
-        let state = match image.metadata.get(IMAGE_STATE_KEY).map(String::as_str) {
-            Some("display") => ImageState::DisplayReferred,
-            _ => ImageState::SceneReferred,
-        };
-        Ok(Self { width: image.width, height: image.height, pixels, state })
+/// The last parts of the names under which programs store the finished picture beside other layers, the likeliest first:
+/// Blender, Nuke, others.
+const MAIN_LAYERS: [&str; 4] = ["combined", "rgba", "rgb", "beauty"];
+
+/// Of the layers that `has_picture` finds a picture in: the unnamed one, the only one, or the one that is called as programs call the
+/// finished picture (Blender's `Composite` goes before its `ViewLayer`). `Ok(None)` when there is none.
+///
+/// # Errors
+/// The names of the layers, when several are as good.
+fn main_layer(
+    image: &LayeredImage,
+    has_picture: impl Fn(&Layer) -> bool,
+) -> Result<Option<&Layer>, Vec<&str>> {
+    let found: Vec<&Layer> = image.layers.iter().filter(|layer| has_picture(layer)).collect();
+    let unnamed = found.iter().find(|layer| layer.name.is_empty());
+    if let (Some(layer), _) | (None, [layer]) = (unnamed, found.as_slice()) {
+        return Ok(Some(layer));
     }
+    for main in MAIN_LAYERS {
+        let last = |name: &str| name.rsplit('.').next().is_some_and(|last| last.eq_ignore_ascii_case(main));
+        let mut named = found.iter().filter(|layer| last(&layer.name));
+        match (named.next(), named.next()) {
+            (Some(layer), None) => return Ok(Some(layer)),
+            (Some(_), Some(_)) => {
+                let composite = found.iter().find(|layer| layer.name == "Composite.Combined");
+                return composite.map(|layer| Some(*layer)).ok_or_else(|| names(&found));
+            }
+            _ => {}
+        }
+    }
+    if found.is_empty() { Ok(None) } else { Err(names(&found)) }
 }
 
-fn decode_error(path: &Path, reason: impl ToString) -> ImageFileError {
-    ImageFileError::Decode { path: path.into(), reason: reason.to_string() }
+fn names<'a>(layers: &[&'a Layer]) -> Vec<&'a str> {
+    layers.iter().map(|layer| layer.name.as_str()).collect()
 }
 
-fn read_with(path: &Path, format: ImageFormat, state: ImageState) -> Result<LinearImage, ImageFileError> {
-    let bytes = crate::atomic_file::read(path)?;
-    let mut reader = ImageReader::with_format(Cursor::new(&bytes), format);
+/// The three planes of the main layer; a picture of luminance alone has the same one three times.
+fn main_planes(image: &LayeredImage) -> Result<[Vec<f32>; 3], String> {
+    let has = |layer: &Layer, names: &[&str]| names.iter().all(|name| layer.channel(name).is_some());
+    let several = |names: Vec<&str>| format!("more than one layer has a picture ({})", names.join(", "));
+    if let Some(layer) = main_layer(image, |layer| has(layer, &["R", "G", "B"])).map_err(several)? {
+        let plane = |name| layer.channel(name).map_or(Vec::new(), |channel| channel.samples.to_f32());
+        return Ok(["R", "G", "B"].map(plane));
+    }
+    // X, Y and Z together are positions or directions.
+    let grey = |layer: &Layer| has(layer, &["Y"]) && !has(layer, &["X"]) && !has(layer, &["Z"]);
+    let luminance = main_layer(image, grey).map_err(several)?;
+    let Some(layer) = luminance else {
+        let channels = image.layers.iter().flat_map(|layer| {
+            layer.channels.iter().map(|channel| match layer.name.as_str() {
+                "" => channel.name.clone(),
+                name => format!("{name}.{}", channel.name),
+            })
+        });
+        let channels: Vec<_> = channels.collect();
+        return Err(format!("no layer has channels R, G, B or Y (channels: {})", channels.join(", ")));
+    };
+    if has(layer, &["RY"]) || has(layer, &["BY"]) {
+        return Err(
+            "it is stored as luminance and chroma (channels Y, RY, BY), which is not supported".into()
+        );
+    }
+    let plane = layer.channel("Y").map_or(Vec::new(), |channel| channel.samples.to_f32());
+    Ok([plane.clone(), plane.clone(), plane])
+}
+
+fn decode_exr(bytes: &[u8]) -> Result<(LinearImage, Vec<String>), String> {
+    let decoded = exr_read::decode(bytes)?;
+    let image = &decoded.image;
+    let [red, green, blue] = main_planes(image)?;
+    let mut pixels: Vec<_> = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
+    let mut notices: Vec<String> = decoded.windows.into_iter().collect();
+    let to_rec_709 = match decoded.chromaticities {
+        Some(chromaticities) => chromaticities.to_rec_709().map_err(|what| format!("its header: {what}"))?,
+        None => None,
+    };
+    if to_rec_709.is_some() {
+        notices.push("converted from the chromaticities in its header to Rec. 709 primaries".into());
+    }
+    let luminance = decoded.white_luminance.unwrap_or(1.0);
+    if !(luminance.is_finite() && luminance > 0.0) {
+        return Err(format!("the attribute whiteLuminance {luminance} is not above 0 and finite"));
+    }
+    if luminance != 1.0 {
+        notices.push(format!("values are scaled to cd/m2 by the whiteLuminance {luminance} in its header"));
+    }
+    if to_rec_709.is_some() || luminance != 1.0 {
+        let matrix = to_rec_709.unwrap_or(DMat3::IDENTITY) * f64::from(luminance);
+        // An infinite channel would make the others undefined; such pixels stay as they are.
+        for pixel in pixels.iter_mut().filter(|pixel| pixel.iter().all(|value| value.is_finite())) {
+            *pixel = (matrix * Vec3::from_array(*pixel).as_dvec3()).as_vec3().to_array();
+        }
+    }
+    let state = match image.metadata.get(IMAGE_STATE_KEY).map(String::as_str) {
+        Some("display") => ImageState::DisplayReferred,
+        _ => ImageState::SceneReferred,
+    };
+    Ok((LinearImage { width: image.width, height: image.height, pixels, state }, notices))
+}
+
+fn decode_srgb(bytes: &[u8], format: ImageFormat) -> Result<LinearImage, String> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::no_limits();
     limits.max_image_width = Some(MAX_IMAGE_SIDE);
     limits.max_image_height = Some(MAX_IMAGE_SIDE);
     reader.limits(limits);
-    let image = reader.decode().map_err(|error| decode_error(path, error))?;
-    check_size(image.width().into(), image.height().into())?;
+    let image = reader.decode().map_err(|error| error.to_string())?;
     let (width, height) = (image.width(), image.height());
-    let decode = match state {
-        ImageState::DisplayReferred => srgb_decode,
-        ImageState::SceneReferred => |value: f32| value,
-    };
-    let pixels = to_rgb32f(image).pixels().map(|pixel| pixel.0.map(decode)).collect();
-    Ok(LinearImage { width, height, pixels, state })
-}
-
-fn to_rgb32f(image: DynamicImage) -> image::Rgb32FImage {
-    match image {
-        DynamicImage::ImageRgb32F(image) => image,
-        other => other.into_rgb32f(),
-    }
+    check_size(width.into(), height.into()).map_err(|error| error.to_string())?;
+    let pixels = image.into_rgb32f().pixels().map(|pixel| pixel.0.map(srgb_decode)).collect();
+    Ok(LinearImage { width, height, pixels, state: ImageState::DisplayReferred })
 }

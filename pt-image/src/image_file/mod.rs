@@ -2,7 +2,10 @@
 //!
 //! Row 0 is the top. All writes go through [`crate::atomic_file`], and the same content gives the same bytes.
 
+mod chromaticities;
 mod exr_file;
+mod exr_read;
+mod hdr_file;
 mod linear;
 mod png_file;
 mod srgb;
@@ -13,6 +16,7 @@ use std::str::FromStr;
 
 use half::f16;
 
+pub use exr_read::is_cube_map;
 pub use linear::{ImageState, LinearImage};
 pub use png_file::{PixelLayout, write_png, write_png_pq};
 pub use srgb::{srgb_decode, srgb_encode, srgb_encode_8bit};
@@ -80,6 +84,16 @@ pub fn check_size(width: u64, height: u64) -> Result<(), ImageFileError> {
     } else {
         Err(ImageFileError::Size { width, height })
     }
+}
+
+/// Checks that `bytes` bytes can hold an image if each stands for `most` samples at most: a short file with a large header is no
+/// reason to set memory aside.
+fn check_room([width, height]: [usize; 2], channels: usize, bytes: u64, most: u64) -> Result<(), String> {
+    let samples = (width as u64).saturating_mul(height as u64).saturating_mul(channels as u64);
+    if samples > bytes.saturating_mul(most) {
+        return Err(format!("{width}x{height} pixels cannot be in {bytes} bytes; the file is cut short"));
+    }
+    Ok(())
 }
 
 /// Width and height in pixels, each 1 to [`MAX_IMAGE_SIDE`]; parsed from `WIDTHxHEIGHT`.
@@ -209,6 +223,11 @@ pub struct Layer {
 }
 
 impl Layer {
+    /// The channel of this name.
+    pub fn channel(&self, name: &str) -> Option<&Channel> {
+        self.channels.iter().find(|channel| channel.name == name)
+    }
+
     /// A layer of f32 channels from interleaved pixels of `stride` values each, of which the first
     /// `channels.len()` are taken (RGBA read back from a GPU image as a layer of X, Y, Z: stride 4, 3 names).
     ///
@@ -257,8 +276,7 @@ impl LayeredImage {
 
     /// The samples of `channel` in `layer`.
     pub fn channel(&self, layer: &str, channel: &str) -> Option<&Samples> {
-        let channels = &self.layer(layer)?.channels;
-        channels.iter().find(|candidate| candidate.name == channel).map(|channel| &channel.samples)
+        self.layer(layer)?.channel(channel).map(|channel| &channel.samples)
     }
 
     /// Writes a single-part scan-line EXR, ZIP compressed (lossless), atomically. The same content gives the same
@@ -272,13 +290,15 @@ impl LayeredImage {
         Ok(crate::atomic_file::write_atomic(path, &bytes)?)
     }
 
-    /// Reads an EXR: all flat parts at their largest resolution. In a multi-part file the name of the part becomes
-    /// the front of the layer name. Of the attributes only `pt.*` are kept.
+    /// Reads the display window of an EXR: all flat parts at their largest resolution. Pixels outside of the data window are 0.
+    /// In a multi-part file the name of the part becomes the front of the layer name. Of the attributes only `pt.*` are kept, and
+    /// the values stay as they are in the file; [`LinearImage`] converts them.
     ///
     /// # Errors
     /// [`ImageFileError`]: not there, damaged, deep data, subsampled channels, parts of different sizes, too large.
     pub fn read_exr(path: &Path) -> Result<Self, ImageFileError> {
-        exr_file::decode(&crate::atomic_file::read(path)?)
+        exr_read::decode(&crate::atomic_file::read(path)?)
+            .map(|decoded| decoded.image)
             .map_err(|reason| ImageFileError::Decode { path: path.into(), reason })
     }
 }
@@ -300,5 +320,5 @@ pub fn encode_exr_parts(parts: &[(String, LayeredImage)]) -> Result<Vec<u8>, Str
 /// # Errors
 /// What is wrong with the file.
 pub fn decode_exr_parts(bytes: &[u8]) -> Result<Vec<(String, LayeredImage)>, String> {
-    exr_file::decode_parts(bytes)
+    exr_read::decode_parts(bytes)
 }

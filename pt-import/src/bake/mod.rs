@@ -10,6 +10,7 @@ use std::path::Path;
 
 use crate::baked_folder::{BakedFolder, Quality};
 use crate::dds::DdsTexture;
+use crate::options::LoadOptions;
 use crate::scene_images;
 use pt_scene::Texels;
 use pt_scene::{SceneError, Texture, TextureUsage};
@@ -49,8 +50,8 @@ pub struct BakedTexture {
     pub psnr: Option<f64>,
 }
 
-/// Compresses the textures of a glTF scene into `folder`, which is created when it is not there. `done` is called after each
-/// texture with their number and the total.
+/// Compresses the textures of a glTF scene into `folder`, which is created when it is not there. Of the options those count that
+/// limit images and say where they may lie. `done` is called after each texture with their number and the total.
 ///
 /// # Errors
 /// A scene that can't be read, an image that can't be decoded, a folder that can't be written. Files that are complete stay.
@@ -58,14 +59,14 @@ pub fn bake(
     scene: &Path,
     folder: &Path,
     quality: Quality,
-    max_texture_pixels: u64,
+    options: &LoadOptions,
     mut done: impl FnMut(usize, usize),
 ) -> Result<Vec<BakedTexture>, SceneError> {
     let folder = BakedFolder::create(folder)?;
-    scene_images::with_images(scene, |images| {
+    scene_images::with_images(scene, options, |images| {
         let mut report = Vec::with_capacity(images.len());
         for index in 0..images.len() {
-            report.push(one(images, index, &folder, quality, max_texture_pixels)?);
+            report.push(one(images, index, &folder, quality, options.max_texture_pixels)?);
             done(index + 1, images.len());
         }
         Ok(report)

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use pt_import::{LoadOptions, open};
-use pt_scene::{BUILTIN, Scene};
+use pt_scene::{BUILTIN, BadTexels, Scene};
 
 /// Loads a scene the way every other program of the workbench does, and prints its statistics.
 #[derive(Parser)]
@@ -16,6 +16,12 @@ struct Arguments {
     /// Lat-long environment, .hdr or .exr.
     #[arg(long, value_name = "FILE")]
     env: Option<std::path::PathBuf>,
+    /// Load an environment with negative, infinite or undefined values: they are set to 0 or to the largest half-precision number.
+    #[arg(long, requires = "env")]
+    env_clamp: bool,
+    /// Reads buffers and images that are not beside or below the scene file, too.
+    #[arg(long)]
+    allow_outside: bool,
     /// Lists the built-in scenes.
     #[arg(long)]
     list: bool,
@@ -27,7 +33,12 @@ fn main() -> ExitCode {
         BUILTIN.iter().for_each(|(name, about)| println!("{name:10} {about}"));
     }
     let Some(name) = arguments.scene else { return ExitCode::SUCCESS };
-    let options = LoadOptions { environment: arguments.env, ..LoadOptions::default() };
+    let options = LoadOptions {
+        environment: arguments.env,
+        bad_texels: BadTexels::clamp_if(arguments.env_clamp),
+        allow_outside: arguments.allow_outside,
+        ..LoadOptions::default()
+    };
     let start = Instant::now();
     match open(&name, &options) {
         Ok(scene) => {

@@ -24,6 +24,21 @@ pub(crate) fn read(text: &[u8], notices: &mut Notices) -> Result<Root, (String, 
     Ok(root)
 }
 
+/// The version that a text claims, or shows by its form, if it is one that cannot be read: glTF 1.0 has objects where 2.0 has
+/// arrays, and did not always name its version.
+pub(crate) fn older_version(text: &[u8]) -> Option<String> {
+    let document: Value = serde_json::from_slice(text).ok()?;
+    let version = document.get("asset").and_then(|asset| asset.get("version"));
+    let version = version.map(|version| version.as_str().map_or_else(|| version.to_string(), str::to_owned));
+    let is_object = |key: &str| document.get(key).is_some_and(Value::is_object);
+    let has_objects = ["meshes", "nodes", "scenes", "accessors", "bufferViews"].into_iter().any(is_object);
+    match version {
+        Some(version) if version.parse().is_ok_and(|number: f64| number < 2.0) => Some(version),
+        None if has_objects => Some("1.0".into()),
+        _ => None,
+    }
+}
+
 fn root<'de>(reader: impl Deserializer<'de, Error = serde_json::Error>) -> Result<Root, (String, String)> {
     serde_path_to_error::deserialize(reader).map_err(|e| {
         let path = e.path().to_string();

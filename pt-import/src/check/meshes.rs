@@ -6,6 +6,7 @@ use gltf::json::mesh::{Mesh, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, texture};
 
+use crate::accessor::{component_name, type_name};
 use crate::document::Document;
 use crate::notices::Notices;
 use pt_scene::SceneError;
@@ -115,7 +116,9 @@ fn check_attribute(
         return Err(document.invalid(at, "the type or component type of its accessor is unknown"));
     };
     if !readable(semantic, component, kind) {
-        return Err(document.invalid(at, format!("cannot be {kind:?} of {component:?}")));
+        return Err(
+            document.invalid(at, format!("cannot be {} of {}", type_name(kind), component_name(component)))
+        );
     }
     if let Some(vertices) = vertices
         && vertices.count.0 != accessor.count.0
@@ -170,7 +173,8 @@ fn indices(
     match format(accessor) {
         Some((C::U8 | C::U16 | C::U32, T::Scalar)) => {}
         Some((component, kind)) => {
-            return Err(document.invalid(at, format!("cannot be {kind:?} of {component:?}")));
+            let what = format!("cannot be {} of {}", type_name(kind), component_name(component));
+            return Err(document.invalid(at, what));
         }
         None => return Err(document.invalid(at, "the type or component type of its accessor is unknown")),
     }

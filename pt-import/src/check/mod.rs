@@ -8,7 +8,7 @@ mod nodes;
 
 use crate::document::Document;
 use crate::notices::Notices;
-pub(crate) use json::read as json;
+pub(crate) use json::{older_version, read as json};
 use pt_scene::SceneError;
 
 /// Checks references, and everything else that does not need the compressed data.

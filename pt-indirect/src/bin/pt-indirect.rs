@@ -8,7 +8,7 @@ use clap::Parser;
 use glam::{DVec3, Vec2};
 use pt_core::console;
 use pt_indirect::oracle::{ShLight, ycocg_from_rgb};
-use pt_scene::Environment;
+use pt_scene::{BadTexels, Environment};
 use std::f64::consts::{PI, TAU};
 use std::io::Write;
 use std::path::PathBuf;
@@ -20,6 +20,9 @@ use std::process::ExitCode;
 struct Args {
     /// Lat-long radiance: hdr or exr.
     environment: PathBuf,
+    /// Load an environment with negative, infinite or undefined values: they are set to 0 or to the largest half-precision number.
+    #[arg(long)]
+    env_clamp: bool,
 }
 
 const AXES: [(&str, DVec3); 6] = [
@@ -36,7 +39,9 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
-    let environment = Environment::load(&args.environment)?;
+    let bad_texels = BadTexels::clamp_if(args.env_clamp);
+    let (environment, notices) = Environment::read(&args.environment, bad_texels)?;
+    notices.iter().for_each(|notice| console::print_warning(notice));
     let (width, height) = (environment.image.width, environment.image.height);
     let mut light = ShLight::default();
     let mut exact = [DVec3::ZERO; 6];

@@ -13,7 +13,7 @@ use pt_core::{FrameSizes, StageInputs};
 use pt_import::LoadOptions;
 use pt_lights::{DirectLighting, DirectParams, LightTables, synthetic};
 use pt_scene::gpu::GpuScene;
-use pt_scene::{Environment, Scene};
+use pt_scene::{BadTexels, Scene};
 use pt_shaders::channels::COLOR_HF;
 use pt_shaders::records::FrameRecord;
 use std::io::Write;
@@ -30,6 +30,9 @@ struct Args {
     /// Lat-long environment, .hdr or .exr.
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
+    /// Load an environment with negative, infinite or undefined values: they are set to 0 or to the largest half-precision number.
+    #[arg(long, requires = "env")]
+    env_clamp: bool,
     /// Number of surface points, as the side of a square.
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..=4096))]
     side: u32,
@@ -52,10 +55,13 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
-    let mut scene = pt_import::open(&args.scene, &LoadOptions::default())?;
-    if let Some(path) = &args.env {
-        scene.environment = Environment::load(path)?;
-    }
+    let options = LoadOptions {
+        environment: args.env.clone(),
+        bad_texels: BadTexels::clamp_if(args.env_clamp),
+        ..LoadOptions::default()
+    };
+    let scene = pt_import::open(&args.scene, &options)?;
+    scene.notices.iter().for_each(|notice| console::print_warning(notice));
     let device = Device::open(&DeviceOptions { device: args.device.clone(), ..DeviceOptions::default() })?;
     let started = Instant::now();
     let lights = LightTables::new(&device, &scene)?;

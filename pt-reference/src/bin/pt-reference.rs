@@ -8,7 +8,7 @@ use pt_core::console;
 use pt_image::image_file::{Layer, LayeredImage, OutputFormat, check_output, check_size};
 use pt_import::LoadOptions;
 use pt_reference::direct::{DirectLight, Quality};
-use pt_scene::Environment;
+use pt_scene::BadTexels;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,6 +22,9 @@ struct Args {
     /// Lat-long environment, .hdr or .exr.
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
+    /// Load an environment with negative, infinite or undefined values: they are set to 0 or to the largest half-precision number.
+    #[arg(long, requires = "env")]
+    env_clamp: bool,
     /// Width x height in pixels.
     #[arg(long, default_value = "64x64", value_parser = size)]
     size: [u32; 2],
@@ -54,10 +57,13 @@ fn main() -> ExitCode {
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let format = check_output(&args.output)?;
     ensure!(format == OutputFormat::Exr, "{}: the output is linear radiance, an .exr", args.output.display());
-    let mut scene = pt_import::open(&args.scene, &LoadOptions::default())?;
-    if let Some(path) = &args.env {
-        scene.environment = Environment::load(path)?;
-    }
+    let options = LoadOptions {
+        environment: args.env.clone(),
+        bad_texels: BadTexels::clamp_if(args.env_clamp),
+        ..LoadOptions::default()
+    };
+    let scene = pt_import::open(&args.scene, &options)?;
+    scene.notices.iter().for_each(|notice| console::print_warning(notice));
     let quality = Quality { pixel: args.pixel, emitter: args.emitter, environment: args.environment };
     let light = DirectLight::new(&scene, quality)?;
     let pixels = light.image(&scene.default_camera(), args.size)?;

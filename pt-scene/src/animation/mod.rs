@@ -13,6 +13,8 @@ use glam::{Affine3A, Quat, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::transform::thicken;
+
 /// Which of a file's animations play.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AnimationChoice {
@@ -44,12 +46,35 @@ impl std::str::FromStr for AnimationChoice {
     }
 }
 
+/// What an animation does after its last key.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AnimationEnd {
+    /// It starts again at time 0 of the animation. The frame after the last pose has the first one, and its motion vectors lead
+    /// back to the last pose, where everything was in the frame before.
+    #[default]
+    Loop,
+    /// It keeps the pose of the last key.
+    Hold,
+}
+
+impl std::str::FromStr for AnimationEnd {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "loop" => Ok(Self::Loop),
+            "hold" => Ok(Self::Hold),
+            _ => Err("expected loop or hold".into()),
+        }
+    }
+}
+
 /// An animation of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnimationInfo {
     /// Name by which it is chosen; may be empty.
     pub name: String,
-    /// Seconds from 0 to its last key, after which it starts again.
+    /// Seconds from 0 to its last key; [`AnimationEnd`] says what comes after it.
     pub duration: f64,
     /// Properties of nodes that it moves.
     pub channels: usize,
@@ -79,8 +104,8 @@ pub struct Track {
     pub property: Property,
     /// Its values.
     pub sampler: Sampler,
-    /// Seconds after which the animation that it belongs to starts again; 0: it does not.
-    pub duration: f64,
+    /// Seconds after which the animation that it belongs to starts again; 0: it does not, and the last key holds.
+    pub period: f64,
 }
 
 /// A node's place relative to its parent.
@@ -95,8 +120,9 @@ pub struct Trs {
 }
 
 impl From<Trs> for Affine3A {
+    /// A scale of zero along one axis keeps a small thickness, see [`thicken`].
     fn from(t: Trs) -> Self {
-        Self::from_scale_rotation_translation(t.scale, t.rotation, t.translation)
+        Self::from_scale_rotation_translation(thicken(t.scale), t.rotation, t.translation)
     }
 }
 
@@ -182,7 +208,7 @@ impl Rig {
         !self.moving.is_empty()
     }
 
-    /// Brings `pose` to `time` (seconds). Animations start again after their duration, before time 0 too.
+    /// Brings `pose` to `time` (seconds). Animations start again after their period, before time 0 too.
     pub fn evaluate(&self, time: f64, pose: &mut Pose) {
         if pose.world.len() != self.nodes.len() {
             pose.clone_from(&self.rest);
@@ -214,7 +240,7 @@ impl Rig {
         let mut trs = rest.trs;
         let mut placed = false;
         for track in tracks {
-            let time = if track.duration > 0.0 { time.rem_euclid(track.duration) } else { time };
+            let time = if track.period > 0.0 { time.rem_euclid(track.period) } else { time };
             let mut vector = [0.0; 3];
             match track.property {
                 Property::Rotation => trs.rotation = track.sampler.sample_rotation(time),
@@ -296,7 +322,7 @@ mod tests {
     fn track(node: u32, property: Property, times: &[f32], values: &[f32]) -> Track {
         let width = values.len() / times.len();
         let sampler = Sampler::new(times.to_vec(), values.to_vec(), width, Interpolation::Linear).unwrap();
-        Track { node, property, duration: sampler.end(), sampler }
+        Track { node, property, period: sampler.end(), sampler }
     }
 
     /// A child listed before its parent, which turns about +Y once in four seconds.
@@ -360,5 +386,7 @@ mod tests {
         assert_eq!("2".parse(), Ok(AnimationChoice::Index(2)));
         assert_eq!("Walk".parse(), Ok(AnimationChoice::Name("Walk".into())));
         assert!("".parse::<AnimationChoice>().is_err());
+        assert_eq!(["loop", "hold"].map(str::parse), [Ok(AnimationEnd::Loop), Ok(AnimationEnd::Hold)]);
+        assert!("stop".parse::<AnimationEnd>().is_err());
     }
 }

@@ -21,7 +21,8 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// A sampler with keys at `times` (seconds, rising) and `width` numbers a value.
+    /// A sampler with keys at `times` (seconds, rising; keys before 0 only matter as starts of what is under way at 0) and `width`
+    /// numbers a value.
     ///
     /// # Errors
     /// In words: no keys, times that do not rise or are not finite, numbers that are not finite or not as many as the keys take.
@@ -33,8 +34,8 @@ impl Sampler {
     ) -> Result<Self, String> {
         let per_key = if interpolation == Interpolation::CubicSpline { 3 * width } else { width };
         let rising = times.windows(2).all(|pair| pair[0] < pair[1]);
-        if times.is_empty() || !rising || !times.iter().all(|t| t.is_finite() && *t >= 0.0) {
-            return Err("the times of the keys do not rise from 0 or later".into());
+        if times.is_empty() || !rising || !times.iter().all(|t| t.is_finite()) {
+            return Err("the times of the keys are not finite numbers that rise from key to key".into());
         }
         if Some(values.len()) != times.len().checked_mul(per_key) {
             return Err(format!(
@@ -49,7 +50,7 @@ impl Sampler {
         Ok(Self { times, values, width, interpolation })
     }
 
-    /// Time of the last key, seconds.
+    /// Time of the last key, seconds; may be negative.
     pub fn end(&self) -> f64 {
         self.times.last().copied().unwrap_or_default().into()
     }
@@ -236,6 +237,6 @@ mod tests {
         assert!(refused(&[0.0, f32::NAN], &[0.0, 0.0], Interpolation::Step).contains("rise"));
         assert!(refused(&[0.0, 1.0], &[0.0], Interpolation::Linear).contains("2 keys"));
         assert!(refused(&[0.0, 1.0], &[0.0; 2], Interpolation::CubicSpline).contains("3 numbers"));
-        assert!(refused(&[0.0], &[f32::INFINITY], Interpolation::Linear).contains("finite"));
+        assert!(refused(&[0.0], &[f32::INFINITY], Interpolation::Linear).contains("value is not finite"));
     }
 }

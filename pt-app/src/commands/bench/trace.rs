@@ -7,6 +7,7 @@ use pt_core::trace::bench::{BenchOptions, bench, default_size};
 use pt_core::{Device, DeviceOptions};
 use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_image::image_file::ImageSize;
+use pt_import::LoadOptions;
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
 use serde_json::json;
 use std::io::Write;
@@ -17,6 +18,9 @@ use std::path::PathBuf;
 pub struct BenchTraceArgs {
     /// glTF or GLB file, or the name of a built-in scene.
     pub scene: String,
+    /// Read buffers and images that are not beside or below the scene file, too.
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Also write the rows to this JSON file.
     #[arg(long, value_name = "F")]
     pub json: Option<PathBuf>,
@@ -42,7 +46,8 @@ pub fn run(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
         check_writable(path)?;
     }
-    let scene = pt_import::open(&args.scene, &Default::default())?;
+    let options = LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() };
+    let scene = pt_import::open(&args.scene, &options)?;
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
     let size = args.size.map_or_else(|| default_size(&device), <[u32; 2]>::from);
     let options = BenchOptions { size, windows: args.windows, seed: args.seed };

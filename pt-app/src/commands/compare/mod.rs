@@ -101,7 +101,11 @@ fn requested(args: &CompareArgs) -> Vec<Metric> {
 }
 
 fn read_region(args: &CompareArgs, path: &Path) -> Result<LinearImage> {
-    cut(LinearImage::read(path)?, args.region, path)
+    let (image, notices) = LinearImage::read_with_notices(path)?;
+    for notice in notices {
+        print_warning(&format!("{}: {notice}", path.display()));
+    }
+    cut(image, args.region, path)
 }
 
 /// The variances of a Monte Carlo estimate, in the same rectangle.
