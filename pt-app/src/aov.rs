@@ -94,7 +94,15 @@ pub fn layers(full: &FullFrame, params: &FrameParams, aovs: &[ChannelId]) -> Res
     } else {
         let [width, height] = full.radiance().extent();
         let mut file = LayeredImage::new(width, height)?;
-        file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
+        let mut radiance = full.radiance().read_f32()?;
+        let mut names = vec!["R", "G", "B"];
+        if let Some(matte) = full.matte() {
+            // As is the custom in EXR files, radiance stays premultiplied.
+            let matte = matte.read_f32()?;
+            radiance.chunks_exact_mut(4).zip(matte.chunks_exact(4)).for_each(|(to, from)| to[3] = from[3]);
+            names.push("A");
+        }
+        file.layers.push(Layer::from_interleaved("", &names, 4, &radiance));
         file
     };
     for &id in aovs {

@@ -20,15 +20,36 @@ impl Output {
         Ok(Self { path: path.into(), format })
     }
 
-    /// PNG or EXR.
+    /// The kind of file.
     pub fn format(&self) -> OutputFormat {
         self.format
     }
 
-    /// The file of frame `index`; `None` when that is not the `last` one, and only that is written.
-    pub fn of_frame(&self, index: u32, last: u32) -> Option<PathBuf> {
-        numbered(&self.path, index).or_else(|| (index == last).then(|| self.path.clone()))
+    /// The file of frame `index`; `None` when that is not the last one, and only that is written.
+    pub fn of_frame(&self, index: u32, is_last: bool) -> Option<PathBuf> {
+        numbered(&self.path, index).or_else(|| is_last.then(|| self.path.clone()))
     }
+}
+
+/// Whether `file`, which exists and has no links in its path, is the output `path`, or one of its frames.
+pub fn stands_for(path: &Path, file: &Path) -> bool {
+    if path.canonicalize().is_ok_and(|path| path == file) {
+        return true;
+    }
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if folder.canonicalize().ok().as_deref() != file.parent() {
+        return false;
+    }
+    let number = |(start, end): (&str, &str)| -> Option<u32> {
+        file.file_name()?.to_str()?.strip_prefix(start)?.strip_suffix(end)?.parse().ok()
+    };
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let parts = name.rfind('#').map(|last| (name[..=last].trim_end_matches('#'), &name[last + 1..]));
+    let index = parts.and_then(number);
+    index.is_some_and(|index| numbered(path, index).is_some_and(|path| path.file_name() == file.file_name()))
 }
 
 /// `None` without a run of `#` in the file's name. The last run counts.

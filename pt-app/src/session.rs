@@ -2,6 +2,7 @@
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail};
+use pt_core::memory::{check_size, host_free_bytes};
 use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
@@ -99,6 +100,15 @@ impl Session {
             _ => Ok(()),
         }
     }
+}
+
+/// Checks that the host has memory for an image of `size` pixels with `per_pixel` bytes each, before the work begins.
+///
+/// # Errors
+/// What would fit.
+pub fn check_host_memory(what: &str, size: [u32; 2], per_pixel: u64) -> pt_core::Result<()> {
+    let bytes = size.iter().map(|&side| u64::from(side)).product::<u64>() * per_pixel;
+    host_free_bytes().map_or(Ok(()), |free| check_size(what, size, bytes, "the host", free))
 }
 
 /// Joins a thread and returns its result; forwards its panic.

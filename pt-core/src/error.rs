@@ -64,7 +64,10 @@ pub enum Error {
         result: vk::Result,
     },
     /// Device memory could not be had.
-    #[error("{name}: could not allocate {bytes} bytes of device memory: {reason}")]
+    #[error(
+        "{name}: the device did not give {} of memory ({reason}); ask for a smaller image or scene, or another device",
+        crate::memory::gib(*bytes)
+    )]
     Allocation {
         /// Resource.
         name: String,
@@ -72,6 +75,20 @@ pub enum Error {
         bytes: u64,
         /// The allocator's answer.
         reason: String,
+    },
+    /// What was asked for takes more memory than is free.
+    #[error("{what} needs {needs}, {place} has {free} of free memory; {fits}")]
+    TooLarge {
+        /// What was asked for, with its size.
+        what: String,
+        /// The memory that it takes.
+        needs: String,
+        /// Whose memory it is.
+        place: &'static str,
+        /// How much of that is free.
+        free: String,
+        /// What would fit.
+        fits: String,
     },
     /// A kernel's SPIR-V does not agree with the host side.
     #[error("kernel {kernel}: {problem}")]

@@ -1,8 +1,9 @@
-//! Images on disk: multi-layer EXR, 8-bit sRGB PNG, and a reader of all supported kinds into linear RGB.
+//! Images on disk: multi-layer EXR, 8-bit sRGB PNG and JPEG, and a reader of all supported kinds into linear RGB.
 //!
 //! Row 0 is the top. All writes go through [`crate::atomic_file`], and the same content gives the same bytes.
 
 mod exr_file;
+mod jpeg_file;
 mod linear;
 mod png_file;
 mod srgb;
@@ -13,6 +14,7 @@ use std::str::FromStr;
 
 use half::f16;
 
+pub use jpeg_file::write_jpeg;
 pub use linear::{ImageState, LinearImage};
 pub use png_file::{PixelLayout, write_png, write_png_pq};
 pub use srgb::{srgb_decode, srgb_encode, srgb_encode_8bit};
@@ -115,6 +117,8 @@ impl FromStr for ImageSize {
 pub enum OutputFormat {
     /// 8 bits, sRGB.
     Png,
+    /// 8 bits, sRGB, with loss.
+    Jpeg,
     /// Linear floating point, any number of layers.
     Exr,
 }
@@ -127,11 +131,12 @@ impl OutputFormat {
     pub fn of(path: &Path) -> Result<Self, ImageFileError> {
         match extension(path).as_str() {
             "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
             "exr" => Ok(Self::Exr),
             other => Err(ImageFileError::Extension {
                 path: path.into(),
                 extension: other.into(),
-                expected: "png, exr",
+                expected: "png, jpg, exr",
             }),
         }
     }
@@ -270,6 +275,12 @@ impl LayeredImage {
         let bytes =
             exr_file::encode(self).map_err(|reason| ImageFileError::Encode { path: path.into(), reason })?;
         Ok(crate::atomic_file::write_atomic(path, &bytes)?)
+    }
+
+    /// The text attributes of an EXR alone, from its headers; empty for a file that is none.
+    pub fn read_metadata(path: &Path) -> BTreeMap<String, String> {
+        let bytes = if extension(path) == "exr" { crate::atomic_file::read(path).ok() } else { None };
+        bytes.and_then(|bytes| exr_file::decode_metadata(&bytes)).unwrap_or_default()
     }
 
     /// Reads an EXR: all flat parts at their largest resolution. In a multi-part file the name of the part becomes
