@@ -70,14 +70,16 @@ fn wrong_command_lines_are_answered_in_plain_words() {
     fs::create_dir(at.join("folder")).unwrap();
     fs::write(at.join("a.toml"), "[post]\ntonemap = 3\n").unwrap();
     fs::write(at.join("b.toml"), "[post\n").unwrap();
-    fs::write(at.join("not.exr"), "text").unwrap();
+    for name in ["not.exr", "cube.obj", "picture.png"] {
+        fs::write(at.join(name), "text").unwrap();
+    }
     for (line, parts) in [
         // Names of other programs and of other commands.
         ("render cornell --spp 4 -o a.png", &["--spp", "use --frames <N>"][..]),
         ("render cornell --samples=4 -o a.png", &["use --frames <N>"]),
         ("reference cornell --frames 4 -o a.exr", &["use --spp <N>"]),
         ("reference cornell --bounces 4 -o a.exr", &["use --max-bounces <B>"]),
-        ("render cornell --bounces 4 -o a.png", &["pt reference --max-bounces has"]),
+        ("render cornell --bounces 4 -o a.png", &["pt reference has --max-bounces"]),
         ("render cornell --width 64 --height 48 -o a.png", &["--width", "use --size <WxH>"]),
         ("render cornell --resolution 64x48 -o a.png", &["use --size <WxH>"]),
         ("render --scene cornell -o a.png", &["the argument <SCENE>"]),
@@ -87,19 +89,19 @@ fn wrong_command_lines_are_answered_in_plain_words() {
         ("render cornell --fov 40 -o a.png", &["use --vfov <DEG>"]),
         ("passes cornell", &["--scene <S>"]),
         ("rendr cornell -o a.png", &["render"]),
-        ("cornell", &["cornell"]),
+        ("cornell", &["'cornell' is no command of pt", "render, "]),
         ("scene.gltf", &["use pt render scene.gltf"]),
         ("diff a.exr b.exr", &["use pt compare"]),
         // Wrong order and forgotten names.
         ("render cornell a.png", &["-o a.png"]),
         ("render -o a.png", &["<SCENE>"]),
-        ("render cornell", &["--output"]),
-        ("-o a.png render cornell", &["-o"]),
+        ("render cornell", &["pt render needs --output", "Image to write"]),
+        ("-o a.png render cornell", &["stands after it, for example pt render -o"]),
         ("render cornell -o a.png -size 8x8", &["two dashes", "--size"]),
         ("render cornell -o a.png --Size 8x8", &["use --size"]),
         // Values.
         ("render cornell --size 8 -o a.png", &["WIDTHxHEIGHT"]),
-        ("render cornell --size -8x8 -o a.png", &["--size"]),
+        ("render cornell --size -8x8 -o a.png", &["negative", "--size"]),
         ("render cornell --size 65536x65536 -o a.png", &["65536x65536", "16384"]),
         ("render cornell --frames -5 -o a.png", &["-5", "--frames"]),
         ("render cornell --frames 1.5 -o a.png", &["1.5", "whole number"]),
@@ -108,36 +110,43 @@ fn wrong_command_lines_are_answered_in_plain_words() {
         ("render cornell --time NaN -o a.png", &["finite"]),
         ("render cornell --fps -1 -o a.png", &["above 0"]),
         ("reference cornell --spp 0 -o a.exr", &["spp"]),
-        ("reference cornell --spp 1e9 -o a.exr", &["spp"]),
+        ("reference cornell --spp 1e9 -o a.exr", &["spp", "a whole number"]),
         ("reference cornell --checkpoint-interval soon -o a.exr", &["expected a number"]),
         ("reference cornell --spp-range 4..2 -o a.exr", &["empty"]),
         // Knobs and profiles.
         ("render cornell --set post.tonmap=aces -o a.png", &["post.tonemap"]),
-        ("render cornell --set post.tonemap=3 -o a.png", &["post.tonemap"]),
+        ("render cornell --set post.tonemap=3 -o a.png", &["post.tonemap", "aces, aces-hill"]),
         ("render cornell --set post.taa=true -o a.png", &["post.taa"]),
-        ("render cornell --set gbuffer.reflect_refract=many -o a.png", &["gbuffer.reflect_refract"]),
+        ("render cornell --set gbuffer.reflect_refract=many -o a.png", &["gbuffer.reflect_refract", "0 to"]),
         ("render cornell --set post.ev100=NaN -o a.png", &["post.ev100"]),
-        ("render cornell --profile a.toml -o a.png", &["a.toml", "post.tonemap"]),
+        ("render cornell --profile a.toml -o a.png", &["a.toml", "post.tonemap", "aces, aces-hill"]),
         ("render cornell --profile b.toml -o a.png", &["b.toml", "line 1"]),
         ("render cornell --profile folder -o a.png", &["folder"]),
         // Files.
         ("render folder -o a.png", &["folder"]),
-        ("render not.exr -o a.png", &["not.exr", "not a glTF"]),
-        ("render cornell -o folder", &["folder"]),
+        ("render not.exr -o a.png", &["not.exr", "is an image, not a glTF 2.0 file", "--env"]),
+        ("reference cube.obj -o a.exr", &["cube.obj", "another format", "glTF"]),
+        ("scenes picture.png", &["picture.png", "is an image"]),
+        ("render cornell -o folder", &["folder: is a folder; give the name of an image"]),
+        ("render cornell -o picture", &["no extension", "png, jpg, exr"]),
         ("render cornell -o /proc/a.png", &["/proc/a.png"]),
         ("compare a.exr b.exr", &["a.exr", "No such file"]),
         ("compare not.exr not.exr", &["not.exr"]),
-        ("replay folder --from post -o a.png", &["folder"]),
+        ("replay folder --from post -o a.png", &["folder: is no capture"]),
         ("merge not.exr -o a.exr", &["not.exr"]),
         ("scenes folder", &["folder"]),
         ("knobs psot", &["psot", "post"]),
         ("render cornell --background transparent -o a.jpg", &["a.jpg has no alpha"]),
         ("render cornell --background transparent --bloom -o a.png", &["--bloom=off"]),
         ("render cornell --background transparent --profile realtime -o a.png", &["--accumulate"]),
+        (
+            "render cornell --set denoise.fixed_albedo=dark -o a.png",
+            &["denoise.fixed_albedo", "0 to 1, or none"],
+        ),
     ] {
         refused(at, line, parts);
     }
-    assert!(fs::read_dir(at).unwrap().count() == 4, "nothing was written");
+    assert!(fs::read_dir(at).unwrap().count() == 6, "nothing was written");
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn a_transparent_background_has_alpha() {
     let at = folder.path();
     write_sky(&at.join("sky.exr"), SKY);
     // From outside, so that the box has edges against the sky.
-    let line = "render cornell --look 1.5,1.2,6,0,1,0 --size 48x32 --backend compute --env sky.exr --accumulate --ev 2 --tonemap none \
+    let line = "render cornell --look -0.2,0.3,1.4,-0.278,0.27,-0.28 --size 48x32 --backend compute --env sky.exr --accumulate --ev 2 --tonemap none \
                 --set post.dither=false";
     let transparent = "--background transparent";
     succeeds(at, &format!("{line} --frames 16 -o opaque.exr"));
@@ -169,7 +169,7 @@ fn inputs_are_never_overwritten() {
         ("reference cornell --size 8x8 -o a.exr --checkpoint a.exr", "it is given twice"),
         ("merge r0.exr r1.exr -o r0.exr", "it is one of the slices"),
         ("sheet paint.png r0.exr -o paint.png", "it is one of the images"),
-        ("replay c --from post -o c/frame_#.exr", "it is a file of the capture"),
+        ("replay c --from post -o c/frame_######.exr", "it is a file of the capture"),
         ("bench trace scene.gltf --json scene.gltf", "it is the scene"),
     ] {
         let (code, _, said) = run(at, line);

@@ -6,7 +6,7 @@ use crate::frame::{FullFrame, Moment};
 use crate::interrupt::{self, Interrupt};
 use crate::params::FrameParams;
 use crate::progress::Progress;
-use crate::session::{Session, fold_seed};
+use crate::session::{Session, fold_seed, open_scene};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use pt_core::Recorder;
@@ -44,7 +44,7 @@ pub struct CaptureArgs {
 pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
     let params = args.frame.params()?;
     let range = &args.frames.0;
-    let scene = pt_import::open(&args.frame.scene.file, &args.frame.scene.load_options())?;
+    let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
     }

@@ -73,13 +73,19 @@ const NUMBERS: &[(&str, &str)] = &[
 /// The error as one line. `words`: the command line with the program's name.
 pub(super) fn message(error: &Error, root: &Command, words: &[String]) -> String {
     let (path, command) = command_of(root, words);
+    if error.kind() == ErrorKind::MissingRequiredArgument
+        && let Some(ContextValue::Strings(missing)) = error.get(ContextKind::InvalidArg)
+    {
+        let missing: Vec<_> = missing.iter().map(|text| described(text, command)).collect();
+        return format!("{path} needs {} (see {path} --help)", missing.join(", and "));
+    }
     let found = match (error.kind(), invalid(error, ContextKind::InvalidArg)) {
         (ErrorKind::UnknownArgument, Some(word)) => unknown_argument(&word, root, &path, command, words),
         _ => None,
     };
     let found = found.or_else(|| {
         let word = invalid(error, ContextKind::InvalidSubcommand)?;
-        unknown_command(&word, &path, command)
+        unknown_command(error, &word, &path, command)
     });
     let message = found.unwrap_or_else(|| flat(&error.render().to_string()));
     format!("{message} (see {path} --help)")
@@ -114,12 +120,20 @@ fn unknown_argument(
         return stray_word(word, path, command);
     }
     if word.parse::<f64>().is_ok() {
-        let at = words.iter().position(|other| other == word).unwrap_or(0);
+        let at = words.iter().position(|other| other.starts_with(word)).unwrap_or(0);
         let before = words[..at].last().and_then(|other| option(command, name_of(other)));
         return before
             .map(|arg| format!("a negative number is not possible here: {word} for {}", describe(arg)));
     }
     let is_long = word.starts_with("--");
+    if command.has_subcommands()
+        && let Some(example) = command.get_subcommands().find(|next| takes(next, word))
+    {
+        let name = example.get_name();
+        return Some(format!(
+            "{word} is an option of a command and stands after it, for example {path} {name} {word}"
+        ));
+    }
     // `-size 8x8` reaches the parser as `-s`: the word itself says what was meant.
     let single = |other: &&String| !is_long && other.starts_with(word) && !other.starts_with("--");
     if let Some(whole) = words.iter().find(single)
@@ -147,8 +161,9 @@ fn unknown_argument(
     }
     let mut elsewhere = Vec::new();
     commands_with(root, root.get_name(), group, &mut elsewhere);
-    let first = elsewhere.first()?;
-    Some(format!("{path} has no option {word} and none like it; {first} has"))
+    // Commands themselves before those of a group of commands.
+    let (there, option) = elsewhere.iter().min_by_key(|(path, _)| path.split(' ').count())?;
+    Some(format!("{path} has no option {word} and none like it; {there} has --{option}"))
 }
 
 /// A word where no argument is expected.
@@ -175,7 +190,7 @@ fn stray_word(word: &str, path: &str, command: &Command) -> Option<String> {
     Some(format!("unexpected argument '{word}': {hint}"))
 }
 
-fn unknown_command(word: &str, path: &str, command: &Command) -> Option<String> {
+fn unknown_command(error: &Error, word: &str, path: &str, command: &Command) -> Option<String> {
     let group = COMMANDS.iter().find(|group| group.contains(&word.to_lowercase().as_str()));
     if let Some(meant) = group.and_then(|group| command.find_subcommand(group[0])) {
         let name = meant.get_name();
@@ -185,12 +200,30 @@ fn unknown_command(word: &str, path: &str, command: &Command) -> Option<String> 
     if is_scene && command.find_subcommand("render").is_some() {
         return Some(format!("'{word}' is no command of {path}; use {path} render {word} -o OUT.png"));
     }
-    None
+    let names: Vec<_> = command.get_subcommands().map(Command::get_name).collect();
+    let is_like_none = error.get(ContextKind::SuggestedSubcommand).is_none();
+    is_like_none.then(|| format!("'{word}' is no command of {path}; the commands are {}", names.join(", ")))
 }
 
 /// Without dashes and value.
 fn name_of(word: &str) -> &str {
     word.trim_start_matches('-').split('=').next().unwrap_or_default()
+}
+
+/// How clap writes an argument, with the first sentence of its help if it is one of the command.
+fn described(text: &str, command: &Command) -> String {
+    let is_it = |arg: &&Arg| match arg.get_long() {
+        Some(name) => text.starts_with("--") && name_of(text).split(' ').next() == Some(name),
+        None => placeholder(arg).is_some_and(|name| text.starts_with(&format!("<{name}>"))),
+    };
+    let arg = command.get_arguments().find(is_it);
+    let sentence = arg.map(first_sentence).filter(|sentence| !sentence.is_empty());
+    sentence.map_or(text.to_owned(), |sentence| format!("{text} ({sentence})"))
+}
+
+fn takes(command: &Command, word: &str) -> bool {
+    let short = |arg: &Arg| arg.get_short().is_some_and(|short| word == format!("-{short}"));
+    option(command, name_of(word)).is_some() || command.get_arguments().any(short)
 }
 
 fn option<'a>(command: &'a Command, name: &str) -> Option<&'a Arg> {
@@ -218,14 +251,18 @@ fn describe(arg: &Arg) -> String {
         Some(name) => format!("--{name}{value}"),
         None => format!("the argument{value}, which has no name in front"),
     };
-    let help = arg.get_help().map(|help| help.to_string()).unwrap_or_default();
-    let sentence = help.split(". ").next().unwrap_or_default().trim_end_matches('.').trim();
+    let sentence = first_sentence(arg);
     if sentence.is_empty() { written } else { format!("{written} ({sentence})") }
 }
 
-fn commands_with(command: &Command, path: &str, group: &[&str], found: &mut Vec<String>) {
+fn first_sentence(arg: &Arg) -> String {
+    let help = arg.get_help().map(|help| help.to_string()).unwrap_or_default();
+    help.split(". ").next().unwrap_or_default().trim_end_matches('.').trim().to_owned()
+}
+
+fn commands_with(command: &Command, path: &str, group: &[&str], found: &mut Vec<(String, String)>) {
     let arg = group.iter().find_map(|name| option(command, name)).and_then(Arg::get_long);
-    found.extend(arg.map(|name| format!("{path} --{name}")));
+    found.extend(arg.map(|name| (path.to_owned(), name.to_owned())));
     for next in command.get_subcommands() {
         commands_with(next, &format!("{path} {}", next.get_name()), group, found);
     }
@@ -288,7 +325,7 @@ mod tests {
             ("pt reference s --max_bounces 2", "use --max-bounces <B>"),
             (
                 "pt render s --bounces 2",
-                "pt render has no option --bounces and none like it; pt reference --max-bounces has",
+                "pt render has no option --bounces and none like it; pt reference has --max-bounces",
             ),
             ("pt render s out.png", "the image to write is given by -o out.png"),
             ("pt render s sky.hdr", "--env sky.hdr"),
@@ -297,6 +334,14 @@ mod tests {
             ("pt render s --frames -5", "a negative number is not possible here: -5 for --frames <N>"),
             ("pt a.glb", "use pt render a.glb -o OUT.png"),
             ("pt trace s", "use pt reference"),
+            ("pt cornell", "'cornell' is no command of pt; the commands are render, reference, passes"),
+            (
+                "pt --size 8x8 render s",
+                "--size is an option of a command and stands after it, for example pt render --size",
+            ),
+            ("pt -o a.png render s", "for example pt render -o"),
+            ("pt render s --frames -8x8", "-8 for --frames <N>"),
+            ("pt render", "pt render needs <SCENE> (A scene)"),
         ] {
             let text = refused(line);
             assert!(text.contains(says), "{line}: {text}");

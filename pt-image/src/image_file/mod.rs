@@ -44,7 +44,7 @@ pub enum ImageFileError {
         height: u64,
     },
     /// The extension does not name a kind of image that is supported here.
-    #[error("{}: unknown image extension {extension:?}, use one of: {expected}", path.display())]
+    #[error("{}: {}, use one of: {expected}", path.display(), extension_problem(path, extension))]
     Extension {
         /// The file.
         path: PathBuf,
@@ -151,6 +151,15 @@ pub fn check_output(path: &Path) -> Result<OutputFormat, ImageFileError> {
     let format = OutputFormat::of(path)?;
     check_writable(path)?;
     Ok(format)
+}
+
+/// What is wrong with the extension of an image.
+fn extension_problem(path: &Path, extension: &str) -> String {
+    match extension {
+        "" if path.is_dir() => "is a folder; give the name of an image".into(),
+        "" => "the name has no extension that says the kind of image".into(),
+        _ => format!("unknown image extension \"{extension}\""),
+    }
 }
 
 /// Lower-case extension, empty without one.

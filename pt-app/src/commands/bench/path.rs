@@ -3,7 +3,7 @@
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::commands::reference::BYTES_PER_PIXEL;
 use crate::inputs::Inputs;
-use crate::session::{Session, check_host_memory};
+use crate::session::{Session, check_host_memory, open_scene};
 use anyhow::Result;
 use clap::Args;
 use pt_core::trace::{NativeRays, RayKind};
@@ -99,7 +99,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     }
     let size = [args.size.width, args.size.height];
     check_host_memory("a reference image", size, BYTES_PER_PIXEL)?;
-    let scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
+    let scene = open_scene(&args.scene.file, &args.scene.load_options())?;
     let mut session = Session::open(&args.device, &args.camera, scene)?;
     let record = camera_record(&session.camera.at(args.scene.time), size);
     let native =

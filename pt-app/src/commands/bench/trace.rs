@@ -1,7 +1,7 @@
 //! `pt bench trace` measures rays per second of every backend and of the CPU.
 
 use crate::inputs::Inputs;
-use crate::session::check_host_memory;
+use crate::session::{check_host_memory, open_scene};
 use anyhow::Result;
 use clap::Args;
 use pt_core::trace::RayKind;
@@ -48,7 +48,7 @@ pub fn run(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
         Inputs::default().with("the scene", [&args.scene]).check([path])?;
         check_writable(path)?;
     }
-    let scene = pt_import::open(&args.scene, &Default::default())?;
+    let scene = open_scene(&args.scene, &Default::default())?;
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
     let size = args.size.map_or_else(|| default_size(&device), <[u32; 2]>::from);
     check_host_memory("a list of rays", size, BYTES_PER_PIXEL)?;

@@ -9,7 +9,7 @@ use crate::inputs::Inputs;
 use crate::interrupt::Interrupt;
 use crate::origin::Origin;
 use crate::progress::Progress;
-use crate::session::{Session, check_host_memory, fold_seed};
+use crate::session::{Session, check_host_memory, fold_seed, open_scene};
 use anyhow::{Result, bail, ensure};
 use files::{check_exr, write};
 use pt_core::capture::keys;
@@ -39,7 +39,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         check_writable(path)?;
     }
     let params = args.params()?;
-    let mut scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
+    let mut scene = open_scene(&args.scene.file, &args.scene.load_options())?;
     scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
     for notice in &scene.notices {
         print_warning(notice);

@@ -12,7 +12,7 @@ use crate::origin::Origin;
 use crate::output::Output;
 use crate::params::FrameParams;
 use crate::progress::Progress;
-use crate::session::{Session, check_host_memory, fold_seed};
+use crate::session::{Session, check_host_memory, fold_seed, open_scene};
 use anyhow::Result;
 use pt_core::Recorder;
 use pt_core::capture::keys;
@@ -37,7 +37,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
         encoding.check_file(path)?;
     }
-    let scene = pt_import::open(&args.frame.scene.file, &args.frame.scene.load_options())?;
+    let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
     }

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use crate::args::LoadArgs;
 use crate::inputs::gltf_json;
+use crate::session::open_scene;
 use stats::{ExtensionStats, SceneStats};
 use text::extension_line;
 
@@ -68,7 +69,7 @@ fn list() -> Value {
 }
 
 fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
-    let scene = match pt_import::open(name, &args.load.load_options()) {
+    let scene = match open_scene(name, &args.load.load_options()) {
         Ok(scene) => scene,
         Err(error) => {
             // Which extensions a refused file names is what its owner wants to know.
@@ -81,7 +82,7 @@ fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
                     writeln!(out, "{:12} {}", "extension", extension_line(e))?;
                 }
             }
-            return Err(error.into());
+            return Err(error);
         }
     };
     let stats = SceneStats::of(&scene, args.clusters as usize);
