@@ -72,7 +72,10 @@ fn named(
 ) -> Result<ChannelId> {
     let Some(id) = images.ids().find(|id| id.full_name() == name) else {
         let names: Vec<_> = images.ids().map(ChannelId::full_name).collect();
-        bail!("--aov {name}: no such image in this frame; there are {}", names.join(", "))
+        let like: Vec<_> = names.iter().filter(|known| known.contains(name)).map(String::as_str).collect();
+        let like =
+            if like.is_empty() { String::new() } else { format!("; close to it: {}", like.join(", ")) };
+        bail!("--aov {name}: no such image in this frame{like}; there are {}", names.join(", "))
     };
     let [width, height] = layer_size(id);
     ensure!(

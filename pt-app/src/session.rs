@@ -1,7 +1,7 @@
 //! Set-up that all commands share that run the frame: device, scene, camera.
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use pt_core::memory::{check_size, host_free_bytes};
 use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
@@ -43,6 +43,10 @@ const OTHER_FILES: &[(&[&str], &str)] = &[
 /// # Errors
 /// A file of another kind, with what to do; else those of the importer.
 pub fn open_scene(file: &str, options: &LoadOptions) -> Result<Scene> {
+    ensure!(
+        !file.is_empty(),
+        "the name of the scene is empty; give a glTF file or a built-in scene (pt scenes)"
+    );
     let path = Path::new(file);
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let other = OTHER_FILES.iter().find(|(kinds, _)| kinds.contains(&extension.as_str()));
@@ -141,7 +145,7 @@ impl Session {
 ///
 /// # Errors
 /// What would fit.
-pub fn check_host_memory(what: &str, size: [u32; 2], per_pixel: u64) -> pt_core::Result<()> {
+pub fn check_host_memory(what: &'static str, size: [u32; 2], per_pixel: u64) -> pt_core::Result<()> {
     let bytes = size.iter().map(|&side| u64::from(side)).product::<u64>() * per_pixel;
     host_free_bytes().map_or(Ok(()), |free| check_size(what, size, bytes, "the host", free))
 }

@@ -1,5 +1,6 @@
 //! Errors of device, kernels, frames and scenes.
 
+use crate::memory::gib;
 use ash::vk;
 
 /// Errors of the GPU side of pt-core. Each message names the thing and, where there is one, the way out.
@@ -66,7 +67,7 @@ pub enum Error {
     /// Device memory could not be had.
     #[error(
         "{name}: the device did not give {} of memory ({reason}); ask for a smaller image or scene, or another device",
-        crate::memory::gib(*bytes)
+        gib(*bytes)
     )]
     Allocation {
         /// Resource.
@@ -76,19 +77,23 @@ pub enum Error {
         /// The allocator's answer.
         reason: String,
     },
-    /// What was asked for takes more memory than is free.
-    #[error("{what} needs {needs}, {place} has {free} of free memory; {fits}")]
+    /// Images of a size that takes more memory than is free.
+    #[error(
+        "{what} of {}x{} needs {}, {place} has {} of free memory; {}x{} fits", size[0], size[1], gib(*bytes), gib(*free), fits[0], fits[1]
+    )]
     TooLarge {
-        /// What was asked for, with its size.
-        what: String,
+        /// What was asked for.
+        what: &'static str,
+        /// Its size in pixels.
+        size: [u32; 2],
         /// The memory that it takes.
-        needs: String,
+        bytes: u64,
         /// Whose memory it is.
         place: &'static str,
         /// How much of that is free.
-        free: String,
-        /// What would fit.
-        fits: String,
+        free: u64,
+        /// The largest size of the same shape that fits.
+        fits: [u32; 2],
     },
     /// A kernel's SPIR-V does not agree with the host side.
     #[error("kernel {kernel}: {problem}")]

@@ -30,19 +30,19 @@ pub fn host_free_bytes() -> Option<u64> {
 ///
 /// # Errors
 /// [`Error::TooLarge`], with the largest size of the same shape that fits.
-pub fn check_size(what: &str, size: [u32; 2], bytes: u64, place: &'static str, free: u64) -> Result<()> {
+pub fn check_size(
+    what: &'static str,
+    size: [u32; 2],
+    bytes: u64,
+    place: &'static str,
+    free: u64,
+) -> Result<()> {
     if bytes as f64 <= USABLE * free as f64 {
         return Ok(());
     }
     let side = (USABLE * free as f64 / bytes as f64).sqrt();
-    let [width, height] = size.map(|n| ((f64::from(n) * side) as u32).max(1));
-    Err(Error::TooLarge {
-        what: format!("{what} of {}x{}", size[0], size[1]),
-        needs: gib(bytes),
-        place,
-        free: gib(free),
-        fits: format!("{width}x{height} fits"),
-    })
+    let fits = size.map(|n| ((f64::from(n) * side) as u32).max(1));
+    Err(Error::TooLarge { what, size, bytes, place, free, fits })
 }
 
 /// Bytes for messages.

@@ -4,6 +4,7 @@ use crate::args::FrameArgs;
 use crate::args::values::FrameRange;
 use crate::frame::{FullFrame, Moment};
 use crate::interrupt::{self, Interrupt};
+use crate::output::check_folder;
 use crate::params::FrameParams;
 use crate::progress::Progress;
 use crate::session::{Session, fold_seed, open_scene};
@@ -42,6 +43,7 @@ pub struct CaptureArgs {
 /// # Errors
 /// Unknown names, files that can't be read or written, a device that can't do it. Frames that were recorded stay.
 pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
+    check_folder(&args.output)?;
     let params = args.frame.params()?;
     let range = &args.frames.0;
     let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;

@@ -58,7 +58,7 @@ pub struct ReplayArgs {
 /// # Errors
 /// A capture that can't be read or does not fit, unknown knobs, a device that can't do it.
 pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
-    let outputs = args.output.iter().map(|path| Output::new(path)).collect::<Result<Vec<_>, _>>()?;
+    let outputs = args.output.iter().map(|path| Output::new(path)).collect::<Result<Vec<_>>>()?;
     let capture = CaptureFolder::open(&args.capture)?;
     let recorded_files = std::fs::read_dir(&args.capture).into_iter().flatten().flatten();
     Inputs::default()

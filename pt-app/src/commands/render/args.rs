@@ -44,7 +44,8 @@ impl RenderArgs {
     /// # Errors
     /// An unknown extension, a folder that is missing or not writable, a directory, AOVs without an EXR.
     pub fn check_outputs(&self) -> anyhow::Result<Vec<Output>> {
-        let outputs: Vec<_> = self.output.iter().map(|path| Output::new(path)).collect::<Result<_, _>>()?;
+        let outputs: Vec<_> =
+            self.output.iter().map(|path| Output::new(path)).collect::<anyhow::Result<_>>()?;
         if self.aov.is_some() && outputs.iter().all(|output| output.format() != OutputFormat::Exr) {
             bail!("--aov needs an EXR output, {} is none; add -o NAME.exr", self.output[0].display());
         }
