@@ -43,6 +43,7 @@ fn main() {
         CurvePush::glsl(),
         TonemapPush::glsl(),
         AccumulatePush::glsl(),
+        MattePush::glsl(),
         TaaPush::glsl(),
         BlurPush::glsl(),
         MixPush::glsl(),

@@ -72,7 +72,10 @@ fn named(
 ) -> Result<ChannelId> {
     let Some(id) = images.ids().find(|id| id.full_name() == name) else {
         let names: Vec<_> = images.ids().map(ChannelId::full_name).collect();
-        bail!("--aov {name}: no such image in this frame; there are {}", names.join(", "))
+        let like: Vec<_> = names.iter().filter(|known| known.contains(name)).map(String::as_str).collect();
+        let like =
+            if like.is_empty() { String::new() } else { format!("; close to it: {}", like.join(", ")) };
+        bail!("--aov {name}: no such image in this frame{like}; there are {}", names.join(", "))
     };
     let [width, height] = layer_size(id);
     ensure!(
@@ -94,7 +97,15 @@ pub fn layers(full: &FullFrame, params: &FrameParams, aovs: &[ChannelId]) -> Res
     } else {
         let [width, height] = full.radiance().extent();
         let mut file = LayeredImage::new(width, height)?;
-        file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &full.radiance().read_f32()?));
+        let mut radiance = full.radiance().read_f32()?;
+        let mut names = vec!["R", "G", "B"];
+        if let Some(matte) = full.matte() {
+            // As is the custom in EXR files, radiance stays premultiplied.
+            let matte = matte.read_f32()?;
+            radiance.chunks_exact_mut(4).zip(matte.chunks_exact(4)).for_each(|(to, from)| to[3] = from[3]);
+            names.push("A");
+        }
+        file.layers.push(Layer::from_interleaved("", &names, 4, &radiance));
         file
     };
     for &id in aovs {

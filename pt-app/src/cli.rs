@@ -11,14 +11,23 @@ use std::io::Write;
 
 /// Research workbench for real-time path tracing.
 #[derive(Debug, Parser)]
-#[command(name = "pt", version, about, after_help = EXIT_CODES)]
+#[command(name = "pt", version, about, after_help = EXAMPLES)]
 pub struct Cli {
     /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 a check failed, 2 wrong usage or environment.";
+const EXAMPLES: &str = "\
+Examples:
+  pt render gallery -o picture.png                    one frame of a built-in scene
+  pt render scene.gltf --frames 64 --accumulate -o picture.exr
+  pt reference scene.gltf --spp 256 -o truth.exr      the ground truth
+  pt compare picture.exr truth.exr                    error metrics
+  pt scenes                                           the built-in scenes
+  pt render --help                                    the options of a command
+
+Exit codes: 0 done, 1 a check failed, 2 wrong usage or environment.";
 
 /// The commands.
 #[derive(Debug, Subcommand)]

@@ -1,6 +1,7 @@
 //! The images that `pt render` writes.
 
-use pt_image::image_file::{ImageFileError, OutputFormat, check_output};
+use anyhow::{Result, bail};
+use pt_image::image_file::{OutputFormat, check_output};
 use std::path::{Path, PathBuf};
 
 /// An image file: of the last frame, or of each when its name has a run of `#`, which stands for the frame's number
@@ -14,21 +15,68 @@ impl Output {
     /// Checks that it will be possible to write it.
     ///
     /// # Errors
-    /// An unknown extension, a folder that is missing or not writable, a directory.
-    pub fn new(path: &Path) -> Result<Self, ImageFileError> {
+    /// An unknown extension, a folder that is missing or not writable, a directory, a number as `printf` has it.
+    pub fn new(path: &Path) -> Result<Self> {
+        if let Some(width) = printf_width(path) {
+            let hashes = "#".repeat(width);
+            bail!(
+                "{}: a run of # stands for the number of the frame here, for example {hashes}",
+                path.display()
+            );
+        }
         let format = check_output(&numbered(path, 0).unwrap_or_else(|| path.into()))?;
         Ok(Self { path: path.into(), format })
     }
 
-    /// PNG or EXR.
+    /// The kind of file.
     pub fn format(&self) -> OutputFormat {
         self.format
     }
 
-    /// The file of frame `index`; `None` when that is not the `last` one, and only that is written.
-    pub fn of_frame(&self, index: u32, last: u32) -> Option<PathBuf> {
-        numbered(&self.path, index).or_else(|| (index == last).then(|| self.path.clone()))
+    /// The file of frame `index`; `None` when that is not the last one, and only that is written.
+    pub fn of_frame(&self, index: u32, is_last: bool) -> Option<PathBuf> {
+        numbered(&self.path, index).or_else(|| is_last.then(|| self.path.clone()))
     }
+}
+
+/// Checks that a folder can be made at `path`, or is there.
+///
+/// # Errors
+/// A file.
+pub fn check_folder(path: &Path) -> Result<()> {
+    if path.exists() && !path.is_dir() {
+        bail!("{}: is a file; -o takes a folder here", path.display());
+    }
+    Ok(())
+}
+
+/// Whether `file`, which exists and has no links in its path, is the output `path`, or one of its frames.
+pub fn stands_for(path: &Path, file: &Path) -> bool {
+    if path.canonicalize().is_ok_and(|path| path == file) {
+        return true;
+    }
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if folder.canonicalize().ok().as_deref() != file.parent() {
+        return false;
+    }
+    let number = |(start, end): (&str, &str)| -> Option<u32> {
+        file.file_name()?.to_str()?.strip_prefix(start)?.strip_suffix(end)?.parse().ok()
+    };
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    let parts = name.rfind('#').map(|last| (name[..=last].trim_end_matches('#'), &name[last + 1..]));
+    let index = parts.and_then(number);
+    index.is_some_and(|index| numbered(path, index).is_some_and(|path| path.file_name() == file.file_name()))
+}
+
+/// The digits of a frame number written as `%d` or `%04d`; `None` without one.
+fn printf_width(path: &Path) -> Option<usize> {
+    let name = path.file_name()?.to_str()?;
+    let behind = name.split('%').skip(1).find_map(|part| part.split_once('d'));
+    let digits = behind.map(|(digits, _)| digits).filter(|text| text.bytes().all(|b| b.is_ascii_digit()))?;
+    Some(if digits.is_empty() { 1 } else { digits.parse().unwrap_or(1).clamp(1, 9) })
 }
 
 /// `None` without a run of `#` in the file's name. The last run counts.
@@ -51,5 +99,10 @@ mod tests {
         assert_eq!(name("a/f_#.exr", 123).unwrap(), "a/f_123.exr");
         assert_eq!(name("a/#1_##b.exr", 2).unwrap(), "a/#1_02b.exr");
         assert_eq!(name("a##/f.exr", 2), None);
+        for (path, width) in
+            [("f_%04d.png", Some(4)), ("%d.png", Some(1)), ("50%done.png", None), ("a.png", None)]
+        {
+            assert_eq!(printf_width(path.as_ref()), width, "{path}");
+        }
     }
 }

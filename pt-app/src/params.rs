@@ -1,8 +1,10 @@
 //! All knobs: one tree for the frame, one for the reference. `--set` and profiles address them by key.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use pt_core::knobs;
 use pt_core::settings::{Knob, Knobs, apply_profile, apply_sets, apply_toml};
+use pt_denoise::Background;
+use pt_post::BloomMode;
 use std::path::Path;
 
 knobs! {
@@ -85,6 +87,29 @@ pub fn resolve(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
     layer(FrameParams::default(), PROFILES, profile, sets)
 }
 
+/// Checks that nothing after the interleave would lose the alpha of a transparent background.
+///
+/// # Errors
+/// What to switch off.
+pub fn check_background(params: &FrameParams, accumulate: bool) -> Result<()> {
+    let post = &params.post;
+    if params.denoise.background != Background::Transparent {
+        return Ok(());
+    }
+    let problem = if post.uses_taa() && !accumulate {
+        "temporal anti-aliasing keeps no alpha; use --accumulate, or --set post.taa.enabled=false"
+    } else if post.uses_fsr() {
+        "upscaling and sharpening keep no alpha; use --upscale none and --set post.fsr.sharpen=false"
+    } else if post.bloom.mode != BloomMode::Off {
+        "bloom spreads light over the background; use --bloom=off"
+    } else if post.encoding.is_hdr() {
+        "HDR pictures have no alpha; use --set post.encoding=srgb"
+    } else {
+        return Ok(());
+    };
+    bail!("background transparent: {problem}")
+}
+
 /// Parameters of the reference from a profile (a file), then single assignments, over `base`.
 ///
 /// # Errors
@@ -105,10 +130,7 @@ fn layer<T: Knobs>(mut params: T, built_in: &[Profile], profile: Option<&str>, s
             apply_profile(&mut params, Path::new(profile))?;
         } else {
             let names: Vec<_> = built_in.iter().map(|(name, ..)| *name).collect();
-            anyhow::bail!(
-                "profile {profile}: no such file, and the built-in profiles are {}",
-                names.join(", ")
-            );
+            bail!("profile {profile}: no such file, and the built-in profiles are {}", names.join(", "));
         }
     }
     apply_sets(&mut params, sets)?;

@@ -1,20 +1,60 @@
 //! Set-up that all commands share that run the frame: device, scene, camera.
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
+use pt_core::memory::{check_size, host_free_bytes};
 use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
+use pt_import::LoadOptions;
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Camera, Scene, Texture, automatic_camera};
 use pt_shaders::glam::Vec3;
 use std::panic::resume_unwind;
+use std::path::Path;
 use std::thread::{self, ScopedJoinHandle};
 
 /// Larger scenes are uploaded after the search for an automatic camera, not at the same time: each builds a tree, which needs some 200 bytes
 /// per triangle during construction.
 const MOST_TRIANGLES_BESIDE: usize = 2_000_000;
+
+/// Extensions of files that are no scenes for pt, with what they are and what to do.
+const OTHER_FILES: &[(&[&str], &str)] = &[
+    (
+        &["png", "jpg", "jpeg", "webp", "tga", "bmp"],
+        "is an image, not a glTF 2.0 file; give a .gltf or .glb file",
+    ),
+    (
+        &["exr", "hdr"],
+        "is an image, not a glTF 2.0 file; an environment is given by --env, and the scene before it",
+    ),
+    (
+        &[
+            "obj", "fbx", "blend", "dae", "usd", "usda", "usdc", "usdz", "ply", "stl", "3ds", "abc", "pbrt",
+            "xml",
+        ],
+        "is a scene in another format, not a glTF 2.0 file; convert it, for example with Blender (File, Export, glTF 2.0)",
+    ),
+];
+
+/// Opens a scene: a glTF or GLB file, or the name of a built-in scene.
+///
+/// # Errors
+/// A file of another kind, with what to do; else those of the importer.
+pub fn open_scene(file: &str, options: &LoadOptions) -> Result<Scene> {
+    ensure!(
+        !file.is_empty(),
+        "the name of the scene is empty; give a glTF file or a built-in scene (pt scenes)"
+    );
+    let path = Path::new(file);
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let other = OTHER_FILES.iter().find(|(kinds, _)| kinds.contains(&extension.as_str()));
+    match other.filter(|_| path.is_file()) {
+        Some((_, problem)) => bail!("{file}: {problem}"),
+        None => Ok(pt_import::open(file, options)?),
+    }
+}
 
 /// A scene on a device, ready to be rendered.
 pub struct Session {
@@ -99,6 +139,15 @@ impl Session {
             _ => Ok(()),
         }
     }
+}
+
+/// Checks that the host has memory for an image of `size` pixels with `per_pixel` bytes each, before the work begins.
+///
+/// # Errors
+/// What would fit.
+pub fn check_host_memory(what: &'static str, size: [u32; 2], per_pixel: u64) -> pt_core::Result<()> {
+    let bytes = size.iter().map(|&side| u64::from(side)).product::<u64>() * per_pixel;
+    host_free_bytes().map_or(Ok(()), |free| check_size(what, size, bytes, "the host", free))
 }
 
 /// Joins a thread and returns its result; forwards its panic.

@@ -155,7 +155,7 @@ fn outputs_are_checked_before_any_work() {
         let message = check(&line).unwrap_err();
         assert!(message.contains(expected), "{message}");
     };
-    refused(format!("-o {}", at("a.jpg")), "use one of: png, exr");
+    refused(format!("-o {}", at("a.bmp")), "use one of: png, jpg, exr");
     refused(format!("-o {}", at("missing/a.png")), "does not exist, create it first");
     refused(format!("-o {} --aov all", at("a.png")), "--aov needs an EXR output");
     refused(format!("-o {} --timings {}", at("a.png"), at("missing/t.json")), "does not exist");

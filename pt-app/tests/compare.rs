@@ -237,7 +237,7 @@ fn bad_input_is_one_line() {
     refused(at, "compare none.exr b.exr", "cannot read none.exr: No such file");
     refused(at, "compare broken.exr b.exr", "cannot read broken.exr");
     refused(at, "compare empty.png b.exr", "cannot read empty.png");
-    refused(at, "compare a.exr .", "unknown image extension");
+    refused(at, "compare a.exr .", "is a folder; give the name of an image");
     refused(
         at,
         "compare nan.exr b.exr",
@@ -255,7 +255,6 @@ fn bad_input_is_one_line() {
     refused(at, "compare a.exr", "<B>");
     refused(at, "compare a.exr b.exr --hot", "--hot");
     refused(at, "comprae a.exr b.exr", "compare");
-    refused(at, "", "a command is missing");
 }
 
 #[test]

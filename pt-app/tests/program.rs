@@ -98,8 +98,8 @@ fn impossible_sizes_and_outputs_are_refused() {
     refused("-o none/a.png", &["none/a.png", "does not exist, create it first"]);
     refused("-o taken.exr", &["taken.exr", "is a directory"]);
     refused("-o file/a.exr", &["file/a.exr", "not a folder"]);
-    refused("-o a.bmp", &["a.bmp", "\"bmp\"", "png, exr"]);
-    refused("-o a", &["png, exr"]);
+    refused("-o a.bmp", &["a.bmp", "\"bmp\"", "png, jpg, exr"]);
+    refused("-o a", &["png, jpg, exr"]);
     refused("--timings none/t.json", &["none/t.json", "does not exist"]);
     // No one can make files there, whatever the permissions say.
     if Path::new("/proc/self").exists() {

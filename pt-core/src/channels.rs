@@ -1,9 +1,10 @@
 //! The images of a frame: channels of the frame contract and private images of stages ([`pt_shaders::channels`]).
 
 use crate::device::Device;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::history::History;
 use crate::image::Image;
+use crate::memory::check_size;
 use crate::sizes::FrameSizes;
 use pt_shaders::channels::{Channel, ChannelId, Lifetime};
 use std::collections::BTreeMap;
@@ -53,16 +54,7 @@ impl ChannelImages {
     ) -> Result<Self> {
         let images: BTreeMap<_, _> = images.into_iter().collect();
         let bytes = images.iter().map(|(&id, &previous)| channel_bytes(id, sizes, previous)).sum::<u64>();
-        let memory = device.info().memory_bytes;
-        if bytes > memory {
-            let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
-            let [width, height] = sizes.frame;
-            return Err(Error::Unsupported(format!(
-                "a frame of {width}x{height} takes {:.1} GiB of images, the device has {:.1} GiB; ask for a smaller one",
-                gib(bytes),
-                gib(memory)
-            )));
-        }
+        check_size("a frame", sizes.frame, bytes, "the device", device.info().free_bytes())?;
         let mut slots = BTreeMap::new();
         for (id, previous) in images {
             let channel = id.channel();

@@ -1,5 +1,7 @@
 //! Output and exit codes of programs.
 
+mod usage;
+
 use std::error::Error;
 use std::io::{self, BufWriter, ErrorKind, StdoutLock, Write};
 use std::process::ExitCode;
@@ -52,7 +54,7 @@ where
 {
     let args = match A::try_parse() {
         Ok(args) => args,
-        Err(error) => return usage_error(&error),
+        Err(error) => return usage_error(&error, &A::command()),
     };
     let mut out = Console::stdout();
     let passed = match run(&args, &mut out) {
@@ -81,7 +83,15 @@ pub fn one_line(error: &(dyn Error + 'static)) -> String {
         text.push_str(&format!(": {error}"));
         cause = error.source();
     }
-    join_lines(&text)
+    without_numbers_of_errors(&join_lines(&text))
+}
+
+/// Without the numbers that the standard library puts behind the system's words: ` (os error 2)`.
+fn without_numbers_of_errors(text: &str) -> String {
+    const MARK: &str = " (os error ";
+    let mut parts = text.split(MARK);
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |all, part| all + part.split_once(')').map_or(part, |(_, rest)| rest))
 }
 
 /// Prints `error: MESSAGE` to standard error; says nothing when that is closed.
@@ -94,8 +104,9 @@ pub fn print_warning(message: &str) {
     let _ = writeln!(io::stderr(), "warning: {message}");
 }
 
-/// Prints help and version as clap lays them out (exit code 0), a usage error as one line (exit code 2).
-fn usage_error(error: &clap::Error) -> ExitCode {
+/// Prints help and version as clap lays them out (exit code 0), the overview if nothing was asked for, and a usage error as one line
+/// (exit code 2).
+fn usage_error(error: &clap::Error, root: &clap::Command) -> ExitCode {
     use clap::error::ErrorKind;
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
@@ -104,22 +115,15 @@ fn usage_error(error: &clap::Error) -> ExitCode {
             if printed.is_ok() { ExitCode::SUCCESS } else { ExitCode::from(2) }
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            print_error("a command is missing, see --help");
+            let _ = write!(io::stderr(), "{}", error.render());
             ExitCode::from(2)
         }
         _ => {
-            print_error(&usage_line(&error.render().to_string()));
+            let words: Vec<_> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+            print_error(&usage::message(error, root, &words));
             ExitCode::from(2)
         }
     }
-}
-
-/// The message and hints of a clap error without its usage block, on one line.
-fn usage_line(rendered: &str) -> String {
-    let message = rendered.split("\n\nUsage:").next().unwrap_or_default();
-    let message = message.split("\n\nFor more information").next().unwrap_or_default();
-    let message = message.strip_prefix("error: ").unwrap_or(message);
-    format!("{} (see --help)", join_lines(message))
 }
 
 fn join_lines(text: &str) -> String {
@@ -158,5 +162,7 @@ mod tests {
         struct Outer(#[source] std::fmt::Error);
         let cause = std::fmt::Error;
         assert_eq!(one_line(&Outer(cause)), format!("cannot start: {cause}"));
+        let missing = io::Error::from_raw_os_error(2);
+        assert_eq!(one_line(&missing), "No such file or directory");
     }
 }

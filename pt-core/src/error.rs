@@ -1,5 +1,6 @@
 //! Errors of device, kernels, frames and scenes.
 
+use crate::memory::gib;
 use ash::vk;
 
 /// Errors of the GPU side of pt-core. Each message names the thing and, where there is one, the way out.
@@ -64,7 +65,10 @@ pub enum Error {
         result: vk::Result,
     },
     /// Device memory could not be had.
-    #[error("{name}: could not allocate {bytes} bytes of device memory: {reason}")]
+    #[error(
+        "{name}: the device did not give {} of memory ({reason}); ask for a smaller image or scene, or another device",
+        gib(*bytes)
+    )]
     Allocation {
         /// Resource.
         name: String,
@@ -72,6 +76,24 @@ pub enum Error {
         bytes: u64,
         /// The allocator's answer.
         reason: String,
+    },
+    /// Images of a size that takes more memory than is free.
+    #[error(
+        "{what} of {}x{} needs {}, {place} has {} of free memory; {}x{} fits", size[0], size[1], gib(*bytes), gib(*free), fits[0], fits[1]
+    )]
+    TooLarge {
+        /// What was asked for.
+        what: &'static str,
+        /// Its size in pixels.
+        size: [u32; 2],
+        /// The memory that it takes.
+        bytes: u64,
+        /// Whose memory it is.
+        place: &'static str,
+        /// How much of that is free.
+        free: u64,
+        /// The largest size of the same shape that fits.
+        fits: [u32; 2],
     },
     /// A kernel's SPIR-V does not agree with the host side.
     #[error("kernel {kernel}: {problem}")]

@@ -80,6 +80,20 @@ fn passes_see_each_others_writes() {
     assert_eq!(table[1].writes, ["view_depth"]);
 }
 
+/// The recorder keeps no more of a long run than of a short one.
+#[test]
+fn times_of_a_long_run_are_a_sample() {
+    let device = TestDevice::open();
+    let mut recorder = Recorder::new(&device).unwrap();
+    for _ in 0..2500 {
+        recorder.begin().unwrap().submit().unwrap();
+    }
+    let timings = recorder.finish().unwrap();
+    assert_eq!((timings.len(), recorder.finished()), (2048, 2500));
+    assert!(timings.is_sorted_by(|a, b| a.frame < b.frame));
+    assert!(recorder.finish().unwrap().is_empty());
+}
+
 #[test]
 fn histories_and_sampled_images() {
     let device = TestDevice::open();

@@ -129,14 +129,19 @@ fn wrong_types_and_ranges_name_what_is_expected() {
         refused("post.bloom=maybe"),
         r#"key "post.bloom": expected boolean (true or false), got maybe"#
     );
-    assert!(refused("bounces=2.5").contains("expected integer, got 2.5"));
-    assert!(refused("bounces=many").contains("expected integer, got many"));
-    assert_eq!(refused("bounces=256"), "bounces: 256 is out of range, expected 0 to 255");
-    assert!(refused("seed=4294967296").contains("expected u32"));
-    assert!(refused("bounces=-1").contains("expected u32"));
-    assert!(refused("post.exposure=bright").contains("expected finite number, got bright"));
+    assert!(refused("bounces=2.5").contains("expected integer, 0 to 255, got 2.5"));
+    assert!(refused("bounces=many").contains("expected integer, 0 to 255, got many"));
+    assert_eq!(
+        refused("bounces=256"),
+        "bounces: 256 is out of range, expected a whole number below 2^32, 0 to 255"
+    );
+    assert!(
+        refused("seed=4294967296").contains("key \"seed\": expected a whole number below 2^32, at least 0")
+    );
+    assert!(refused("bounces=-1").contains("key \"bounces\": expected 0 to 255"));
+    assert!(refused("post.exposure=bright").contains("expected finite number, 0 to 100, got bright"));
     assert!(refused("post.exposure=nan").contains("expected finite number"));
-    assert!(refused("post.max_ev=1e300").contains("expected finite number, got 1e300"));
+    assert!(refused("post.max_ev=1e300").contains("expected finite number, at least -20 EV, got 1e300"));
     assert!(refused("post.operator=filmic").contains("expected one of aces, none, reinhard"));
     assert!(refused("post.operator=3").contains("expected one of aces, none, reinhard"));
     assert_eq!(refused("post.exposure=-1"), "post.exposure: -1 is out of range, expected 0 to 100");

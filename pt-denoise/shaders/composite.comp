@@ -1,8 +1,10 @@
 // Turns demodulated light into radiance. Extent: split frame.
 //   color = (hf * albedo + spec * max(0.01, F0)) * throughput, then the transparent layer "over" it.
-// Where there is no surface only the transparent layer counts.
+// Where there is no surface only the transparent layer counts. A pixel of a transparent background, where the camera ray itself meets no
+// surface, is 0 in all channels: no flag in alpha says that it is empty.
 #include "channels.glsl"
 #include "composite_push.glsl"
+#include "constants.glsl"
 #include "reflectance.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
@@ -15,8 +17,14 @@ void main() {
     if (any(greaterThanEqual(p, imageSize(ch_color)))) return;
 
     vec3 color = vec3(0.0);
+    uint flags = imageLoad(ch_view_direction, p).y;
     // The word is an integer in a float image: small indices are denormal numbers and must not meet arithmetic.
-    if (floatBitsToUint(imageLoad(ch_shading_position, p).w) != 0u) {
+    bool surface = floatBitsToUint(imageLoad(ch_shading_position, p).w) != 0u;
+    if (push.transparent_background != 0u && !surface && flags == FLAG_PRIMARY) {
+        imageStore(ch_color, p, vec4(0.0));
+        return;
+    }
+    if (surface) {
         vec4 base = imageLoad(ch_base_color, p);
         float metallic = imageLoad(ch_metallic_roughness, p).x;
         vec3 albedo = push.use_albedo != 0u ? vec3(push.albedo) : diffuse_albedo(base.rgb, metallic);
@@ -26,5 +34,5 @@ void main() {
     }
     vec4 overlay = imageLoad(ch_transparent, p);
     color = color * (1.0 - overlay.a) + overlay.rgb * push.scale_overlay;
-    imageStore(ch_color, p, vec4(color, float(imageLoad(ch_view_direction, p).y)));
+    imageStore(ch_color, p, vec4(color, float(flags)));
 }

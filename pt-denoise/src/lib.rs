@@ -16,10 +16,21 @@ use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, k
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
+use pt_shaders::named_enum;
 use records::CompositePush;
 
+named_enum! {
+    /// What is seen where a camera ray meets no surface.
+    pub enum Background {
+        /// The environment.
+        Environment = "environment",
+        /// Nothing: radiance 0, alpha 0. Mirrors and glass show the environment all the same.
+        Transparent = "transparent",
+    }
+}
+
 knobs! {
-    /// Knobs of the composite. They show parts of the light by themselves; every value but the default changes energy.
+    /// Knobs of the composite. They show parts of the light by themselves; every value but the default changes energy; a transparent background leaves out the environment that the camera sees.
     pub struct DenoiseParams {
         /// Factor on the diffuse channel.
         pub scale_hf: f32 = 1.0, in 0.0..=10.0;
@@ -29,12 +40,15 @@ knobs! {
         pub scale_overlay: f32 = 1.0, in 0.0..=10.0;
         /// Diffuse albedo of all surfaces, instead of their own.
         pub fixed_albedo: Option<f32> = None, in 0.0..=1.0;
+        /// What is seen where a camera ray meets no surface.
+        pub background: Background = Background::Environment => structural;
     }
 }
 
 /// Light channels, material and transparent layer to `color`.
 ///
-/// A non-finite input makes its own pixel non-finite and no other.
+/// A non-finite input makes its own pixel non-finite and no other. The alpha of `color` holds the checkerboard flags; it is 0 for the
+/// pixels of a transparent background.
 pub struct Composite {
     kernel: Kernel,
 }
@@ -78,6 +92,7 @@ impl Composite {
                 scale_overlay: params.scale_overlay,
                 use_albedo: u32::from(params.fixed_albedo.is_some()),
                 albedo: params.fixed_albedo.unwrap_or(0.0),
+                transparent_background: u32::from(params.background == Background::Transparent),
             })
             .dispatch(inputs.split_threads())
     }

@@ -1,6 +1,7 @@
 //! The composite on the CPU: what `composite.comp` is tested against.
 
-use crate::DenoiseParams;
+use crate::{Background, DenoiseParams};
+use pt_shaders::records::FLAG_PRIMARY;
 
 /// The inputs of the composite at one pixel, in the units of the channels of the same names.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,8 +34,11 @@ pub fn specular_f0(base_color: f64, metallic: f64, dielectric: f64) -> f64 {
     dielectric * (1.0 - metallic) + base_color * metallic
 }
 
-/// Radiance, and the flags in alpha.
+/// Radiance, and the flags in alpha; 0 for a pixel of a transparent background.
 pub fn composite(pixel: &Pixel, params: &DenoiseParams) -> [f64; 4] {
+    if params.background == Background::Transparent && pixel.material == 0 && pixel.flags == FLAG_PRIMARY {
+        return [0.0; 4];
+    }
     let overlay = pixel.transparent.map(f64::from);
     let mut out = [0.0, 0.0, 0.0, f64::from(pixel.flags)];
     for i in 0..3 {

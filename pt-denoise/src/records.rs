@@ -13,5 +13,7 @@ pt_shaders::gpu_struct! {
         pub use_albedo: u32,
         /// See `use_albedo`.
         pub albedo: f32,
+        /// 1 = pixels whose camera ray meets no surface are empty.
+        pub transparent_background: u32,
     }
 }

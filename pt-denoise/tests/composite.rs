@@ -7,7 +7,7 @@ use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::oracle::{Pixel, composite};
-use pt_denoise::{Composite, DenoiseParams};
+use pt_denoise::{Background, Composite, DenoiseParams};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
     TRANSPARENT, VIEW_DIRECTION,
@@ -78,10 +78,16 @@ fn pixel() -> impl Strategy<Value = Pixel> {
 fn kernel_agrees_with_the_oracle() {
     let device = TestDevice::open();
     let mut runner = TestRunner::deterministic();
-    let altered =
-        DenoiseParams { scale_hf: 0.5, scale_spec: 3.0, scale_overlay: 0.25, fixed_albedo: Some(0.7) };
+    let altered = DenoiseParams {
+        scale_hf: 0.5,
+        scale_spec: 3.0,
+        scale_overlay: 0.25,
+        fixed_albedo: Some(0.7),
+        ..DenoiseParams::default()
+    };
+    let transparent = DenoiseParams { background: Background::Transparent, ..DenoiseParams::default() };
     for size in [[1, 1], [3, 1], [17, 5], [31, 33], [64, 16]] {
-        for params in [DenoiseParams::default(), altered.clone()] {
+        for params in [DenoiseParams::default(), altered.clone(), transparent.clone()] {
             let strategy = prop::collection::vec(pixel(), split_pixels(size));
             let mut pixels = strategy.new_tree(&mut runner).unwrap().current();
             let gpu = run(&device, size, &mut pixels, &params);

@@ -138,10 +138,12 @@ fn create_beside(path: &Path, target: &Path, folder: &Path) -> Result<NamedTempF
         // tempfile's own 0600 would survive the rename; the umask still applies.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder).map_err(|cause| FileError::NotWritable {
-        path: path.into(),
-        folder: folder.into(),
-        cause,
+    builder.tempfile_in(folder).map_err(|cause| {
+        // The name of the temporary file would only distract.
+        let text = cause.to_string();
+        let words = text.split(" at path ").next().unwrap_or_default().to_owned();
+        let cause = io::Error::new(cause.kind(), words);
+        FileError::NotWritable { path: path.into(), folder: folder.into(), cause }
     })
 }
 

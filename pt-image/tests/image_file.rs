@@ -289,7 +289,7 @@ fn refusals_name_the_path_and_the_reason() {
         assert!(message.contains(&path.display().to_string()), "{message}");
         message
     };
-    assert!(message(at("a.tiff")).contains("unknown image extension \"tiff\", use one of: png, exr"));
+    assert!(message(at("a.tiff")).contains("unknown image extension \"tiff\", use one of: png, jpg, exr"));
     assert!(message(at("plain")).contains("unknown image extension \"\""));
     assert!(message(at("missing/a.png")).contains("does not exist, create it first"));
     assert!(message(at("folder.png")).contains("is a directory"));

@@ -60,7 +60,7 @@ impl Stages {
             bloom: Bloom::new(device)?,
             mix: BloomMix::new(device)?,
             exposure: Exposure::new(device)?,
-            tone_map: ToneMap::new(device, params.tonemap, Encoding::Srgb)?,
+            tone_map: ToneMap::new(device, params.tonemap, Encoding::Srgb, false)?,
             fsr: Fsr::new(device)?,
             params,
         })

@@ -11,6 +11,8 @@
 // Fixed when the kernels are made: with all curves at hand the kernel takes 18 % longer (NVIDIA H200).
 layout(constant_id = 0) const uint tonemap = TONEMAP_ACES;
 layout(constant_id = 1) const uint encoding = ENCODING_SRGB;
+// The alpha of `radiance`, which is straight, is that of the picture; otherwise the picture is opaque.
+layout(constant_id = 2) const bool with_alpha = false;
 
 layout(local_size_x = 32, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { TonemapPush push; };
@@ -69,12 +71,15 @@ void main() {
     if (any(greaterThanEqual(first, size))) return;
     // All on their way before the first is needed.
     vec3 c[TONEMAP_ROWS];
+    float alpha[TONEMAP_ROWS];
     for (int i = 0; i < int(TONEMAP_ROWS); ++i) {
         ivec2 p = min(first + ivec2(0, i), size - 1);
-        c[i] = with_bloom(texelFetch(radiance, p, 0).rgb, p, size, push.glow_share);
+        vec4 texel = texelFetch(radiance, p, 0);
+        alpha[i] = with_alpha ? texel.a : 1.0;
+        c[i] = with_bloom(texel.rgb, p, size, push.glow_share);
     }
     for (int i = 0; i < int(TONEMAP_ROWS); ++i) {
         ivec2 p = first + ivec2(0, i);
-        if (p.y < size.y) imageStore(target, p, vec4(store(codes(c[i]), p), 1.0));
+        if (p.y < size.y) imageStore(target, p, vec4(store(codes(c[i]), p), alpha[i]));
     }
 }

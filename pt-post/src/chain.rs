@@ -4,7 +4,8 @@ use crate::accumulate::Accumulate;
 use crate::bloom::{Bloom, BloomMix, BloomMode, Bloomed};
 use crate::exposure::Exposure;
 use crate::fsr::Fsr;
-use crate::images::{BLOOMED, DISPLAY_CODES, RESOLVED};
+use crate::images::{BLOOMED, DISPLAY_CODES, MATTE, RESOLVED};
+use crate::matte::Matte;
 use crate::params::PostParams;
 use crate::taa::Taa;
 use crate::tone_map::ToneMap;
@@ -18,6 +19,8 @@ pub struct ChainParts {
     pub accumulate: bool,
     /// The chain ends with a picture: exposed, tone-mapped, encoded. Otherwise it ends with linear radiance.
     pub picture: bool,
+    /// The background is transparent: the picture gets an alpha channel. Without temporal anti-aliasing, bloom, FSR 1 and HDR codes.
+    pub alpha: bool,
 }
 
 /// The stages of pt-post that the knobs ask for, in the order of the frame: running mean or temporal anti-aliasing, bloom,
@@ -27,6 +30,7 @@ pub struct PostChain {
     picture: ChannelId,
     accumulate: Option<Accumulate>,
     taa: Option<Taa>,
+    matte: Option<Matte>,
     bloom: Option<(BloomMode, Bloom)>,
     /// Only where the bloomed image itself is the result.
     bloom_mix: Option<BloomMix>,
@@ -42,7 +46,7 @@ impl PostChain {
     /// # Errors
     /// When the device refuses.
     pub fn new(device: &Device, parts: ChainParts, params: &PostParams) -> Result<Self> {
-        let ChainParts { accumulate, picture } = parts;
+        let ChainParts { accumulate, picture, alpha } = parts;
         let blooms = params.bloom.mode != BloomMode::Off;
         let uses_fsr = picture && params.uses_fsr();
         let codes = if uses_fsr { Fsr::input_encoding(params.encoding) } else { params.encoding };
@@ -51,12 +55,13 @@ impl PostChain {
             picture: params.encoding.channel(),
             accumulate: accumulate.then(|| Accumulate::new(device)).transpose()?,
             taa: (params.uses_taa() && !accumulate).then(|| Taa::new(device)).transpose()?,
+            matte: alpha.then(|| Matte::new(device)).transpose()?,
             bloom: blooms
                 .then(|| Ok::<_, pt_core::Error>((params.bloom.mode, Bloom::new(device)?)))
                 .transpose()?,
             bloom_mix: (blooms && !picture).then(|| BloomMix::new(device)).transpose()?,
             exposure: Exposure::new(device)?,
-            tone_map: picture.then(|| ToneMap::new(device, params.tonemap, codes)).transpose()?,
+            tone_map: picture.then(|| ToneMap::new(device, params.tonemap, codes, alpha)).transpose()?,
             fsr: uses_fsr.then(|| Fsr::new(device)).transpose()?,
             upscales_codes: params.upscales_codes(),
         })
@@ -72,6 +77,7 @@ impl PostChain {
         } else {
             stages.push(StageIo { reads: &[FLAT_COLOR], ..StageIo::of("bloom and exposure") });
         }
+        stages.extend(self.matte.as_ref().map(|_| Matte::IO));
         stages.extend(self.bloom.as_ref().map(|(mode, _)| Bloom::io(*mode)));
         stages.extend(self.bloom_mix.as_ref().map(|_| BloomMix::IO));
         stages.extend(self.fsr.as_ref().map(|_| Fsr::io(self.upscales_codes)));
@@ -107,9 +113,12 @@ impl PostChain {
             taa.record(frame, inputs, color, motion, jitter, &params.taa)?;
         }
         let source = self.resolved(images);
+        if let Some(matte) = &self.matte {
+            matte.record(frame, inputs, source, self.accumulate.is_some())?;
+        }
         let bloomed = match &self.bloom {
             Some((_, bloom)) => bloom.record(frame, images, source, &params.bloom)?,
-            None => Bloomed::from(source),
+            None => Bloomed::from(self.matte(images).unwrap_or(source)),
         };
         if let Some(mix) = &self.bloom_mix {
             mix.record(frame, images, bloomed)?;
@@ -132,6 +141,11 @@ impl PostChain {
             (None, Some(_)) => ACCUMULATED,
             (None, None) => FLAT_COLOR,
         })
+    }
+
+    /// With a transparent background: straight radiance and alpha of [`PostChain::resolved`], which is premultiplied.
+    pub fn matte<'a>(&self, images: &'a ChannelImages) -> Option<&'a Image> {
+        self.matte.as_ref().map(|_| images.current(MATTE))
     }
 
     /// The last image before the tone map: [`PostChain::resolved`] with bloom, where no picture is made.

@@ -7,6 +7,10 @@ pt_shaders::stage_images! { "post";
         "rgb = what the pixel has shown so far, a = weight of that and deviation (see taa.glsl).";
     ACCUMULATE_RESIDUAL: "accumulate_residual", Rgba32F, Flat, Carried, RGBA, "linear radiance",
         "What fp32 drops of the running mean in accumulated.";
+    COVERAGE: "coverage", Rg32F, Flat, Carried, XY, "frames",
+        "Frames so far in which the pixel's camera ray met a surface, and all frames.";
+    MATTE: "matte", Rgba32F, Flat, Frame, RGBA, "linear radiance; 0 to 1",
+        "rgb = radiance of the surfaces alone, a = share of the frames that met one.";
     BLOOM_QUARTER: "bloom_quarter", Rgba16F, ResolvedPart(4), Frame, RGBA, "linear radiance",
         "The frame at a quarter of its sides, then blurred.";
     BLOOM_BLUR: "bloom_blur", Rgba16F, ResolvedPart(4), Frame, RGBA, "linear radiance",

@@ -10,6 +10,7 @@ mod dither;
 mod exposure;
 mod fsr;
 pub mod images;
+mod matte;
 pub mod oracle;
 mod params;
 mod picture;
@@ -26,6 +27,7 @@ pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
 pub use chain::{ChainParts, PostChain};
 pub use exposure::Exposure;
 pub use fsr::Fsr;
+pub use matte::Matte;
 pub use params::{
     CurveParams, ExposureMode, FsrParams, Output, PRESETS, PostParams, Upscale, camera_ev100, exposure_scale,
 };

@@ -1,9 +1,11 @@
 //! The finished picture as a file.
 
+use crate::images::MATTE;
 use crate::records::Encoding;
 use pt_core::ChannelImages;
 use pt_image::image_file::{
-    ImageFileError, Layer, LayeredImage, OutputFormat, PixelLayout, srgb_decode, write_png, write_png_pq,
+    ImageFileError, Layer, LayeredImage, OutputFormat, PixelLayout, srgb_decode, write_jpeg, write_png,
+    write_png_pq,
 };
 use pt_shaders::channels::{ChannelId, DISPLAY, DISPLAY_HDR};
 use std::path::{Path, PathBuf};
@@ -33,7 +35,7 @@ impl Encoding {
         if self.is_hdr() { DISPLAY_HDR } else { DISPLAY }
     }
 
-    /// Checks before any work that a picture of this encoding can go to `path`: PNG holds sRGB and PQ codes, EXR the linear
+    /// Checks before any work that a picture of this encoding can go to `path`: PNG holds sRGB and PQ codes, JPEG sRGB codes, EXR the linear
     /// display values of sRGB and scRGB.
     ///
     /// # Errors
@@ -44,18 +46,22 @@ impl Encoding {
             (OutputFormat::Png, Self::Scrgb) => {
                 problem("a png cannot hold scRGB; write exr, or ask for encoding pq")
             }
+            (OutputFormat::Jpeg, Self::Pq | Self::Scrgb) => {
+                problem("a jpg holds sRGB codes only; write PQ codes to a png and scRGB to an exr")
+            }
             (OutputFormat::Exr, Self::Pq) => problem("PQ codes go to a png; for exr ask for encoding scrgb"),
             (format, _) => Ok(format),
         }
     }
 }
 
-/// Writes the picture as a PNG, tagged with what its codes mean (sRGB chunk; cICP chunk for PQ).
+/// Writes the picture as a PNG, tagged with what its codes mean (sRGB chunk; cICP chunk for PQ), or as a JPEG, as the extension says. A PNG
+/// of a frame with a transparent background has straight alpha.
 ///
 /// # Errors
 /// A device that fails, scRGB, a file that can't be written.
 pub fn write_picture(path: &Path, images: &ChannelImages, encoding: Encoding) -> Result<(), PictureError> {
-    encoding.check_file(path)?;
+    let format = encoding.check_file(path)?;
     let [width, height] = images.output_size();
     let image = images.current(encoding.channel());
     if encoding.is_hdr() {
@@ -64,11 +70,24 @@ pub fn write_picture(path: &Path, images: &ChannelImages, encoding: Encoding) ->
         let rgb: Vec<u16> = codes.chunks_exact(4).flat_map(|c| &c[..3]).map(to_16_bits).collect();
         return Ok(write_png_pq(path, width, height, &rgb)?);
     }
-    let rgb: Vec<u8> = image.read()?.chunks_exact(4).flat_map(|c| [c[0], c[1], c[2]]).collect();
+    let rgba = image.read()?;
+    if format == OutputFormat::Png && has_alpha(images) {
+        return Ok(write_png(path, width, height, PixelLayout::Rgba, &rgba)?);
+    }
+    let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|c| [c[0], c[1], c[2]]).collect();
+    if format == OutputFormat::Jpeg {
+        return Ok(write_jpeg(path, width, height, &rgb)?);
+    }
     Ok(write_png(path, width, height, PixelLayout::Rgb, &rgb)?)
 }
 
-/// The picture as the main layer of an EXR: linear display values, for scRGB with 1 = 80 cd/m2.
+/// Whether the frame has a transparent background.
+fn has_alpha(images: &ChannelImages) -> bool {
+    images.ids().any(|id| id == MATTE)
+}
+
+/// The picture as the main layer of an EXR: linear display values, for scRGB with 1 = 80 cd/m2; premultiplied where the background is
+/// transparent.
 ///
 /// # Errors
 /// A device that fails, a size out of range.
@@ -76,10 +95,16 @@ pub fn picture_layers(images: &ChannelImages, encoding: Encoding) -> Result<Laye
     let [width, height] = images.output_size();
     let mut values = images.current(encoding.channel()).read_f32()?;
     if encoding == Encoding::Srgb {
-        values.iter_mut().for_each(|v| *v = srgb_decode(*v));
+        // Alpha is linear.
+        values.chunks_exact_mut(4).flat_map(|c| &mut c[..3]).for_each(|v| *v = srgb_decode(*v));
+    }
+    let mut names = vec!["R", "G", "B"];
+    if has_alpha(images) {
+        names.push("A");
+        values.chunks_exact_mut(4).for_each(|c| (0..3).for_each(|i| c[i] *= c[3]));
     }
     let mut file = LayeredImage::new(width, height)?;
-    file.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 4, &values));
+    file.layers.push(Layer::from_interleaved("", &names, 4, &values));
     file.metadata.insert(pt_image::image_file::IMAGE_STATE_KEY.into(), "display".into());
     Ok(file)
 }

@@ -195,6 +195,14 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Push constants of `matte.comp`.
+    pub struct MattePush {
+        /// 1 = start over with this frame.
+        pub reset: u32,
+    }
+}
+
+gpu_struct! {
     /// Push constants of `taa.comp`; see `TaaParams`.
     pub struct TaaPush {
         /// Where in its pixel this frame was sampled, from the centre, pixels of the input.

@@ -20,13 +20,18 @@ pub struct ToneMap {
 }
 
 impl ToneMap {
-    /// Creates the kernels for one curve, and for `encoding` where what they store are codes as half floats.
+    /// Creates the kernels for one curve, and for `encoding` where what they store are codes as half floats. With `alpha` that of the
+    /// radiance, which is not premultiplied, goes to the picture; otherwise it is opaque.
     ///
     /// # Errors
     /// When the device refuses.
-    pub fn new(device: &Device, tonemap: Tonemap, encoding: Encoding) -> Result<Self> {
+    pub fn new(device: &Device, tonemap: Tonemap, encoding: Encoding, alpha: bool) -> Result<Self> {
         let kernel = |code, encoding: Encoding| {
-            let constants = [("tonemap", tonemap.code().into()), ("encoding", encoding.code().into())];
+            let constants = [
+                ("tonemap", tonemap.code().into()),
+                ("encoding", encoding.code().into()),
+                ("with_alpha", alpha.into()),
+            ];
             Kernel::compute::<TonemapPush>(device, code, &constants)
         };
         Ok(Self {

@@ -36,7 +36,7 @@ impl Bench {
         let target = Image::new(&self.device, "target", format, source.size).unwrap();
         let key = (params.tonemap, encoding);
         let place = self.stages.iter().position(|(made_for, _)| *made_for == key).unwrap_or_else(|| {
-            self.stages.push((key, ToneMap::new(&self.device, key.0, key.1).unwrap()));
+            self.stages.push((key, ToneMap::new(&self.device, key.0, key.1, false).unwrap()));
             self.stages.len() - 1
         });
         run(&self.device, |frame| {

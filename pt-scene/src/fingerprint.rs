@@ -1,4 +1,4 @@
-use crate::{Scene, Texels};
+use crate::{Environment, Scene, Texels};
 
 impl Scene {
     /// Hash of everything that an image of the scene depends on, cameras excepted, where its instances are now: 32 hexadecimal
@@ -10,10 +10,7 @@ impl Scene {
             .iter()
             .for_each(|i| hash.text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
         self.lights.iter().for_each(|light| hash.text(light));
-        let environment = &self.environment;
-        hash.text(&(environment.rotation, environment.intensity));
-        hash.text(&(environment.image.width, environment.image.height));
-        hash.words(&environment.image.texels);
+        hash.environment(&self.environment);
         for texture in &self.textures {
             hash.text(&(texture.width, texture.height, texture.usage, texture.sampler));
             match &texture.texels {
@@ -38,6 +35,15 @@ impl Scene {
     }
 }
 
+impl Environment {
+    /// Hash of its image, rotation and intensity: 16 hexadecimal digits.
+    pub fn fingerprint(&self) -> String {
+        let mut hash = Hash(blake3::Hasher::new());
+        hash.environment(self);
+        hash.0.finalize().to_hex()[..16].to_owned()
+    }
+}
+
 /// Lengths stand before what has them, so that no two scenes give the same bytes.
 struct Hash(blake3::Hasher);
 
@@ -45,6 +51,12 @@ impl Hash {
     fn words<T: bytemuck::NoUninit>(&mut self, values: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+    }
+
+    fn environment(&mut self, environment: &Environment) {
+        self.text(&(environment.rotation, environment.intensity));
+        self.text(&(environment.image.width, environment.image.height));
+        self.words(&environment.image.texels);
     }
 
     /// `Debug` writes floats exactly.

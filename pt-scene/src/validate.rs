@@ -1,5 +1,6 @@
 //! The invariants of a [`Scene`].
 
+use std::f32::consts::{FRAC_PI_2, PI};
 use std::ops::RangeInclusive;
 
 use crate::transform::{MAX_COORDINATE, is_invertible};
@@ -135,10 +136,13 @@ impl Scene {
                 ));
             }
         }
-        if m.priority > MAX_PRIORITY || m.exterior.is_some_and(|e| e as usize >= self.materials.len()) {
-            return Err(format!("its priority {} or its exterior material is out of range", m.priority));
+        if m.priority > MAX_PRIORITY {
+            return Err(format!("priority {} is more than {MAX_PRIORITY}", m.priority));
         }
-        Ok(())
+        match m.exterior.filter(|&material| material as usize >= self.materials.len()) {
+            Some(missing) => Err(format!("exterior material {missing} does not exist")),
+            None => Ok(()),
+        }
     }
 }
 
@@ -183,36 +187,38 @@ fn all_hold(statements: &[(bool, &str)]) -> Result<(), String> {
 }
 
 fn check_light(light: &Light) -> Result<(), String> {
-    let cone = match light.kind {
-        LightKind::Spot { inner, outer } => {
-            (0.0..outer).contains(&inner) && outer <= std::f32::consts::FRAC_PI_2 + 1e-4
+    let finite = f32::MIN..=f32::MAX;
+    not_negative("intensity", light.intensity.to_array())?;
+    within("position", light.position.to_array(), finite)?;
+    not_negative("radius", [light.radius])?;
+    let below_right_angle = 0.0..=FRAC_PI_2.next_down();
+    within("angular radius (radians)", [light.angular_radius], below_right_angle)?;
+    if !light.direction.is_normalized() {
+        return Err(format!("direction {} has not length 1", light.direction));
+    }
+    match light.kind {
+        LightKind::Spot { inner, outer } if !(0.0..outer).contains(&inner) || outer > FRAC_PI_2 + 1e-4 => {
+            Err(format!(
+                "the cone angles {inner} (inner) and {outer} (outer) are not in the order 0 <= inner < outer <= pi / 2"
+            ))
         }
-        LightKind::Point | LightKind::Directional => true,
-    };
-    let intensity = light.intensity.is_finite() && light.intensity.min_element() >= 0.0;
-    let angular_radius = (0.0..std::f32::consts::FRAC_PI_2).contains(&light.angular_radius);
-    all_hold(&[
-        (cone, "cone angles are not 0 <= inner < outer <= pi/2"),
-        (intensity, "intensity is negative or not finite"),
-        (light.position.is_finite(), "position is not finite"),
-        (light.direction.is_normalized(), "direction has no unit length"),
-        ((0.0..f32::INFINITY).contains(&light.radius), "radius is negative or not finite"),
-        (angular_radius, "angular radius is not between 0 and pi/2"),
-    ])
+        _ => Ok(()),
+    }
 }
 
 fn check_camera(camera: &Camera) -> Result<(), String> {
-    let projection = match camera.projection {
-        Projection::Perspective { yfov } => yfov > 0.0 && yfov < std::f32::consts::PI,
-        Projection::Orthographic { ymag } => ymag > 0.0 && ymag.is_finite(),
-    };
+    let above_zero = f32::MIN_POSITIVE..=f32::MAX;
+    match camera.projection {
+        Projection::Perspective { yfov } => {
+            within("vertical field of view (radians)", [yfov], f32::MIN_POSITIVE..=PI.next_down())?;
+        }
+        Projection::Orthographic { ymag } => within("half height of the view", [ymag], above_zero)?,
+    }
     let m = camera.world_from_camera.matrix3;
-    let rigid = camera.world_from_camera.is_finite() && (m.determinant() - 1.0).abs() < 1e-3;
-    let lens = camera.lens_radius >= 0.0 && camera.lens_radius.is_finite();
-    all_hold(&[
-        (projection, "field of view or height of view is out of range"),
-        (rigid, "transform is not finite or not rigid"),
-        (lens, "lens radius is negative or not finite"),
-        (camera.focus_distance > 0.0, "focus distance is not above 0"),
-    ])
+    let is_rigid = camera.world_from_camera.is_finite() && (m.determinant() - 1.0).abs() < 1e-3;
+    if !is_rigid {
+        return Err("its transform is not finite or has a scale".into());
+    }
+    not_negative("lens radius", [camera.lens_radius])?;
+    within("focus distance", [camera.focus_distance], f32::MIN_POSITIVE..=f32::INFINITY)
 }

@@ -24,6 +24,10 @@ impl FlagSet for Picture {
             note: ", or a preset: ultra-quality, quality, balanced, performance",
             ..Flag::new("render-scale", "post.render_scale", "X|PRESET")
         },
+        Flag {
+            note: "; transparent writes alpha to png (straight) and exr (premultiplied)",
+            ..Flag::new("background", "denoise.background", "WHAT")
+        },
         Flag::new("tonemap", "post.tonemap", "CURVE"),
         Flag {
             implies: &[("", "post.exposure=manual")],

@@ -1,8 +1,9 @@
 //! `pt bake` compresses the textures of a scene into a folder of DDS files.
 
 use crate::args::values::named;
+use crate::output::check_folder;
 use crate::progress::Progress;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
 use pt_import::bake::{BakedTexture, Outcome, bake};
 use pt_import::{LoadOptions, Quality};
@@ -38,6 +39,11 @@ pub struct BakeArgs {
 /// # Errors
 /// A scene or an image that can't be read, a folder that can't be written.
 pub fn run(args: &BakeArgs, out: &mut impl Write) -> Result<bool> {
+    check_folder(&args.output)?;
+    let name = args.scene.to_string_lossy();
+    if pt_scene::builtin(&name).is_some() && !args.scene.exists() {
+        bail!("{name}: is a built-in scene; pt bake compresses the textures of a glTF file");
+    }
     let started = Instant::now();
     let mut progress = None;
     let options = LoadOptions {

@@ -3,10 +3,12 @@
 use crate::args::FrameArgs;
 use crate::args::values::FrameRange;
 use crate::frame::{FullFrame, Moment};
+use crate::interrupt::{self, Interrupt};
+use crate::output::check_folder;
 use crate::params::FrameParams;
 use crate::progress::Progress;
-use crate::session::{Session, fold_seed};
-use anyhow::{Context, Result};
+use crate::session::{Session, fold_seed, open_scene};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use pt_core::Recorder;
 use pt_core::capture::folder::{CaptureWriter, Index, history_names, read_histories};
@@ -20,6 +22,7 @@ use std::path::PathBuf;
 
 /// `pt capture`
 #[derive(Clone, Debug, Args)]
+#[command(after_help = interrupt::HELP)]
 pub struct CaptureArgs {
     /// Folder for the frames; created if missing; must not contain a capture yet.
     #[arg(short, long, value_name = "DIR", help_heading = "Output")]
@@ -40,9 +43,10 @@ pub struct CaptureArgs {
 /// # Errors
 /// Unknown names, files that can't be read or written, a device that can't do it. Frames that were recorded stay.
 pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
+    check_folder(&args.output)?;
     let params = args.frame.params()?;
     let range = &args.frames.0;
-    let scene = pt_import::open(&args.frame.scene.file, &args.frame.scene.load_options())?;
+    let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
     }
@@ -58,12 +62,14 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
     let (size, accumulate) = (args.frame.output_size(), args.frame.accumulate);
     let mut full = FullFrame::new(&session.device, &session.gpu, size, accumulate, &params)?;
 
+    let interrupt = Interrupt::listen()?;
     let seed = fold_seed(args.frame.seed);
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(range.end);
     let mut previous = args.frame.time(0);
     let mut state = BTreeMap::new();
     let mut histories = Vec::new();
+    let mut end = 0;
     for number in 0..range.end {
         if number == range.start && full.images().has_frame() {
             histories = read_histories(full.images())?;
@@ -93,18 +99,31 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
             writer.add(full.images(), std::mem::take(&mut histories), &sidecar, reference.as_deref())?;
         }
         previous = time;
-        progress.step();
+        progress.advance_to(recorder.finished());
+        progress.show("");
+        end = number + 1;
+        if interrupt.is_pressed() {
+            break;
+        }
     }
     recorder.finish()?;
     progress.finish();
     session.check_validation()?;
+    ensure!(
+        end > range.start,
+        "{}: interrupted after frame {}, before the first frame to record, {}; nothing was recorded",
+        args.output.display(),
+        end - 1,
+        range.start
+    );
+    interrupt.report(end - range.start, range.end - range.start, "frames");
     let [width, height] = size;
     writeln!(
         out,
         "{}: frames {}..{} of {}, {width}x{height}, {}, {}",
         args.output.display(),
         range.start,
-        range.end,
+        end,
         session.scene.name,
         session.device_line(),
         session.gpu.backend(),

@@ -9,7 +9,7 @@ use std::io::Write;
 /// `pt knobs`
 #[derive(Clone, Debug, Args)]
 pub struct KnobsArgs {
-    /// Only the knobs of this stage.
+    /// Only the knobs of this stage or table, or this knob.
     pub stage: Option<String>,
     /// Print JSON instead of text.
     #[arg(long)]
@@ -25,8 +25,12 @@ pub fn run(args: &KnobsArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(stage) = &args.stage {
         let mut stages: Vec<_> = knobs.iter().map(|knob| stage_of(knob).to_owned()).collect();
         stages.dedup();
-        ensure!(stages.contains(stage), "{stage}: no stage with knobs; there are {}", stages.join(", "));
-        knobs.retain(|knob| stage_of(knob) == stage);
+        knobs.retain(|knob| knob.key == *stage || knob.key.starts_with(&format!("{stage}.")));
+        ensure!(
+            !knobs.is_empty(),
+            "{stage}: no stage with knobs and no knob; the stages are {}",
+            stages.join(", ")
+        );
     }
     if args.json {
         writeln!(out, "{}", serde_json::to_string_pretty(&knobs)?)?;

@@ -1,10 +1,12 @@
 //! `pt merge` joins slices of one render of `pt reference`.
 
 use super::reference::files::{check_exr, write};
+use crate::inputs::Inputs;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
+use pt_core::capture::keys;
+use pt_image::image_file::LayeredImage;
 use pt_reference::{Estimate, EstimateFile};
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -29,6 +31,7 @@ pub struct MergeArgs {
 /// Files that are not estimates, that belong to different renders, or that share samples.
 pub fn run(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
     check_exr(&args.output)?;
+    Inputs::default().with("one of the slices", &args.inputs).check([&args.output])?;
     let mut files: Vec<(&Path, EstimateFile)> = Vec::new();
     for path in &args.inputs {
         files.push((path, EstimateFile::read(path)?));
@@ -68,7 +71,11 @@ pub fn run(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
     let parts: Vec<Estimate> = files.into_iter().map(|(_, file)| file.estimate).collect();
     let estimate = Estimate::merge(&parts).context("cannot merge")?;
     let file = EstimateFile { estimate, ranges: joined, identity };
-    write(&args.output, &file, BTreeMap::new(), args.no_aov)?;
+    // Of one render, so that they show the same.
+    let mut metadata = LayeredImage::read_metadata(&args.inputs[0]);
+    metadata
+        .retain(|key, _| [keys::SCENE, keys::CAMERA, keys::ENVIRONMENT, keys::LIGHT].contains(&key.as_str()));
+    write(&args.output, &file, metadata, args.no_aov)?;
     writeln!(
         out,
         "{}: {} files, {} samples a pixel, relative error {:.4}",

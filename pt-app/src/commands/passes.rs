@@ -4,7 +4,7 @@ use crate::args::values::{assignment, named};
 use crate::args::{CameraArgs, DeviceArgs};
 use crate::frame::FullFrame;
 use crate::params;
-use crate::session::Session;
+use crate::session::{Session, open_scene};
 use anyhow::Result;
 use clap::Args;
 use pt_core::trace::TraceBackend;
@@ -49,7 +49,7 @@ pub struct PassesArgs {
 pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let params = params::resolve(None, &args.set)?;
     let options = LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() };
-    let scene = pt_import::open(&args.scene, &options)?;
+    let scene = open_scene(&args.scene, &options)?;
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
     let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
     let size = [args.size.width, args.size.height];

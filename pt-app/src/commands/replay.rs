@@ -3,8 +3,10 @@
 use crate::aov::{self, AovSelection};
 use crate::args::values::{FrameRange, assignment, named};
 use crate::frame::{FullFrame, Moment, Stage};
+use crate::inputs::Inputs;
+use crate::interrupt::{self, Interrupt};
 use crate::output::Output;
-use crate::params::FrameParams;
+use crate::params::{FrameParams, check_background};
 use crate::progress::Progress;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -22,6 +24,7 @@ use std::path::PathBuf;
 
 /// `pt replay`
 #[derive(Clone, Debug, Args)]
+#[command(after_help = interrupt::HELP)]
 pub struct ReplayArgs {
     /// Folder that `pt capture` wrote.
     #[arg(value_name = "DIR")]
@@ -35,9 +38,9 @@ pub struct ReplayArgs {
     /// Frames to write: A to B - 1 [default: all]. The recorded frames before A are run too, because histories build up over them.
     #[arg(long, value_name = "A..B")]
     pub frames: Option<FrameRange>,
-    /// Image to write: PNG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. With a run of # in the
+    /// Image to write: PNG or JPEG (tone-mapped, sRGB) or EXR (linear scene radiance before exposure); may be repeated. With a run of # in the
     /// name every frame is written, and its number replaces the #.
-    #[arg(short, long, value_name = "OUT.{png,exr}")]
+    #[arg(short, long, value_name = "OUT.{png,jpg,exr}")]
     pub output: Vec<PathBuf>,
     /// More images for the EXR: `all` channels, or a list of NAME (channel) and STAGE.NAME (private image of a stage).
     #[arg(long, value_name = "all|A,B")]
@@ -55,8 +58,12 @@ pub struct ReplayArgs {
 /// # Errors
 /// A capture that can't be read or does not fit, unknown knobs, a device that can't do it.
 pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
-    let outputs = args.output.iter().map(|path| Output::new(path)).collect::<Result<Vec<_>, _>>()?;
+    let outputs = args.output.iter().map(|path| Output::new(path)).collect::<Result<Vec<_>>>()?;
     let capture = CaptureFolder::open(&args.capture)?;
+    let recorded_files = std::fs::read_dir(&args.capture).into_iter().flatten().flatten();
+    Inputs::default()
+        .with("a file of the capture", recorded_files.map(|entry| entry.path()))
+        .check(&args.output)?;
     let recorded = capture.range();
     let wanted = args.frames.clone().map_or(recorded.clone(), |range| range.0);
     ensure!(
@@ -72,6 +79,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     let mut params: FrameParams = serde_json::from_value(first.sidecar.params.clone())
         .with_context(|| format!("{}: knobs of the first frame", args.capture.display()))?;
     apply_sets(&mut params, &args.set)?;
+    check_background(&params, capture.index.accumulate)?;
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: args.validation })?;
     let (size, accumulate) = (capture.index.output_size, capture.index.accumulate);
     let mut full = FullFrame::starting_at(&device, args.from, size, accumulate, &params)?;
@@ -88,9 +96,11 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
     restore(&first, &mut full)?;
 
+    let interrupt = Interrupt::listen()?;
     let mut recorder = Recorder::new(&device)?;
     let mut progress = Progress::new(wanted.end - recorded.start);
     let mut next = Some(first);
+    let mut end = recorded.start;
     for number in recorded.start..wanted.end {
         let recorded_frame = match next.take() {
             Some(frame) => frame,
@@ -104,31 +114,47 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
             Ok::<_, anyhow::Error>(recorded_frame.load(images, given)?)
         })?;
         frame.submit()?;
+        end = number + 1;
+        let is_last = end == wanted.end || interrupt.is_pressed();
         if wanted.contains(&number) {
             for output in &outputs {
-                let Some(path) = output.of_frame(number, wanted.end - 1) else { continue };
+                let Some(path) = output.of_frame(number, is_last) else { continue };
                 match output.format() {
-                    OutputFormat::Png => pt_post::write_picture(&path, full.images(), params.post.encoding)?,
+                    OutputFormat::Png | OutputFormat::Jpeg => {
+                        pt_post::write_picture(&path, full.images(), params.post.encoding)?
+                    }
                     OutputFormat::Exr => {
                         exr(&full, &params, &aovs, &recorded_frame, &device)?.write_exr(&path)?
                     }
                 }
             }
         }
-        progress.step();
+        progress.advance_to(recorder.finished());
+        progress.show("");
+        if is_last {
+            break;
+        }
     }
     let timings = recorder.finish()?;
     progress.finish();
     if let Some(messages) = device.validation().map(|log| log.messages()).filter(|m| !m.is_empty()) {
         anyhow::bail!("{} validation messages, the first: {}", messages.len(), messages[0]);
     }
+    ensure!(
+        end > wanted.start,
+        "{}: interrupted after frame {}, before the first frame to write, {}; nothing was written",
+        args.capture.display(),
+        end - 1,
+        wanted.start
+    );
+    interrupt.report(end - wanted.start, wanted.end - wanted.start, "frames");
     let ms = Spread::of(timings.iter().map(|frame| frame.gpu_ms).collect()).median_ms;
     writeln!(
         out,
         "{}: frames {}..{} from {}, {ms:.3} ms/frame, {} ({})",
         args.capture.display(),
         wanted.start,
-        wanted.end,
+        end,
         args.from.name(),
         device.info().name,
         device.info().driver_line(),

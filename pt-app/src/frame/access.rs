@@ -25,6 +25,11 @@ impl FullFrame {
         self.post.resolved(&self.images)
     }
 
+    /// With a transparent background: straight radiance and alpha of [`FullFrame::radiance`], which is premultiplied.
+    pub fn matte(&self) -> Option<&Image> {
+        self.post.matte(&self.images)
+    }
+
     /// Parameters of the last frame; `None` before the first.
     pub fn moment(&self) -> Option<&Moment> {
         self.moment.as_ref()

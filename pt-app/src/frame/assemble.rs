@@ -6,7 +6,7 @@ use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
-use pt_denoise::Composite;
+use pt_denoise::{Background, Composite};
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
@@ -51,7 +51,8 @@ impl FullFrame {
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
-        let parts = ChainParts { accumulate, picture: true };
+        let alpha = params.denoise.background == Background::Transparent;
+        let parts = ChainParts { accumulate, picture: true, alpha };
         let post = PostChain::new(device, parts, &params.post)?;
         let mut stages: Vec<StageIo> = Vec::new();
         if traced.is_some() {

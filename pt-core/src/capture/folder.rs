@@ -230,6 +230,10 @@ impl CaptureFolder {
     pub fn open(folder: &Path) -> Result<Self, FolderError> {
         let path = folder.join(INDEX);
         let content = |problem: String| FolderError::Content { path: path.clone(), problem };
+        if !path.exists() {
+            let problem = format!("is no capture, it has no {INDEX}; give a folder that pt capture wrote");
+            return Err(FolderError::Content { path: folder.into(), problem });
+        }
         let bytes = read(&path)?;
         // The version first: another one may have other fields.
         let version: Version = serde_json::from_slice(&bytes).map_err(|e| content(e.to_string()))?;

@@ -24,8 +24,12 @@ pub mod keys {
     pub use pt_image::image_file::IMAGE_STATE_KEY as IMAGE_STATE;
     /// Name of the scene.
     pub const SCENE: &str = "scene";
-    /// The camera, for people to read.
+    /// The camera, in words that are the same for the same view.
     pub const CAMERA: &str = "camera";
+    /// The environment: size, rotation, intensity, and a hash of its content.
+    pub const ENVIRONMENT: &str = "environment";
+    /// Which light the image carries: direct light only, or how many bounces.
+    pub const LIGHT: &str = "light";
     /// Time of the first frame in the scene's animation, seconds.
     pub const TIME: &str = "time";
     /// Number of frames rendered; the last one is recorded.

@@ -7,6 +7,7 @@ pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
 use crate::error::{Error, Result, VkContext};
+use crate::memory::gib;
 use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
@@ -31,6 +32,9 @@ pub struct Counters {
     /// Buffers and images for which device memory was taken so far.
     pub allocations: u64,
 }
+
+/// Allocations from this size on are compared with the free memory.
+const LARGE: u64 = 1 << 28;
 
 /// An open device. Cheap to clone; resources keep it alive.
 #[derive(Clone)]
@@ -216,6 +220,12 @@ impl Device {
 
     pub(crate) fn allocate(&self, desc: &AllocationCreateDesc<'_>) -> Result<Allocation> {
         self.0.allocations.fetch_add(1, Ordering::Relaxed);
+        let bytes = desc.requirements.size;
+        // A CPU driver takes what it is asked for from the host, and the system then ends the program.
+        if bytes >= LARGE && bytes > self.info().free_bytes() {
+            let reason = format!("{} are free", gib(self.info().free_bytes()));
+            return Err(Error::Allocation { name: desc.name.into(), bytes, reason });
+        }
         lock(&self.0.allocator).allocate(desc).map_err(|e| Error::Allocation {
             name: desc.name.into(),
             bytes: desc.requirements.size,

@@ -6,10 +6,12 @@ mod hazards;
 mod pass;
 mod recorder;
 mod resource;
+mod timings;
 mod uniforms;
 
 pub(crate) use hazards::Touch;
 pub use pass::Pass;
-pub use recorder::{Frame, FrameTiming, PassTiming, Recorder};
+pub use recorder::{Frame, Recorder};
 pub use resource::{PassInfo, Resource};
+pub use timings::{FrameTiming, PassTiming};
 pub use uniforms::Uniforms;

@@ -2,6 +2,7 @@
 
 use super::hazards::{Barrier, Hazards, Touch};
 use super::resource::{Keep, PassInfo};
+use super::timings::{FrameTiming, PassTiming, TimingSample};
 use crate::buffer::{Buffer, Location};
 use crate::device::{Counters, Device};
 use crate::error::{Error, Result, VkContext};
@@ -23,30 +24,6 @@ const TO_HOST: Barrier = Barrier {
     dst_stage: vk::PipelineStageFlags2::HOST,
     dst_access: vk::AccessFlags2::HOST_READ,
 };
-
-/// Time of one pass.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct PassTiming {
-    /// Pass name.
-    pub pass: String,
-    /// GPU time in milliseconds.
-    pub ms: f64,
-}
-
-/// Times and counters of one frame.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct FrameTiming {
-    /// Frames since the start of the run.
-    pub frame: u32,
-    /// From the first to the last timestamp, in milliseconds.
-    pub gpu_ms: f64,
-    /// Host time between `begin` and `submit`, in milliseconds, waiting for the device left out.
-    pub record_ms: f64,
-    /// Per pass, in order.
-    pub passes: Vec<PassTiming>,
-    /// Pipelines and allocations made since the last frame was submitted.
-    pub created: Counters,
-}
 
 struct Slot {
     pool: vk::CommandPool,
@@ -73,7 +50,8 @@ pub struct Recorder {
     slots: Vec<Slot>,
     frame: u32,
     pub(super) hazards: Hazards,
-    timings: Vec<FrameTiming>,
+    timings: TimingSample,
+    finished: u32,
     table: Vec<PassInfo>,
     /// Counters when the last frame was submitted.
     counted: Counters,
@@ -87,7 +65,8 @@ impl Recorder {
             slots: Vec::new(),
             frame: 0,
             hazards: Hazards::default(),
-            timings: Vec::new(),
+            timings: TimingSample::default(),
+            finished: 0,
             table: Vec::new(),
             counted: device.counters(),
         };
@@ -124,12 +103,18 @@ impl Recorder {
         Ok(Frame { recorder: self, slot: index, started, passes: Vec::new() })
     }
 
-    /// Waits for all frames and returns the times of every frame since the last call.
+    /// Waits for all frames and returns the times of the frames since the last call: of all frames, or, where they are more than 2048, of
+    /// a uniform sample of that size.
     pub fn finish(&mut self) -> Result<Vec<FrameTiming>> {
         for offset in 0..FRAMES_IN_FLIGHT {
             self.collect((self.frame as usize + offset) % FRAMES_IN_FLIGHT)?;
         }
-        Ok(std::mem::take(&mut self.timings))
+        Ok(self.timings.take())
+    }
+
+    /// Number of frames that are known to be finished on the device.
+    pub fn finished(&self) -> u32 {
+        self.finished
     }
 
     /// Passes of the frame that was recorded last, in order.
@@ -158,7 +143,8 @@ impl Recorder {
         }
         let period = f64::from(self.device.info().capabilities.timestamp_period);
         let ms = |from: u64, to: u64| to.saturating_sub(from) as f64 * period * 1e-6;
-        self.timings.push(FrameTiming {
+        self.finished = self.finished.saturating_add(1);
+        self.timings.add(FrameTiming {
             frame: done.frame,
             gpu_ms: ms(ticks.first().copied().unwrap_or(0), ticks.last().copied().unwrap_or(0)),
             record_ms: done.record_ms,

@@ -152,7 +152,8 @@ pub fn measure(
         frame.submit()?;
     }
     let timings = recorder.finish()?;
-    let counted = &timings[warm_up as usize..];
+    let first = timings.partition_point(|timing| timing.frame < warm_up);
+    let counted = &timings[first..];
     Ok(StageTimes {
         device: device.info().clone(),
         size,

@@ -178,7 +178,7 @@ pub fn read_capture(path: &Path) -> Result<LayeredImage, HarnessError> {
 pub fn check_output(path: &Path) -> Result<(), HarnessError> {
     match OutputFormat::of(path)? {
         OutputFormat::Exr => Ok(check_writable(path).map_err(ImageFileError::from)?),
-        OutputFormat::Png => Err(HarnessError::NotExr(path.into())),
+        OutputFormat::Png | OutputFormat::Jpeg => Err(HarnessError::NotExr(path.into())),
     }
 }
 

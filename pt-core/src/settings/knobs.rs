@@ -124,7 +124,8 @@ impl Knob {
             KnobKind::Enum => self.values.iter().any(|value| value.name == text),
         };
         let absent = self.optional && text == super::tree::NONE;
-        if fits || absent { Ok(()) } else { Err(format!("expected {}", self.takes())) }
+        let whole = if self.kind == KnobKind::Integer { "a whole number, " } else { "" };
+        if fits || absent { Ok(()) } else { Err(format!("expected {whole}{}", self.takes())) }
     }
 
     /// The default, as `--set` takes it.

@@ -110,7 +110,7 @@ fn replace<T: Knobs>(
             return Ok(());
         }
     }
-    outcome
+    outcome.map_err(|error| error.explained(&T::knobs()))
 }
 
 fn check_leaf<T: Knobs>(tree: &Value, key: &str, expects: &Value) -> Result<(), SettingsError> {

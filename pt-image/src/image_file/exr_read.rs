@@ -169,6 +169,17 @@ fn place<T: Copy>(samples: &mut Vec<T>, zero: T, data: ex::IntegerBounds, displa
     *samples = placed;
 }
 
+/// The text attributes of all parts; `None` without a valid header.
+pub(super) fn decode_metadata(bytes: &[u8]) -> Option<BTreeMap<String, String>> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).ok()?;
+    let mut metadata = BTreeMap::new();
+    for header in &meta.headers {
+        read_attributes(&header.shared_attributes.other, &mut metadata);
+        read_attributes(&header.own_attributes.other, &mut metadata);
+    }
+    Some(metadata)
+}
+
 fn read_parts(bytes: &[u8]) -> Result<ex::FlatImage, String> {
     ex::read()
         .no_deep_data()

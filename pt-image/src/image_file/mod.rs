@@ -1,4 +1,4 @@
-//! Images on disk: multi-layer EXR, 8-bit sRGB PNG, and a reader of all supported kinds into linear RGB.
+//! Images on disk: multi-layer EXR, 8-bit sRGB PNG and JPEG, and a reader of all supported kinds into linear RGB.
 //!
 //! Row 0 is the top. All writes go through [`crate::atomic_file`], and the same content gives the same bytes.
 
@@ -6,6 +6,7 @@ mod chromaticities;
 mod exr_file;
 mod exr_read;
 mod hdr_file;
+mod jpeg_file;
 mod linear;
 mod png_file;
 mod srgb;
@@ -17,6 +18,7 @@ use std::str::FromStr;
 use half::f16;
 
 pub use exr_read::is_cube_map;
+pub use jpeg_file::write_jpeg;
 pub use linear::{ImageState, LinearImage};
 pub use png_file::{PixelLayout, write_png, write_png_pq};
 pub use srgb::{srgb_decode, srgb_encode, srgb_encode_8bit};
@@ -46,7 +48,7 @@ pub enum ImageFileError {
         height: u64,
     },
     /// The extension does not name a kind of image that is supported here.
-    #[error("{}: unknown image extension {extension:?}, use one of: {expected}", path.display())]
+    #[error("{}: {}, use one of: {expected}", path.display(), extension_problem(path, extension))]
     Extension {
         /// The file.
         path: PathBuf,
@@ -129,6 +131,8 @@ impl FromStr for ImageSize {
 pub enum OutputFormat {
     /// 8 bits, sRGB.
     Png,
+    /// 8 bits, sRGB, with loss.
+    Jpeg,
     /// Linear floating point, any number of layers.
     Exr,
 }
@@ -141,11 +145,12 @@ impl OutputFormat {
     pub fn of(path: &Path) -> Result<Self, ImageFileError> {
         match extension(path).as_str() {
             "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
             "exr" => Ok(Self::Exr),
             other => Err(ImageFileError::Extension {
                 path: path.into(),
                 extension: other.into(),
-                expected: "png, exr",
+                expected: "png, jpg, exr",
             }),
         }
     }
@@ -160,6 +165,15 @@ pub fn check_output(path: &Path) -> Result<OutputFormat, ImageFileError> {
     let format = OutputFormat::of(path)?;
     check_writable(path)?;
     Ok(format)
+}
+
+/// What is wrong with the extension of an image.
+fn extension_problem(path: &Path, extension: &str) -> String {
+    match extension {
+        "" if path.is_dir() => "is a folder; give the name of an image".into(),
+        "" => "the name has no extension that says the kind of image".into(),
+        _ => format!("unknown image extension \"{extension}\""),
+    }
 }
 
 /// Lower-case extension, empty without one.
@@ -288,6 +302,12 @@ impl LayeredImage {
         let bytes =
             exr_file::encode(self).map_err(|reason| ImageFileError::Encode { path: path.into(), reason })?;
         Ok(crate::atomic_file::write_atomic(path, &bytes)?)
+    }
+
+    /// The text attributes of an EXR alone, from its headers; empty for a file that is none.
+    pub fn read_metadata(path: &Path) -> BTreeMap<String, String> {
+        let bytes = if extension(path) == "exr" { crate::atomic_file::read(path).ok() } else { None };
+        bytes.and_then(|bytes| exr_read::decode_metadata(&bytes)).unwrap_or_default()
     }
 
     /// Reads the display window of an EXR: all flat parts at their largest resolution. Pixels outside of the data window are 0.

@@ -1,7 +1,9 @@
 //! `pt bench path` measures the whole path loop of the reference path tracer, and the CPU tracing the same number of rays.
 
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
-use crate::session::Session;
+use crate::commands::reference::BYTES_PER_PIXEL;
+use crate::inputs::Inputs;
+use crate::session::{Session, check_host_memory, open_scene};
 use anyhow::Result;
 use clap::Args;
 use pt_core::trace::{NativeRays, RayKind};
@@ -92,11 +94,13 @@ impl Window {
 /// Unknown scene or device, a file that can't be written.
 pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
+        Inputs::of_scene(&args.scene, None).check([path])?;
         check_writable(path)?;
     }
-    let scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
-    let mut session = Session::open(&args.device, &args.camera, scene)?;
     let size = [args.size.width, args.size.height];
+    check_host_memory("a reference image", size, BYTES_PER_PIXEL)?;
+    let scene = open_scene(&args.scene.file, &args.scene.load_options())?;
+    let mut session = Session::open(&args.device, &args.camera, scene)?;
     let record = camera_record(&session.camera.at(args.scene.time), size);
     let native =
         NativeRays::new(&mesh_geometry(&session.scene), &placements(&session.scene), &record, size, 0)?;

@@ -1,5 +1,6 @@
 //! `pt bench post` measures every pass from the interleave to the picture on a synthetic frame.
 
+use crate::session::check_host_memory;
 use anyhow::{Result, ensure};
 use clap::Args;
 use pt_checkerboard::{CheckerboardParams, Interleave};
@@ -30,6 +31,9 @@ pub struct BenchPostArgs {
     #[arg(long, value_name = "D")]
     pub device: Option<String>,
 }
+
+/// Memory of the host that a pixel takes, a CPU device included.
+const BYTES_PER_PIXEL: u64 = 160;
 
 /// Size at which results are checked against the oracles before anything is timed.
 const CHECK_SIZE: [u32; 2] = [96, 54];
@@ -69,7 +73,8 @@ struct Stages {
 impl Stages {
     fn new(device: &Device, output_size: [u32; 2], chain: &Chain) -> Result<Self> {
         let params = chain.params.clone();
-        let post = PostChain::new(device, ChainParts { accumulate: false, picture: true }, &params)?;
+        let post =
+            PostChain::new(device, ChainParts { accumulate: false, picture: true, alpha: false }, &params)?;
         let stages = [vec![Interleave::IO], post.io()].concat();
         let images = ChannelImages::alone(device, params.sizes(output_size), &stages)?;
         // Luminance over six orders of magnitude, neighbours apart: the histogram's atomics are spread as in a noisy frame.
@@ -144,8 +149,9 @@ const CHECK_LIMIT: f64 = 2.5;
 /// Unknown device, a result that is not the oracles', a file that can't be written.
 pub fn run(args: &BenchPostArgs, out: &mut impl Write) -> Result<bool> {
     args.json.as_deref().map_or(Ok(()), check_writable)?;
-    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
     let size: [u32; 2] = args.size.into();
+    check_host_memory("a frame", size, BYTES_PER_PIXEL)?;
+    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
     let copy = copy_bandwidth(&device, size, args.frames)?;
     writeln!(out, "{}, {}", device.info().name, device.info().driver_line())?;
     writeln!(

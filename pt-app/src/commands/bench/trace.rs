@@ -1,5 +1,7 @@
 //! `pt bench trace` measures rays per second of every backend and of the CPU.
 
+use crate::inputs::Inputs;
+use crate::session::{check_host_memory, open_scene};
 use anyhow::Result;
 use clap::Args;
 use pt_core::trace::RayKind;
@@ -38,18 +40,23 @@ pub struct BenchTraceArgs {
     pub device: Option<String>,
 }
 
+/// Memory of the host that a pixel takes: a ray of each of four kinds and its hits, and the copies on their way to and from the device.
+const BYTES_PER_PIXEL: u64 = 400;
+
 /// Runs the command.
 ///
 /// # Errors
 /// Unknown scene or device, a file that can't be written.
 pub fn run(args: &BenchTraceArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
+        Inputs::default().with("the scene", [&args.scene]).check([path])?;
         check_writable(path)?;
     }
     let options = LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() };
-    let scene = pt_import::open(&args.scene, &options)?;
+    let scene = open_scene(&args.scene, &options)?;
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
     let size = args.size.map_or_else(|| default_size(&device), <[u32; 2]>::from);
+    check_host_memory("a list of rays", size, BYTES_PER_PIXEL)?;
     let options = BenchOptions { size, windows: args.windows, seed: args.seed };
     let camera = camera_record(&scene.default_camera(), size);
     let rows = bench(&device, &mesh_geometry(&scene), &placements(&scene), &camera, options)?;

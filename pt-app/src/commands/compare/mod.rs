@@ -7,9 +7,13 @@ pub use args::{CompareArgs, Limit, MetricName, Region};
 use std::io::Write;
 use std::path::Path;
 
+use crate::inputs::Inputs;
+use crate::origin::differences;
 use anyhow::{Context, Result, bail};
 use pt_core::console::print_warning;
-use pt_image::image_file::{ImageState, LinearImage, OutputFormat, PixelLayout, check_output, write_png};
+use pt_image::image_file::{
+    ImageState, LayeredImage, LinearImage, OutputFormat, PixelLayout, check_output, write_png,
+};
 use pt_image::metrics::{
     DISPLAY_TRANSFORM, Measurement, Metric, VARIANCE_LAYER, Variances, compare_estimates, heatmap,
     read_variance,
@@ -37,6 +41,7 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
     {
         bail!("the heat map is a PNG, {} has another extension", path.display());
     }
+    Inputs::default().with("one of the images", [&args.a, &args.b]).check(&args.heatmap)?;
     let metrics = requested(args);
     let (a, b) = (read_region(args, &args.a)?, read_region(args, &args.b)?);
     let variances = match metrics.iter().any(|metric| metric.uses_variances()) {
@@ -44,6 +49,7 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
         false => None,
     };
     warn_about_states(args, &a, &b);
+    warn_about_origins(args);
     if variances.is_some() && a.pixels == b.pixels {
         print_warning("the images are equal, as estimates of one seed are: z-test tests nothing");
     }
@@ -85,6 +91,15 @@ fn warn_about_states(args: &CompareArgs, a: &LinearImage, b: &LinearImage) {
             args.b.display(),
             name(b.state)
         ));
+    }
+}
+
+/// Images of different cameras, environments or light differ by more than their noise.
+fn warn_about_origins(args: &CompareArgs) {
+    let [a, b] =
+        [&args.a, &args.b].map(|path| (path.display().to_string(), LayeredImage::read_metadata(path)));
+    for difference in differences((&a.0, &a.1), (&b.0, &b.1)) {
+        print_warning(&difference);
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::args::flags::{Flag, FlagSet, Flags};
 use crate::args::values::{assignment, positive_f64};
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
+use crate::interrupt;
 use crate::params::{ReferenceSettings, resolve_reference};
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -15,6 +16,7 @@ use std::str::FromStr;
 
 /// `pt reference`
 #[derive(Clone, Debug, Args)]
+#[command(after_help = interrupt::HELP)]
 pub struct ReferenceArgs {
     /// Image to write: an EXR with the layers radiance (unnamed), variance (of the mean), albedo, normal, depth, motion, coverage.
     /// Also writes NAME_0016spp.{hdr,alb,nrm}.exr, the input of Open Image Denoise.

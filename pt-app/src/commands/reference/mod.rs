@@ -2,11 +2,14 @@
 
 mod args;
 pub mod files;
-mod report;
 
 pub use args::{ReferenceArgs, SampleRange};
 
-use crate::session::{Session, fold_seed};
+use crate::inputs::Inputs;
+use crate::interrupt::Interrupt;
+use crate::origin::Origin;
+use crate::progress::Progress;
+use crate::session::{Session, check_host_memory, fold_seed, open_scene};
 use anyhow::{Result, bail, ensure};
 use files::{check_exr, write};
 use pt_core::capture::keys;
@@ -16,11 +19,13 @@ use pt_image::image_file::ImageSize;
 use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive, ReferenceParams, SamplerKind};
 use pt_scene::gpu::camera_record;
 use pt_shaders::records::FrameRecord;
-use report::Report;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 use std::time::{Duration, Instant};
+
+/// Memory of the host that a pixel takes: the sums, the estimate, the planes of the file, and its compressed bytes.
+pub(crate) const BYTES_PER_PIXEL: u64 = 440;
 
 /// Runs the command.
 ///
@@ -28,17 +33,20 @@ use std::time::{Duration, Instant};
 /// Unknown names, files that can't be read or written, a checkpoint of another render, a device that can't do it.
 pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     check_exr(&args.output)?;
+    Inputs::of_scene(&args.scene, args.profile.as_deref())
+        .check([&args.output].into_iter().chain(&args.checkpoint))?;
     if let Some(path) = &args.checkpoint {
         check_writable(path)?;
     }
     let params = args.params()?;
-    let mut scene = pt_import::open(&args.scene.file, &args.scene.load_options())?;
+    let mut scene = open_scene(&args.scene.file, &args.scene.load_options())?;
     scene.set_time(args.scene.time, args.scene.time - 1.0 / args.scene.fps);
     for notice in &scene.notices {
         print_warning(notice);
     }
     let samples = args.sample_range(&params);
     let size = [args.size.width, args.size.height];
+    check_host_memory("a reference image", size, BYTES_PER_PIXEL)?;
     let mut session = Session::open(&args.device, &args.camera, scene)?;
     let identity = Identity::default()
         .with("version", env!("CARGO_PKG_VERSION"))
@@ -69,17 +77,21 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     let resumed = resume(args, &mut render, &identity, &samples)?;
 
     let started = Instant::now();
-    let (state, done) = advance(args, &mut render, &mut session, &identity, &samples)?;
+    let interrupt = Interrupt::listen()?;
+    let (state, done) = advance(args, &mut render, &mut session, &identity, &samples, &interrupt)?;
     let seconds = started.elapsed().as_secs_f64();
     session.check_validation()?;
 
     let estimate = state.estimate(done.end - done.start);
-    let metadata = BTreeMap::from([
+    let camera = session.camera.at(args.scene.time);
+    let origin = Origin::of_reference(&session.scene, &camera, &params);
+    let mut metadata = BTreeMap::from([
         (keys::SCENE.to_owned(), session.scene.name.clone()),
         (keys::DEVICE.to_owned(), session.device.info().name.clone()),
         (keys::DRIVER.to_owned(), session.device.info().driver_line()),
         (keys::VERSION.to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
     ]);
+    origin.describe(&mut metadata);
     if estimate.dropped > 0 {
         print_warning(&format!("{} non-finite samples dropped", estimate.dropped));
     }
@@ -92,6 +104,8 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     let share = f64::from(done.end - resumed) / f64::from(done.end - done.start).max(1.0);
     let file = EstimateFile { estimate, ranges: vec![done], identity };
     write(&args.output, &file, metadata, args.no_aov)?;
+    interrupt.report(file.estimate.samples as u32, samples.end - samples.start, "samples a pixel");
+    writeln!(out, "light: {}", origin.light())?;
     writeln!(
         out,
         "{}: {}x{}, {} samples a pixel, relative error {:.4}, {} non-finite samples dropped, {seconds:.1} s, {:.2} Mpaths/s, {:.2} Mrays/s, {}, {}",
@@ -144,26 +158,34 @@ fn resume(
     Ok(there.end)
 }
 
-/// Renders until the samples or the time are used up; the sums and the samples in them.
+/// Renders until the samples or the time are used up, or the command is interrupted; the sums and the samples in them.
 fn advance(
     args: &ReferenceArgs,
     render: &mut Progressive,
     session: &mut Session,
     identity: &Identity,
     samples: &Range<u32>,
+    interrupt: &Interrupt,
 ) -> Result<(pt_reference::FilmState, Range<u32>)> {
     let started = Instant::now();
     let limit = args.time_limit.map(Duration::from_secs_f64);
     let interval = Duration::try_from_secs_f64(args.checkpoint_interval).unwrap_or(Duration::ZERO);
-    let mut progress = Report::new(samples, render.next_sample());
+    let count = |next: u32| next - samples.start;
+    let mut progress = Progress::resuming(count(render.next_sample()), count(samples.end), "sample");
     let mut saved = Instant::now();
     while render.next_sample() < samples.end && limit.is_none_or(|limit| started.elapsed() < limit) {
+        // At least one sample, so that there is something to write.
+        if interrupt.is_pressed() && render.next_sample() > samples.start {
+            break;
+        }
         render.step(&session.scene, &mut session.gpu, samples.end)?;
+        progress.advance_to(count(render.next_sample()));
         let save = args.checkpoint.is_some() && saved.elapsed() >= interval;
         if save || progress.is_due() {
             let state = render.state()?;
             let done = samples.start..render.next_sample();
-            progress.show(done.end, state.estimate(done.end - done.start).relative_error());
+            let error = state.estimate(done.end - done.start).relative_error();
+            progress.show(&format!(", relative error {error:.4}"));
             if let Some(path) = args.checkpoint.as_deref().filter(|_| save) {
                 Checkpoint { state, samples: done, identity: identity.clone() }.write(path)?;
                 saved = Instant::now();

@@ -1,25 +1,26 @@
 //! `pt render` renders frames of a scene and writes the last one, each one, or their mean.
 
 mod args;
+mod report;
 
 pub use args::RenderArgs;
 
 use crate::aov;
 use crate::frame::FullFrame;
+use crate::interrupt::Interrupt;
+use crate::origin::Origin;
 use crate::output::Output;
 use crate::params::FrameParams;
 use crate::progress::Progress;
-use crate::session::{Session, fold_seed};
-use anyhow::{Context, Result};
+use crate::session::{Session, check_host_memory, fold_seed, open_scene};
+use anyhow::Result;
 use pt_core::Recorder;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
-use pt_core::harness::Spread;
-use pt_image::atomic_file::write_atomic;
 use pt_image::image_file::{LayeredImage, OutputFormat};
+use pt_post::Upscale;
 use pt_shaders::channels::ChannelId;
-use serde_json::json;
 use std::io::Write;
 use std::path::Path;
 
@@ -29,12 +30,14 @@ use std::path::Path;
 /// Unknown names, files that can't be read or written, a device that can't do it.
 pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let outputs = args.check_outputs()?;
+    args.inputs().check(args.output.iter().chain(&args.timings))?;
     let params = args.frame.params()?;
+    args.check_alpha(&params)?;
     let encoding = params.post.encoding;
     for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
         encoding.check_file(path)?;
     }
-    let scene = pt_import::open(&args.frame.scene.file, &args.frame.scene.load_options())?;
+    let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
     for notice in &scene.notices {
         print_warning(notice);
     }
@@ -44,26 +47,49 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     session.load.mark("kernels and images");
     let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
 
+    // Texels, the planes of the file, and its compressed bytes.
+    let per_pixel = 64 + 48 * aovs.len() as u64;
+    check_host_memory("an image", size, per_pixel)?;
     let images = Images { outputs, args, params: &params, aovs };
-    let timings = render(&images, &mut session, &mut full)?;
+    images.say_other_size(&full, size);
+    let interrupt = Interrupt::listen()?;
+    let Rendered { frames, timings } = render(&images, &mut session, &mut full, &interrupt)?;
     session.check_validation()?;
-    images.write(args.frames - 1, &session, &full)?;
+    images.write(frames - 1, true, &session, &full)?;
+    interrupt.report(frames, args.frames, "frames");
     if let Some(path) = &args.timings {
-        write_timings(path, &timings, args, &session)?;
-        writeln!(out, "{}", load_line(&session))?;
+        report::write_timings(path, frames, &timings, args, &session)?;
+        writeln!(out, "{}", report::load_line(&session))?;
     }
-    summary(&timings, &session, size, full.images().size(), out)
+    writeln!(
+        out,
+        "light: {} (pt reference traces the bounces too)",
+        images.origin(frames - 1, &session).light()
+    )?;
+    report::summary(frames, &timings, &session, size, full.images().size(), out)
 }
 
-/// All frames; those before the last are written where they were asked for.
-fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> Result<Vec<FrameTiming>> {
+/// What was rendered: all frames, or those before the command was interrupted.
+struct Rendered {
+    frames: u32,
+    timings: Vec<FrameTiming>,
+}
+
+/// The frames one after the other. Those before the last are written where they were asked for.
+fn render(
+    images: &Images<'_>,
+    session: &mut Session,
+    full: &mut FullFrame,
+    interrupt: &Interrupt,
+) -> Result<Rendered> {
     let Images { args, params, .. } = images;
     let seed = fold_seed(args.frame.seed);
     let time_step = args.frame.time_step();
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(args.frames);
     let mut previous = args.frame.scene.time;
-    for index in 0..args.frames {
+    let mut index = 0;
+    loop {
         let time = args.frame.time(index);
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, previous)?;
@@ -73,21 +99,24 @@ fn render(images: &Images<'_>, session: &mut Session, full: &mut FullFrame) -> R
             session.device.wait_idle()?;
             session.load.mark("first frame");
         }
-        if index + 1 < args.frames {
-            images.write(index, session, full)?;
-        }
         previous = time;
-        progress.step();
+        progress.advance_to(recorder.finished());
+        progress.show("");
+        index += 1;
+        if index == args.frames || interrupt.is_pressed() {
+            break;
+        }
+        images.write(index - 1, false, session, full)?;
     }
     let timings = recorder.finish()?;
     progress.finish();
-    Ok(timings)
+    Ok(Rendered { frames: index, timings })
 }
 
-/// Whether a file holds display values: always for a PNG, for an EXR with `post.output=display`.
+/// Whether a file holds display values: always for a PNG and a JPEG, for an EXR with `post.output=display`.
 fn holds_picture(path: &Path, params: &FrameParams) -> bool {
     params.post.output == pt_post::Output::Display
-        || OutputFormat::of(path).is_ok_and(|f| f == OutputFormat::Png)
+        || OutputFormat::of(path).is_ok_and(|format| format != OutputFormat::Exr)
 }
 
 /// What is written of the frames.
@@ -100,11 +129,11 @@ struct Images<'a> {
 
 impl Images<'_> {
     /// Writes the files of frame `index`, which is the one that was rendered last; waits for it if there are any.
-    fn write(&self, index: u32, session: &Session, full: &FullFrame) -> Result<()> {
+    fn write(&self, index: u32, is_last: bool, session: &Session, full: &FullFrame) -> Result<()> {
         for output in &self.outputs {
-            let Some(path) = output.of_frame(index, self.args.frames - 1) else { continue };
+            let Some(path) = output.of_frame(index, is_last) else { continue };
             match output.format() {
-                OutputFormat::Png => {
+                OutputFormat::Png | OutputFormat::Jpeg => {
                     pt_post::write_picture(&path, full.images(), self.params.post.encoding)?;
                 }
                 OutputFormat::Exr => self.exr(index, session, full)?.write_exr(&path)?,
@@ -113,12 +142,35 @@ impl Images<'_> {
         Ok(())
     }
 
+    /// Says why an EXR has not the size that was asked for: FSR 1 upscales the picture, not its linear radiance.
+    fn say_other_size(&self, full: &FullFrame, size: [u32; 2]) {
+        let [width, height] = full.radiance().extent();
+        let is_linear = |output: &&Output| {
+            output.format() == OutputFormat::Exr && self.params.post.output == pt_post::Output::Linear
+        };
+        if [width, height] != size && self.outputs.iter().any(|output| is_linear(&output)) {
+            print_warning(&format!(
+                "the EXR has {width}x{height} pixels, not {}x{}: {} upscales the tone-mapped picture, and the EXR holds linear radiance; \
+                 --set post.output=display writes the upscaled picture, --upscale {} upscales radiance",
+                size[0],
+                size[1],
+                self.params.post.upscale.name(),
+                Upscale::Taau.name()
+            ));
+        }
+    }
+
+    fn origin(&self, index: u32, session: &Session) -> Origin {
+        let camera = session.camera.at(self.args.frame.time(index));
+        Origin::of_frame(&session.scene, &camera, self.params)
+    }
+
     fn exr(&self, index: u32, session: &Session, full: &FullFrame) -> Result<LayeredImage> {
         let Self { args, params, aovs, .. } = self;
         let mut file = aov::layers(full, params, aovs)?;
+        self.origin(index, session).describe(&mut file.metadata);
         let mut put = |key: &str, value: String| file.metadata.insert(key.into(), value);
         put(keys::SCENE, session.scene.name.clone());
-        put(keys::CAMERA, format!("{:?}", session.camera));
         put(keys::TIME, args.frame.scene.time.to_string());
         put(keys::FRAMES, (index + 1).to_string());
         put(keys::ACCUMULATE, args.frame.accumulate.to_string());
@@ -136,95 +188,4 @@ impl Images<'_> {
         put(keys::VERSION, env!("CARGO_PKG_VERSION").into());
         Ok(file)
     }
-}
-
-/// Frames whose times count: the first two compile kernels and fill caches.
-fn warm(timings: &[FrameTiming]) -> &[FrameTiming] {
-    if timings.len() > 2 { &timings[2..] } else { timings }
-}
-
-fn write_timings(path: &Path, timings: &[FrameTiming], args: &RenderArgs, session: &Session) -> Result<()> {
-    let counted = warm(timings);
-    let passes: Vec<_> = counted.first().map_or(Vec::new(), |frame| {
-        (0..frame.passes.len())
-            .map(|i| {
-                let name = &frame.passes[i].pass;
-                let times: Vec<_> = counted
-                    .iter()
-                    .filter_map(|f| f.passes.get(i).filter(|p| p.pass == *name).map(|p| p.ms))
-                    .collect();
-                let Spread { median_ms, p95_ms } = Spread::of(times);
-                json!({ "pass": name, "median_ms": median_ms, "p95_ms": p95_ms })
-            })
-            .collect()
-    });
-    let frame = Spread::of(counted.iter().map(|f| f.gpu_ms).collect());
-    let info = session.device.info();
-    let document = json!({
-        "scene": session.scene.name,
-        "size": args.frame.output_size(),
-        "device": info.name,
-        "driver": info.driver_line(),
-        "backend": session.gpu.backend().to_string(),
-        "load": {
-            "phases": session.load.list(),
-            "total_ms": session.load.total_ms(),
-            "texture_bytes": session.gpu.texture_bytes(),
-            "texture_bytes_uncompressed": session.uncompressed_texture_bytes(),
-            "peak_memory_bytes": peak_memory(),
-        },
-        "warm_up_frames": timings.len() - counted.len(),
-        "frame": frame,
-        "passes": passes,
-        "frames": timings,
-    });
-    let text = serde_json::to_string_pretty(&document)?;
-    write_atomic(path, text.as_bytes()).with_context(|| "cannot write the timings".to_owned())
-}
-
-/// Where the time before the first picture went.
-fn load_line(session: &Session) -> String {
-    let load = &session.load;
-    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-    let phases: Vec<_> = load.list().iter().map(|p| format!("{} {:.0} ms", p.name, p.ms)).collect();
-    let peak = peak_memory().map_or(String::new(), |bytes| format!("; peak memory {:.0} MiB", mib(bytes)));
-    format!(
-        "loaded in {:.2} s: {}; textures {:.1} MiB ({:.1} MiB without compression){peak}",
-        load.total_ms() * 1e-3,
-        phases.join(", "),
-        mib(session.gpu.texture_bytes()),
-        mib(session.uncompressed_texture_bytes()),
-    )
-}
-
-/// Peak memory of this process, if the system reports it.
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? << 10)
-}
-
-fn summary(
-    timings: &[FrameTiming],
-    session: &Session,
-    size: [u32; 2],
-    frame_size: [u32; 2],
-    out: &mut impl Write,
-) -> Result<bool> {
-    let counted = warm(timings);
-    let frame_ms = Spread::of(counted.iter().map(|f| f.gpu_ms).collect()).median_ms;
-    let primary =
-        counted.iter().flat_map(|f| &f.passes).filter(|p| p.pass == "primary rays").map(|p| p.ms).collect();
-    let rays = f64::from(2 * pt_core::channels::field_width(frame_size[0])) * f64::from(frame_size[1]);
-    let mrays = rays / Spread::of(primary).median_ms.max(1e-9) * 1e-3;
-    writeln!(
-        out,
-        "{}x{}, {} frames: {frame_ms:.3} ms/frame, {mrays:.1} Mrays/s (primary), {}, {}",
-        size[0],
-        size[1],
-        timings.len(),
-        session.device_line(),
-        session.gpu.backend(),
-    )?;
-    Ok(true)
 }

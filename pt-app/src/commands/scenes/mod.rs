@@ -7,26 +7,32 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use pt_scene::BUILTIN;
 use serde_json::{Value, json};
 
 use crate::args::LoadArgs;
+use crate::inputs::gltf_json;
+use crate::session::open_scene;
 use stats::{ExtensionStats, SceneStats};
 use text::extension_line;
 
 /// `pt scenes`
 #[derive(Clone, Debug, Args)]
-#[command(mut_group("LoadArgs", |options| options.requires("stats")))]
+#[command(group(ArgGroup::new("scene").args(["file", "stats"])))]
+#[command(mut_group("LoadArgs", |options| options.requires("scene")))]
 pub struct ScenesArgs {
-    /// Print the content of this scene: a glTF or GLB file, or the name of a built-in scene.
+    /// Print the content of this scene: a glTF or GLB file, or the name of a built-in scene [default: list the built-in scenes]
+    #[arg(value_name = "SCENE")]
+    pub file: Option<String>,
+    /// The same as SCENE.
     #[arg(long, value_name = "SCENE")]
     pub stats: Option<String>,
     /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
     /// Number of clusters to divide the scene into, 1 to 4096.
-    #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "stats")]
+    #[arg(long, value_name = "N", default_value_t = pt_scene::Clusters::DEFAULT as u32, value_parser = clap::value_parser!(u32).range(1..=pt_scene::Clusters::MAX as i64), requires = "scene")]
     pub clusters: u32,
     /// How the scene is loaded.
     #[command(flatten)]
@@ -38,7 +44,7 @@ pub struct ScenesArgs {
 /// # Errors
 /// A scene that cannot be loaded, standard output that cannot be written.
 pub fn run(args: &ScenesArgs, out: &mut impl Write) -> Result<bool> {
-    match &args.stats {
+    match args.file.as_ref().or(args.stats.as_ref()) {
         Some(scene) => stats(scene, args, out)?,
         None if args.json => writeln!(out, "{}", serde_json::to_string_pretty(&list())?)?,
         None => {
@@ -63,7 +69,7 @@ fn list() -> Value {
 }
 
 fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
-    let scene = match pt_import::open(name, &args.load.load_options()) {
+    let scene = match open_scene(name, &args.load.load_options()) {
         Ok(scene) => scene,
         Err(error) => {
             // Which extensions a refused file names is what its owner wants to know.
@@ -76,7 +82,7 @@ fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
                     writeln!(out, "{:12} {}", "extension", extension_line(e))?;
                 }
             }
-            return Err(error.into());
+            return Err(error);
         }
     };
     let stats = SceneStats::of(&scene, args.clusters as usize);
@@ -91,15 +97,7 @@ fn stats(name: &str, args: &ScenesArgs, out: &mut impl Write) -> Result<()> {
 /// The extensions that a refused file names; none where its JSON cannot be found.
 fn named_extensions(file: &Path) -> Vec<ExtensionStats> {
     let bytes = std::fs::read(file).unwrap_or_default();
-    // GLB: a header of 12 bytes, then length and type of the JSON chunk.
-    let text = match bytes.get(..20) {
-        Some(header) if header.starts_with(b"glTF") => {
-            let length = u32::from_le_bytes([header[12], header[13], header[14], header[15]]) as usize;
-            bytes[20..].get(..length).unwrap_or_default()
-        }
-        _ => &bytes,
-    };
-    let root: Value = serde_json::from_slice(text).unwrap_or_default();
+    let root: Value = serde_json::from_slice(gltf_json(&bytes)).unwrap_or_default();
     let names = |key: &str| -> Vec<String> {
         let list = root.get(key).and_then(Value::as_array).into_iter().flatten();
         list.filter_map(Value::as_str).map(str::to_owned).collect()

@@ -8,6 +8,7 @@ mod font;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use crate::inputs::Inputs;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use pt_image::image_file::{
@@ -47,6 +48,7 @@ pub fn run(args: &SheetArgs, out: &mut impl Write) -> Result<bool> {
     if check_output(&args.output)? != OutputFormat::Png {
         bail!("{}: a sheet must be a PNG", args.output.display());
     }
+    Inputs::default().with("one of the images", &args.images).check([&args.output])?;
     let [tile_w, tile_h] = args.tile.into();
     let count = args.images.len() as u32;
     let columns = args.columns.unwrap_or_else(|| square_columns(count, tile_w, tile_h)).min(count);

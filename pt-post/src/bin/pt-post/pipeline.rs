@@ -23,7 +23,8 @@ impl Pipeline {
     pub fn new(device: &Device, size: [u32; 2], chain: &Chain, params: PostParams) -> Result<Self> {
         let output = size.map(|side| (side as f32 * chain.factor()).round() as u32);
         let resolved = if params.upscale == Upscale::Taau { output } else { size };
-        let parts = ChainParts { accumulate: chain.accumulate, picture: chain.tonemap.is_some() };
+        let parts =
+            ChainParts { accumulate: chain.accumulate, picture: chain.tonemap.is_some(), alpha: false };
         let chain = PostChain::new(device, parts, &params)?;
         // Motion is loaded whether a stage reads it or not.
         let mut stages = chain.io();
