@@ -1,5 +1,6 @@
 //! Host twin of bsdf/thin_film.glsl.
 
+use super::dielectric;
 use super::layers::schlick;
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -36,7 +37,7 @@ pub fn fresnel(f0: DVec3, film_ior: f64, thickness: f64, cos_theta: f64) -> DVec
         return DVec3::ONE;
     }
     let cos_film = (1.0 - sin2_film).sqrt();
-    let outer = schlick(DVec3::splat(((ior - 1.0) / (ior + 1.0)).powi(2)), 1.0, cos_theta).x;
+    let outer = dielectric::fresnel(cos_theta, ior);
     let root = f0.clamp(DVec3::ZERO, DVec3::splat(0.9999)).map(f64::sqrt);
     let base_ior = (DVec3::ONE + root) / (DVec3::ONE - root);
     let ratio = (base_ior - ior) / (base_ior + ior);

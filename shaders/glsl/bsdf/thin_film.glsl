@@ -23,7 +23,7 @@ vec3 thin_film_fresnel(vec3 f0, float film_ior, float thickness, float cos_theta
     float sin2_film = (1.0 - square(cos_theta)) / square(ior);
     if (sin2_film >= 1.0) return vec3(1.0);
     float cos_film = sqrt(1.0 - sin2_film);
-    float outer = fresnel_schlick(vec3(square((ior - 1.0) / (ior + 1.0))), 1.0, cos_theta).x;
+    float outer = fresnel_dielectric(cos_theta, ior);
     float passed = square(1.0 - outer);
     // The base as seen from the film.
     vec3 root = sqrt(clamp(f0, 0.0, 0.9999));
