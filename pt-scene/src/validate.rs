@@ -181,11 +181,6 @@ fn check_lobes(l: &Lobes) -> Result<(), String> {
     not_negative("dispersion", [l.dispersion])
 }
 
-/// The first statement that does not hold.
-fn all_hold(statements: &[(bool, &str)]) -> Result<(), String> {
-    statements.iter().find(|(holds, _)| !holds).map_or(Ok(()), |(_, what)| Err(format!("its {what}")))
-}
-
 fn check_light(light: &Light) -> Result<(), String> {
     let finite = f32::MIN..=f32::MAX;
     not_negative("intensity", light.intensity.to_array())?;
