@@ -133,12 +133,12 @@ fn wrong_types_and_ranges_name_what_is_expected() {
     assert!(refused("bounces=many").contains("expected integer, 0 to 255, got many"));
     assert_eq!(
         refused("bounces=256"),
-        "bounces: 256 is out of range, expected a whole number below 2^32, 0 to 255"
+        "bounces: 256 is out of range, expected 0 to 255"
     );
     assert!(
         refused("seed=4294967296").contains("key \"seed\": expected a whole number below 2^32, at least 0")
     );
-    assert!(refused("bounces=-1").contains("key \"bounces\": expected 0 to 255"));
+    assert!(refused("bounces=-1").contains("key \"bounces\": expected a whole number below 2^32, 0 to 255"));
     assert!(refused("post.exposure=bright").contains("expected finite number, 0 to 100, got bright"));
     assert!(refused("post.exposure=nan").contains("expected finite number"));
     assert!(refused("post.max_ev=1e300").contains("expected finite number, at least -20 EV, got 1e300"));

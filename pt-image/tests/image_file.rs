@@ -290,7 +290,8 @@ fn refusals_name_the_path_and_the_reason() {
         message
     };
     assert!(message(at("a.tiff")).contains("unknown image extension \"tiff\", use one of: png, jpg, exr"));
-    assert!(message(at("plain")).contains("unknown image extension \"\""));
+    assert!(message(at("plain")).contains("the name has no extension"));
+    assert!(message(folder.path().into()).contains("is a folder; give the name of an image"));
     assert!(message(at("missing/a.png")).contains("does not exist, create it first"));
     assert!(message(at("folder.png")).contains("is a directory"));
     assert!(message(at("file/a.exr")).contains("file is not a folder"));
