@@ -2,6 +2,7 @@
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
 use anyhow::{Result, bail, ensure};
+use pt_core::console::print_warning;
 use pt_core::memory::{check_size, host_free_bytes};
 use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
@@ -56,6 +57,12 @@ pub fn open_scene(file: &str, options: &LoadOptions) -> Result<Scene> {
     }
 }
 
+/// Longest side of the scene, metres, if it is far from that of things and buildings: perhaps its unit is another.
+fn unusual_size(scene: &Scene) -> Option<f32> {
+    let side = scene.bounds()?.size().max_element();
+    (side > 0.0 && !(1e-2..1e5).contains(&side)).then_some(side)
+}
+
 /// A scene on a device, ready to be rendered.
 pub struct Session {
     /// The device.
@@ -82,6 +89,11 @@ impl Session {
         let mut load = Phases::start();
         load.include(&scene.load_phases);
         let mut camera = choose_camera(&scene, camera)?;
+        if let (None, Some(size)) = (&camera, unusual_size(&scene)) {
+            print_warning(&format!(
+                "the scene measures {size:e} m, glTF's unit is the metre; it has no camera, an automatic one frames it"
+            ));
+        }
         // The choice of a backend is measured, which wants the processor for itself.
         let is_large = scene.statistics().triangles > MOST_TRIANGLES_BESIDE;
         if args.backend == TraceBackend::Auto || is_large {

@@ -1,6 +1,5 @@
 //! Errors of device, kernels, frames and scenes.
 
-use crate::memory::gib;
 use ash::vk;
 
 /// Errors of the GPU side of pt-core. Each message names the thing and, where there is one, the way out.
@@ -222,4 +221,10 @@ pub enum TraceError {
         /// Instances announced.
         capacity: usize,
     },
+}
+
+/// Bytes for messages.
+pub fn gib(bytes: u64) -> String {
+    let gib = bytes as f64 / (1u64 << 30) as f64;
+    if gib < 1.0 { format!("{:.0} MiB", 1024.0 * gib) } else { format!("{gib:.1} GiB") }
 }

@@ -1,18 +1,9 @@
 //! Checks, before memory is taken, that it is there, and what would fit instead.
 
-use crate::device::DeviceInfo;
 use crate::error::{Error, Result};
 
 /// Share of the free memory that one request may take: the rest is for what is not counted.
 const USABLE: f64 = 0.9;
-
-impl DeviceInfo {
-    /// Bytes that are free for resources, as far as the system tells: a CPU device uses the memory of the host.
-    pub fn free_bytes(&self) -> u64 {
-        let host = if self.kind == "cpu" { host_free_bytes() } else { None };
-        host.map_or(self.memory_bytes, |free| free.min(self.memory_bytes))
-    }
-}
 
 /// Bytes of the host's memory that are free; `None` where the system does not tell.
 pub fn host_free_bytes() -> Option<u64> {
@@ -45,15 +36,10 @@ pub fn check_size(
     Err(Error::TooLarge { what, size, bytes, place, free, fits })
 }
 
-/// Bytes for messages.
-pub fn gib(bytes: u64) -> String {
-    let gib = bytes as f64 / (1u64 << 30) as f64;
-    if gib < 1.0 { format!("{:.0} MiB", 1024.0 * gib) } else { format!("{gib:.1} GiB") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::gib;
 
     #[test]
     fn a_size_that_fits_is_named_and_does_fit() {

@@ -1,7 +1,6 @@
 //! The GLB container (glTF 2.0, section 4).
 
 use crate::notices::Notices;
-use crate::reader::version_message;
 
 /// JSON text of a file and, from a GLB, its binary chunk.
 pub(crate) struct Container {
@@ -88,4 +87,10 @@ fn chunks(mut file: Vec<u8>, notices: &mut Notices) -> Result<Container, String>
         file
     });
     Ok(Container { json, binary })
+}
+
+/// What to say about a file of another version.
+pub(crate) fn version_message(version: &str) -> String {
+    let way_out = if version.starts_with('1') { "; gltf-pipeline converts files of version 1.0" } else { "" };
+    format!("is a glTF {version} file; only glTF 2.0 can be read{way_out}")
 }

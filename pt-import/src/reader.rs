@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicU64;
 use crate::compression;
 use crate::document::Document;
 use crate::extensions::{needs_codecs, support};
+use crate::glb::version_message;
 use crate::notices::Notices;
 use crate::options::LoadOptions;
 use crate::{check, glb};
@@ -119,10 +120,4 @@ impl Document {
         }
         Ok(data)
     }
-}
-
-/// What to say about a file of another version.
-pub(crate) fn version_message(version: &str) -> String {
-    let way_out = if version.starts_with('1') { "; gltf-pipeline converts files of version 1.0" } else { "" };
-    format!("is a glTF {version} file; only glTF 2.0 can be read{way_out}")
 }

@@ -6,8 +6,7 @@ mod validation;
 pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
-use crate::error::{Error, Result, VkContext};
-use crate::memory::gib;
+use crate::error::{Error, Result, VkContext, gib};
 use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};

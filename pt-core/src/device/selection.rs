@@ -1,6 +1,7 @@
 //! Lists the devices and their capabilities, and selects one.
 
 use crate::error::{Error, Result, VkContext};
+use crate::memory::host_free_bytes;
 use ash::{khr, vk};
 use serde::Serialize;
 use std::ffi::CStr;
@@ -59,6 +60,12 @@ impl DeviceInfo {
     /// Driver and its version.
     pub fn driver_line(&self) -> String {
         format!("{} {}", self.driver, self.driver_version)
+    }
+
+    /// Bytes that are free for resources, as far as the system tells: a CPU device uses the memory of the host.
+    pub fn free_bytes(&self) -> u64 {
+        let host = if self.is_cpu() { host_free_bytes() } else { None };
+        host.map_or(self.memory_bytes, |free| free.min(self.memory_bytes))
     }
 
     /// Whether kernels run on the CPU.
