@@ -131,10 +131,7 @@ fn wrong_types_and_ranges_name_what_is_expected() {
     );
     assert!(refused("bounces=2.5").contains("expected integer, 0 to 255, got 2.5"));
     assert!(refused("bounces=many").contains("expected integer, 0 to 255, got many"));
-    assert_eq!(
-        refused("bounces=256"),
-        "bounces: 256 is out of range, expected 0 to 255"
-    );
+    assert_eq!(refused("bounces=256"), "bounces: 256 is out of range, expected 0 to 255");
     assert!(
         refused("seed=4294967296").contains("key \"seed\": expected a whole number below 2^32, at least 0")
     );
