@@ -74,8 +74,13 @@ pub fn stands_for(path: &Path, file: &Path) -> bool {
 /// The digits of a frame number written as `%d` or `%04d`; `None` without one.
 fn printf_width(path: &Path) -> Option<usize> {
     let name = path.file_name()?.to_str()?;
-    let behind = name.split('%').skip(1).find_map(|part| part.split_once('d'));
-    let digits = behind.map(|(digits, _)| digits).filter(|text| text.bytes().all(|b| b.is_ascii_digit()))?;
+    let number = |part: &str| {
+        let (digits, rest) = part.split_once('d')?;
+        let is_number =
+            digits.bytes().all(|b| b.is_ascii_digit()) && !rest.starts_with(char::is_alphanumeric);
+        is_number.then(|| digits.to_owned())
+    };
+    let digits = name.split('%').skip(1).find_map(number)?;
     Some(if digits.is_empty() { 1 } else { digits.parse().unwrap_or(1).clamp(1, 9) })
 }
 
