@@ -32,21 +32,28 @@ void add_light(ShadingPoint s, LightSample light, float weight, uvec2 ray_covera
 // Power heuristic, Veach 1997, section 9.2.2.
 float power_weight(float pdf, float other) { return pdf > 0.0 ? 1.0 / (1.0 + square(other / pdf)) : 0.0; }
 
-// Narrow lobes do not find the environment by chance: a second ray goes where the BRDF reflects.
-void add_environment(ShadingPoint s, uvec2 key, inout BrdfValue sum) {
-    LightSample light = sample_environment(random_bits(key, DIM_ENVIRONMENT));
-    bool second = s.roughness <= push.reflection_roughness && scene.environment_intensity > 0.0;
-    float weight = second ? power_weight(light.pdf, reflected_pdf(s, light.direction)) : 1.0;
-    add_light(s, light, weight, random_coverage(key, DIM_ENVIRONMENT), sum);
-    if (!second) return;
-    vec3 direction = sample_reflected(s, random_numbers(key, DIM_REFLECTION));
-    float pdf = reflected_pdf(s, direction);
-    if (pdf <= 0.0) return;
-    light = NO_LIGHT_SAMPLE;
-    light.direction = direction;
-    light.radiance = environment_radiance(direction);
-    light.pdf = pdf;
-    add_light(s, light, power_weight(pdf, environment_pdf(direction)), random_coverage(key, DIM_REFLECTION), sum);
+// The candidates in order: one of each kind of light, and a direction that the surface reflects to the environment.
+const uint CANDIDATE_SUN = 0u, CANDIDATE_POSITIONAL = 1u, CANDIDATE_EMISSIVE = 2u, CANDIDATE_ENVIRONMENT = 3u, CANDIDATE_REFLECTION = 4u;
+const uint CANDIDATES = 5u;
+
+// Dimension of a candidate's random numbers.
+uint candidate_dimension(uint candidate) { return candidate == CANDIDATE_REFLECTION ? DIM_REFLECTION : DIM_SUN + candidate; }
+
+LightSample candidate_light(ShadingPoint s, uint candidate, uvec2 key) {
+    uvec4 bits = random_bits(key, candidate_dimension(candidate));
+    LightSample light = NO_LIGHT_SAMPLE;
+    switch (candidate) {
+    case CANDIDATE_SUN: if ((push.kinds & KIND_SUN) != 0u) light = sample_sun(bits); break;
+    case CANDIDATE_POSITIONAL: if ((push.kinds & KIND_POSITIONAL) != 0u) light = sample_positional(s.position, bits); break;
+    case CANDIDATE_EMISSIVE: if ((push.kinds & KIND_EMISSIVE) != 0u) light = sample_emissive(s.position, bits); break;
+    case CANDIDATE_ENVIRONMENT: if ((push.kinds & KIND_ENVIRONMENT) != 0u) light = sample_environment(bits); break;
+    // Narrow lobes do not find the environment by chance: this ray goes where the surface reflects.
+    case CANDIDATE_REFLECTION:
+        light.direction = sample_reflected(s, unit_from_bits(bits));
+        light.radiance = environment_radiance(light.direction);
+        break;
+    }
+    return light;
 }
 
 void direct_lighting(ivec2 p) {
@@ -59,18 +66,23 @@ void direct_lighting(ivec2 p) {
     }
     ShadingPoint s = load_shading_point(p, position);
     uvec2 key = imageLoad(ch_rng_seed, p).xy;
-    if ((push.kinds & KIND_SUN) != 0u) {
-        add_light(s, sample_sun(random_bits(key, DIM_SUN)), 1.0, random_coverage(key, DIM_SUN), sum);
+    bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
+    // A loop, so that the kernel has the BRDF and the traversal once.
+    for (uint candidate = 0u; candidate < (reflects ? CANDIDATES : CANDIDATES - 1u); candidate++) {
+        LightSample light = candidate_light(s, candidate, key);
+        float weight = 1.0;
+        if (reflects && candidate >= CANDIDATE_ENVIRONMENT) {
+            // Multiple importance sampling of the environment and of what the surface reflects.
+            float pdf = reflected_pdf(s, light.direction);
+            if (candidate == CANDIDATE_REFLECTION) {
+                light.pdf = pdf;
+                weight = power_weight(pdf, environment_pdf(light.direction));
+            } else {
+                weight = power_weight(light.pdf, pdf);
+            }
+        }
+        add_light(s, light, weight, random_coverage(key, candidate_dimension(candidate)), sum);
     }
-    if ((push.kinds & KIND_POSITIONAL) != 0u) {
-        LightSample light = sample_positional(s.position, random_bits(key, DIM_POSITIONAL));
-        add_light(s, light, 1.0, random_coverage(key, DIM_POSITIONAL), sum);
-    }
-    if ((push.kinds & KIND_EMISSIVE) != 0u) {
-        LightSample light = sample_emissive(s.position, random_bits(key, DIM_EMISSIVE));
-        add_light(s, light, 1.0, random_coverage(key, DIM_EMISSIVE), sum);
-    }
-    if ((push.kinds & KIND_ENVIRONMENT) != 0u) add_environment(s, key, sum);
     vec4 base = imageLoad(ch_base_color, p);
     imageStore(ch_color_hf, p, vec4(sum.diffuse, 0.0));
     imageStore(ch_color_spec, p, vec4(sum.specular / demodulation(base, imageLoad(ch_metallic_roughness, p).x), 0.0));

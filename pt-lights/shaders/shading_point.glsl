@@ -90,8 +90,11 @@ float reflected_pdf(ShadingPoint s, vec3 direction) {
     return brdf_pdf(s.brdf, s.view, direction * s.world_from_local);
 }
 
-// A direction in proportion to about the BRDF times the cosine.
+// A direction in proportion to about the BRDF times the cosine; zero: none, with density 0.
 vec3 sample_reflected(ShadingPoint s, vec4 xi) {
-    if (s.has_lobes) return bsdf_sample(s.bsdf, xi).direction;
+    if (s.has_lobes) {
+        BsdfSample drawn = bsdf_sample(s.bsdf, xi);
+        return drawn.pdf > 0.0 ? drawn.direction : vec3(0.0);
+    }
     return s.world_from_local * brdf_sample(s.brdf, s.view, xi.xyz);
 }

@@ -154,6 +154,8 @@ fn within(
     let Some(wrong) = values.into_iter().find(|x| !range.contains(x)) else { return Ok(()) };
     Err(match (*range.start(), *range.end()) {
         (f32::MIN, f32::MAX) => format!("{what} {wrong} is not finite"),
+        (f32::MIN_POSITIVE, f32::MAX..) => format!("{what} {wrong} is not above 0, or not finite"),
+        (f32::MIN_POSITIVE, most) => format!("{what} {wrong} is not between 0 and {most}"),
         (least, f32::MAX) => format!("{what} {wrong} is less than {least} or not finite"),
         (least, most) => format!("{what} {wrong} is not in {least}..{most}"),
     })

@@ -17,10 +17,10 @@ fn flaws_are_said_in_words() {
         scene.validate().unwrap_err().to_string()
     };
     let cases: [(Change, &str); 4] = [
-        (|s| s.lights[0].intensity.x = -1.0, ": its intensity is negative or not finite"),
-        (|s| s.lights[0].direction *= 2.0, ": its direction has no unit length"),
+        (|s| s.lights[0].intensity.x = -1.0, ": intensity -1 is less than 0"),
+        (|s| s.lights[0].direction *= 2.0, ": direction "),
         (|s| s.cameras[0].world_from_camera *= Affine3A::from_scale(Vec3::splat(2.0)), ": its transform is"),
-        (|s| s.cameras[0].focus_distance = 0.0, ": its focus distance is not above 0"),
+        (|s| s.cameras[0].focus_distance = 0.0, ": focus distance 0 is not above 0"),
     ];
     for (change, what) in cases {
         let text = flaw(change);

@@ -70,7 +70,7 @@ mod tests {
             assert!((bare - schlick(f0, 1.0, cos)).abs().max_element() < 0.04, "{bare}");
         }
         let same = fresnel(DVec3::splat(0.04), 1.5, 400.0, 1.0);
-        assert!((same - 0.04).abs().max_element() < 0.01, "{same}");
+        assert!((same - 0.04).abs().max_element() < 0.015, "{same}");
     }
 
     /// Thick films lose their colours: the phases of the wavelengths cancel. What is left is the incoherent sum.
