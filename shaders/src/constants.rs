@@ -8,7 +8,7 @@ gpu_constants! {
 
     /// `InstanceRecord::mask`: stops light.
     pub const MASK_OPAQUE: u32 = 1;
-    /// `InstanceRecord::mask`: lets light through (KHR_materials_transmission); shadow rays pass it by.
+    /// `InstanceRecord::mask`: lets light through (KHR_materials_transmission); see `lights.glass_shadows`.
     pub const MASK_TRANSMISSIVE: u32 = 2;
 
     /// Bit of a ray's mask beside those of the instances: the ray goes through back faces of single-sided materials, as if they were not
