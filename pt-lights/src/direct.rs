@@ -75,6 +75,7 @@ impl DirectLighting {
 
     /// Compiles the kernel.
     pub fn new(device: &Device, variant: TraceVariant) -> Result<Self> {
+        let variant = variant.unseen();
         let kernel = Kernel::trace::<DirectPush>(
             device,
             &crate::kernels::DIRECT,

@@ -9,8 +9,8 @@ use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
-    FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL,
-    KIND_SUN,
+    Culling, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT,
+    KIND_POSITIONAL, KIND_SUN,
 };
 use std::mem::offset_of;
 use std::ops::Range;
@@ -103,15 +103,17 @@ impl PathTracer {
             ("sort_materials", sorts_by_material(device, scene).into()),
         ];
         let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);
-        let traced: Vec<_> =
-            constants.into_iter().chain([("culling", params.culling.code().into())]).collect();
-        let trace = |code| Kernel::trace::<PathPush>(device, code, scene.backend(), &traced);
+        let trace = |code, culling: Culling| {
+            let constants: Vec<_> =
+                constants.into_iter().chain([("culling", culling.code().into())]).collect();
+            Kernel::trace::<PathPush>(device, code, scene.backend(), &constants)
+        };
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE)?,
-            trace: trace(&kernels::PATH_TRACE)?,
+            trace: trace(&kernels::PATH_TRACE, params.culling)?,
             shade: compute(&kernels::PATH_SHADE)?,
-            shadow: trace(&kernels::PATH_SHADOW)?,
+            shadow: trace(&kernels::PATH_SHADOW, params.culling.unseen())?,
             params,
             camera_solids: [(0, 1.0); CAPACITY],
             size,

@@ -70,7 +70,11 @@ Hit triangle_hit(Ray ray, uint instance, uint triangle) {
     return Hit(instance, triangle, uvt.xy, uvt.z);
 }
 
+// Whether a ray of that direction, in the triangle's space, meets its back. The same products as triangle_intersection has.
+bool is_back_face(vec3 direction, vec3 e1, vec3 e2) { return fixed_dot(e1, fixed_cross(direction, e2)) < 0.0; }
+
 bool is_single_sided(InstanceRecord instance, MeshRecord mesh, uint triangle) {
+    if ((instance.mask & (MASK_SINGLE_SIDED | MASK_MIXED_SIDES)) != MASK_MIXED_SIDES) return (instance.mask & MASK_SINGLE_SIDED) != 0u;
     MaterialRecord m = MaterialTable(scene.materials).at[material_of(instance, mesh, triangle)];
     return (m.flags & MATERIAL_DOUBLE_SIDED) == 0u && !(m.transmission > 0.0 && m.thickness > 0.0);
 }
@@ -83,7 +87,7 @@ bool is_culled(uint instance, uint triangle, vec3 direction) {
     PositionTable position = PositionTable(mesh.positions);
     vec3 v0 = position.at[index.x];
     Ray local = object_space_ray(Ray(vec3(0.0), 0.0, direction, 0.0), placed.object_from_world);
-    bool back = fixed_dot(local.direction, fixed_cross(position.at[index.y] - v0, position.at[index.z] - v0)) > 0.0;
+    bool back = is_back_face(local.direction, position.at[index.y] - v0, position.at[index.z] - v0);
     return back && is_single_sided(placed, mesh, triangle);
 }
 

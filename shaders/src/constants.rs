@@ -14,6 +14,10 @@ gpu_constants! {
     /// Bit of a ray's mask beside those of the instances: the ray goes through back faces of single-sided materials, as if they were not
     /// there (glTF 2.0, `material.doubleSided`). Those of solids bound their inside and stay.
     pub const CULL_BACK_FACES: u32 = 0x100;
+    /// `InstanceRecord::mask`: all its triangles are single-sided.
+    pub const MASK_SINGLE_SIDED: u32 = 0x200;
+    /// `InstanceRecord::mask`: some of its triangles are single-sided, others are not.
+    pub const MASK_MIXED_SIDES: u32 = 0x400;
 
     /// `MaterialRecord::flags`: both sides are shaded and emit.
     pub const MATERIAL_DOUBLE_SIDED: u32 = 1;
@@ -67,6 +71,8 @@ gpu_constants! {
     pub const FEATURE_VERTEX_COLOR: u32 = 512;
     /// More than one instance.
     pub const FEATURE_INSTANCES: u32 = 1024;
+    /// An instance with [`MASK_MIXED_SIDES`].
+    pub const FEATURE_MIXED_SIDES: u32 = 2048;
     /// Checkerboard flag of a surface that the camera sees directly.
     pub const FLAG_PRIMARY: u32 = 1;
     /// Checkerboard flag of a surface that is seen by reflection.

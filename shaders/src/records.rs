@@ -400,6 +400,16 @@ named_enum! {
     }
 }
 
+impl Culling {
+    /// What is left of it for rays that the camera does not see along.
+    pub const fn unseen(self) -> Self {
+        match self {
+            Self::None | Self::Camera => Self::None,
+            Self::All => Self::All,
+        }
+    }
+}
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {

@@ -19,6 +19,11 @@ pub struct TraceVariant {
 }
 
 impl TraceVariant {
+    /// For kernels none of whose rays the camera sees along: without the test of what only such rays go through.
+    pub fn unseen(self) -> Self {
+        Self { culling: self.culling.unseen(), ..self }
+    }
+
     /// Its specialisation constants (scene.glsl, blue_noise.glsl, trace.glsl).
     pub fn constants(self) -> [(&'static str, Constant); 3] {
         [

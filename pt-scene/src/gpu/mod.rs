@@ -25,7 +25,9 @@ use pt_core::trace::{
     AccelStructure, BvhQuality, InstancePlacement, MeshGeometry, TraceBackend, TraceVariant,
 };
 use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
-use pt_shaders::records::{Culling, InstanceRecord, MeshRecord, SceneRecord};
+use pt_shaders::records::{
+    Culling, FEATURE_MIXED_SIDES, InstanceRecord, MASK_MIXED_SIDES, MeshRecord, SceneRecord,
+};
 use std::thread::{self, Scope};
 
 /// A scene whose instances may move from frame to frame, and whose meshes may change their shape; everything else is fixed.
@@ -173,7 +175,9 @@ impl GpuScene {
         }
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
         let (material_records, lobe_records) = records::materials(&scene.materials);
-        let features = records::features(scene, &material_records);
+        let mixed_sides = masks.iter().any(|mask| mask & MASK_MIXED_SIDES != 0);
+        let features =
+            records::features(scene, &material_records) | if mixed_sides { FEATURE_MIXED_SIDES } else { 0 };
         let material_buffer = Buffer::from_slice(device, "materials", &material_records)?;
         let lobe_buffer = Buffer::from_slice(device, "lobes", &lobe_records)?;
         let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;

@@ -6,9 +6,9 @@ use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES,
     FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM,
-    FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord, MASK_OPAQUE, MASK_TRANSMISSIVE,
-    MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot,
-    VertexRecord,
+    FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE,
+    MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
+    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
@@ -171,5 +171,19 @@ pub(super) fn instance(instance: &Instance, mask: u32) -> InstanceRecord {
 
 /// An instance lets shadow rays through only when all of it transmits.
 pub(super) fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Material]) -> u32 {
-    if instance.transmits(mesh, materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE }
+    let mask = if instance.transmits(mesh, materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE };
+    let single = |material: u32| {
+        let m = &materials[material as usize];
+        !m.double_sided && !m.is_solid()
+    };
+    let mut sides = match instance.material {
+        Some(material) => vec![single(material)],
+        None => mesh.triangle_materials.iter().map(|&m| single(m)).collect(),
+    };
+    sides.dedup();
+    mask | match sides[..] {
+        [] | [false] => 0,
+        [true] => MASK_SINGLE_SIDED,
+        _ => MASK_MIXED_SIDES,
+    }
 }

@@ -120,13 +120,15 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
     UintTable top_entries = UintTable(scene.tlas_instances);
     Hit best = Hit(NONE, NONE, vec2(0.0), world_ray.t_max);
     Hit candidate = best; // a triangle that waits for a test of its material
-    const bool tests = ALPHA_TEST || culling != CULLING_NONE;
+    const bool tests_sides = culling != CULLING_NONE && scene_has(FEATURE_MIXED_SIDES);
+    const bool tests = ALPHA_TEST || tests_sides;
 
     // The level that the lane is in: a mesh, or (instance == NONE) the top level.
     uint instance = NONE;
     uint64_t nodes = scene.tlas_nodes;
     uint64_t triangles = 0ul;
     uint first_masked = NONE;
+    uint sides = 0u; // MASK_*SIDE* of the instance; 0 for rays that do not cull
     Ray ray = world_ray;
     BoxRay box = box_ray(ray);
 
@@ -153,6 +155,7 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
             nodes = mesh.bvh_nodes;
             triangles = mesh.bvh_triangles;
             first_masked = mesh.first_masked;
+            if (culling != CULLING_NONE) sides = (mask & CULL_BACK_FACES) != 0u ? entered.mask & (MASK_SINGLE_SIDED | MASK_MIXED_SIDES) : 0u;
             ray = object_space_ray(world_ray, entered.object_from_world);
             box = box_ray(ray);
             // One that the mask hides is left again after its root: nothing lies in an empty interval.
@@ -179,8 +182,11 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
                 vec3 uvt = triangle_intersection(ray, t.v0, t.e1, t.e2);
                 bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
                            uvt.z >= ray.t_min && uvt.z < best.t;
-                bool back = culls(mask) && fixed_dot(ray.direction, fixed_cross(t.e1, t.e2)) > 0.0;
-                bool tested = back || ALPHA_TEST && t.index >= first_masked;
+                bool tested = ALPHA_TEST && t.index >= first_masked;
+                if (culling != CULLING_NONE && sides != 0u && is_back_face(ray.direction, t.e1, t.e2)) {
+                    hit = hit && sides != MASK_SINGLE_SIDED;
+                    tested = tested || tests_sides;
+                }
                 if (hit && !tested) best = Hit(instance, t.index, uvt.xy, uvt.z);
                 if (hit && tested) {
                     candidate = Hit(instance, t.index, uvt.xy, uvt.z);
@@ -190,8 +196,10 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
             if (!lone || candidate.instance != NONE || any_hit && best.instance != NONE) break;
         }
         if (tests && candidate.instance != NONE) {
-            MeshRecord mesh = scene_mesh(scene_instance(instance).mesh);
-            bool stops = !culls(mask) || !is_culled(instance, candidate.triangle, world_ray.direction);
+            InstanceRecord placed = scene_instance(instance);
+            MeshRecord mesh = scene_mesh(placed.mesh);
+            bool stops = true;
+            if (tests_sides) stops = !culls(mask) || !is_culled(instance, candidate.triangle, world_ray.direction);
             if (ALPHA_TEST) stops = stops && is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, ray_coverage);
             if (stops) best = candidate;
             candidate.instance = NONE;
