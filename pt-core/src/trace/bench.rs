@@ -56,8 +56,9 @@ pub fn default_size(device: &Device) -> [u32; 2] {
 /// A device is warm when this many batches in a row were no faster than the best before by more than a share of it.
 const STEADY_BATCHES: u32 = 3;
 const STEADY_SHARE: f64 = 0.02;
-/// Shortest batch. A GPU needs tenths of a second to raise its clock.
 const BATCH_MS: f64 = 50.0;
+/// Least seconds of load until a GPU is taken for warm: at first the rate is steady too, at the idle clock.
+const LEAST_WARM_UP_S: f64 = 1.0;
 /// Most seconds until a device is taken for warm.
 const WARM_UP_S: f64 = 5.0;
 
@@ -243,8 +244,13 @@ impl Run {
     /// Traces until the rate does not rise any more.
     fn warm_up(&mut self, timed: &mut Timed) -> Result<()> {
         let started = Instant::now();
+        let least = if self.recorder.device().info().is_cpu() { 0.0 } else { LEAST_WARM_UP_S };
         let (mut fastest, mut steady, mut launches) = (0.0f64, 0, 1);
-        while steady < STEADY_BATCHES && started.elapsed().as_secs_f64() < WARM_UP_S {
+        loop {
+            let elapsed = started.elapsed().as_secs_f64();
+            if elapsed >= WARM_UP_S || steady >= STEADY_BATCHES && elapsed >= least {
+                break;
+            }
             timed.rates.clear();
             self.time(timed, launches)?;
             let rate = median(&timed.rates);
