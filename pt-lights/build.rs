@@ -8,8 +8,10 @@ mod records;
 mod test_records;
 
 fn main() {
-    let kernels =
-        pt_shaders::compiler::Kernels::new().header("lights_records.glsl", records::DirectPush::glsl());
+    let tables = [records::LocalLightsPush::glsl(), records::ShadowStatisticsPush::glsl()];
+    let kernels = pt_shaders::compiler::Kernels::new()
+        .header("lights_records.glsl", records::DirectPush::glsl())
+        .header("local_lights_records.glsl", tables.concat());
     let test_header = [
         test_records::SamplerPush::glsl(),
         test_records::SampleRecord::glsl(),

@@ -129,8 +129,7 @@ impl Session {
     /// When the frame can't take the uploads.
     pub fn update(&mut self, frame: &mut Frame<'_>, time: f64, previous: f64) -> pt_core::Result<()> {
         self.scene.set_time(time, previous);
-        self.lights.update(frame, &self.scene, self.gpu.record_mut())?;
-        self.gpu.update(frame, &self.scene)
+        self.lights.update(frame, &self.scene, &mut self.gpu)
     }
 
     /// Device and driver in one line.

@@ -39,16 +39,16 @@ fn host(criterion: &mut Criterion, name: &str, scene: &pt_scene::Scene) {
 
 /// Time by the GPU's own clock, one shadow ray per pixel and kind of light that the scene has.
 fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBackend) -> Result<()> {
-    let lights = LightTables::new(device, scene)?;
+    let mut lights = LightTables::new(device, scene)?;
     let mut gpu = GpuScene::new(device, scene, backend)?;
     lights.attach(&mut gpu);
-    let stage = DirectLighting::new(device, gpu.variant())?;
+    let stage = DirectLighting::new(device, gpu.variant(), &DirectParams::default())?;
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO])?;
-    synthetic::fill_surfaces(&images, scene)?;
+    synthetic::fill_surfaces(&images, scene, gpu.clusters())?;
     synthetic::fill_seeds(&images, 0)?;
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms")?;
     let times = measure(device, SIZE, WARM_UP, FRAMES, |frame| {
-        gpu.update(frame, scene)?;
+        lights.update(frame, scene, &mut gpu)?;
         uniforms.upload(frame, &bytemuck::Zeroable::zeroed())?;
         stage.record(
             frame,

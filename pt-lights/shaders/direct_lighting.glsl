@@ -5,10 +5,11 @@
 #include "lights_records.glsl"
 
 layout(push_constant, scalar) uniform Push { DirectPush push; };
+// Whether local lights have one candidate together.
+layout(constant_id = 8) const bool merged_rays = true;
 
-#include "lights.glsl"
+#include "lights/ris.glsl"
 #include "pack.glsl"
-#include "random.glsl"
 #include "glass_shadow.glsl"
 #include "shading_point.glsl"
 
@@ -17,36 +18,58 @@ void add(inout BrdfValue sum, BrdfValue f, vec3 light) {
     sum.specular += f.specular * light;
 }
 
-// Adds a candidate's light. `weight`: of multiple importance sampling.
-void add_light(ShadingPoint s, LightSample light, float weight, uvec2 ray_coverage, inout BrdfValue sum) {
-    if (light.pdf <= 0.0 || weight <= 0.0 || max_component(light.radiance) <= 0.0) return;
+// Adds a candidate's light; whether a shadow ray was traced and arrived. `weight`: of multiple importance sampling.
+bool add_light(ShadingPoint s, LightSample light, float weight, uvec2 ray_coverage, inout BrdfValue sum, out bool traced) {
+    traced = false;
+    if (light.pdf <= 0.0 || weight <= 0.0 || max_component(light.radiance) <= 0.0) return false;
     BrdfValue f = reflected(s, light.direction);
-    if (max_component(f.diffuse + f.specular) <= 0.0) return;
+    if (max_component(f.diffuse + f.specular) <= 0.0) return false;
+    traced = true;
     Ray ray = shadow_ray(s.position, s.vertex_normal, light);
-    if (trace_occluded(ray, unseen_mask(push.mask), ray_coverage)) return;
+    if (trace_occluded(ray, unseen_mask(push.mask), ray_coverage)) return false;
     vec3 passed = vec3(1.0);
     if (scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u) passed = glass_shadow(ray, ray_coverage);
     add(sum, f, passed * light.radiance * (weight / light.pdf));
+    return true;
 }
 
 // Power heuristic, Veach 1997, section 9.2.2.
 float power_weight(float pdf, float other) { return pdf > 0.0 ? 1.0 / (1.0 + square(other / pdf)) : 0.0; }
 
-// The candidates in order: one of each kind of light, and a direction that the surface reflects to the environment.
-const uint CANDIDATE_SUN = 0u, CANDIDATE_POSITIONAL = 1u, CANDIDATE_EMISSIVE = 2u, CANDIDATE_ENVIRONMENT = 3u, CANDIDATE_REFLECTION = 4u;
-const uint CANDIDATES = 5u;
+// The candidates in order: one of each kind of light, and a direction that the surface reflects to the environment. Local lights are those
+// of the two kinds before, as one.
+const uint CANDIDATE_SUN = 0u, CANDIDATE_POSITIONAL = 1u, CANDIDATE_EMISSIVE = 2u, CANDIDATE_LOCAL = 3u, CANDIDATE_ENVIRONMENT = 4u,
+           CANDIDATE_REFLECTION = 5u;
+const uint CANDIDATES = 6u;
+const uint CANDIDATE_KINDS[CANDIDATES] =
+    uint[](KIND_SUN, KIND_POSITIONAL, KIND_EMISSIVE, KIND_LOCAL, KIND_ENVIRONMENT, KIND_ENVIRONMENT);
+const uint CANDIDATE_DIMENSIONS[CANDIDATES] =
+    uint[](DIM_SUN, DIM_POSITIONAL, DIM_EMISSIVE, DIM_LIGHT, DIM_ENVIRONMENT, DIM_REFLECTION);
 
-// Dimension of a candidate's random numbers.
-uint candidate_dimension(uint candidate) { return candidate == CANDIDATE_REFLECTION ? DIM_REFLECTION : DIM_SUN + candidate; }
+// A sample of one local light, `light`, by the kernel's sampler.
+LightSample local_candidate(LightContext c, uvec2 key, uvec4 bits, out uint light) {
+    vec4 xi = unit_from_bits(bits);
+    if (light_sampler == LIGHT_SAMPLER_RIS) {
+        return ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
+    }
+    float pmf;
+    light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);
+    if (light == NONE || (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) == 0u) return NO_LIGHT_SAMPLE;
+    LightSample s = sample_local_light(c.position, light, xi.zw);
+    s.pdf *= pmf;
+    return s;
+}
 
-LightSample candidate_light(ShadingPoint s, uint candidate, uvec2 key) {
-    uvec4 bits = random_bits(key, candidate_dimension(candidate));
+LightSample candidate_light(ShadingPoint s, LightContext c, uint candidate, uvec2 key, out uint local) {
+    uvec4 bits = random_bits(key, CANDIDATE_DIMENSIONS[candidate]);
     LightSample light = NO_LIGHT_SAMPLE;
+    local = NONE;
     switch (candidate) {
-    case CANDIDATE_SUN: if ((push.kinds & KIND_SUN) != 0u) light = sample_sun(bits); break;
-    case CANDIDATE_POSITIONAL: if ((push.kinds & KIND_POSITIONAL) != 0u) light = sample_positional(s.position, bits); break;
-    case CANDIDATE_EMISSIVE: if ((push.kinds & KIND_EMISSIVE) != 0u) light = sample_emissive(s.position, bits); break;
-    case CANDIDATE_ENVIRONMENT: if ((push.kinds & KIND_ENVIRONMENT) != 0u) light = sample_environment(bits); break;
+    case CANDIDATE_SUN: light = sample_sun(bits); break;
+    case CANDIDATE_POSITIONAL: if (!merged_rays) light = sample_positional(s.position, bits); break;
+    case CANDIDATE_EMISSIVE: if (!merged_rays) light = sample_emissive(s.position, bits); break;
+    case CANDIDATE_LOCAL: if (merged_rays) light = local_candidate(c, key, bits, local); break;
+    case CANDIDATE_ENVIRONMENT: light = sample_environment(bits); break;
     // Narrow lobes do not find the environment by chance: this ray goes where the surface reflects.
     case CANDIDATE_REFLECTION:
         light.direction = sample_reflected(s, unit_from_bits(bits));
@@ -54,6 +77,12 @@ LightSample candidate_light(ShadingPoint s, uint candidate, uvec2 key) {
         break;
     }
     return light;
+}
+
+LightContext light_context(ShadingPoint s, ivec2 p) {
+    float f0 = luminance(s.brdf.f0);
+    float specular = clamp(f0 / max(f0 + luminance(s.brdf.albedo), 1e-6), 0.0, 0.9);
+    return LightContext(s.position, s.world_from_local[2], s.world_from_local * s.view, imageLoad(ch_cluster, p).x, s.roughness, specular);
 }
 
 void direct_lighting(ivec2 p) {
@@ -65,11 +94,18 @@ void direct_lighting(ivec2 p) {
         return;
     }
     ShadingPoint s = load_shading_point(p, position);
-    uvec2 key = imageLoad(ch_rng_seed, p).xy;
+    LightContext context = light_context(s, p);
+    uvec2 seed = imageLoad(ch_rng_seed, p).xy;
     bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
-    // A loop, so that the kernel has the BRDF and the traversal once.
-    for (uint candidate = 0u; candidate < (reflects ? CANDIDATES : CANDIDATES - 1u); candidate++) {
-        LightSample light = candidate_light(s, candidate, key);
+    uint candidates = reflects ? CANDIDATES : CANDIDATES - 1u;
+    // One loop over samples and candidates, so that the kernel has the BRDF and the traversal once.
+    for (uint i = 0u; i < push.samples * candidates; i++) {
+        uint candidate = i % candidates;
+        bool merged = merged_rays && (candidate == CANDIDATE_POSITIONAL || candidate == CANDIDATE_EMISSIVE);
+        if ((push.kinds & CANDIDATE_KINDS[candidate]) == 0u || merged) continue;
+        uvec2 key = uvec2(seed.x, seed.y * push.samples + i / candidates);
+        uint local;
+        LightSample light = candidate_light(s, context, candidate, key, local);
         float weight = 1.0;
         if (reflects && candidate >= CANDIDATE_ENVIRONMENT) {
             // Multiple importance sampling of the environment and of what the surface reflects.
@@ -81,9 +117,15 @@ void direct_lighting(ivec2 p) {
                 weight = power_weight(light.pdf, pdf);
             }
         }
-        add_light(s, light, weight, random_coverage(key, candidate_dimension(candidate)), sum);
+        bool traced;
+        bool arrived = add_light(s, light, weight, random_coverage(key, CANDIDATE_DIMENSIONS[candidate]), sum, traced);
+        if (light_sampler == LIGHT_SAMPLER_CLUSTER_STATS && traced && local != NONE) {
+            count_shadow_ray(context.cluster, local, context.normal, arrived);
+        }
     }
+    float share = 1.0 / float(push.samples);
     vec4 base = imageLoad(ch_base_color, p);
-    imageStore(ch_color_hf, p, vec4(sum.diffuse, 0.0));
-    imageStore(ch_color_spec, p, vec4(sum.specular / demodulation(base, imageLoad(ch_metallic_roughness, p).x), 0.0));
+    imageStore(ch_color_hf, p, vec4(sum.diffuse * share, 0.0));
+    vec3 specular = sum.specular * (share / demodulation(base, imageLoad(ch_metallic_roughness, p).x));
+    imageStore(ch_color_spec, p, vec4(specular, 0.0));
 }

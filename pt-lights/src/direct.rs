@@ -1,9 +1,10 @@
-use crate::records::{DirectPush, GlassShadows, PartialMetal};
+use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, StatisticsTable};
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels;
 use pt_shaders::records::{
-    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN, MASK_OPAQUE, MASK_TRANSMISSIVE,
+    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler, MASK_OPAQUE,
+    MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {
@@ -24,6 +25,22 @@ knobs! {
         /// Perceptual roughness up to which a second ray, in a direction that the surface reflects, looks for the environment: sampling the
         /// environment alone does not find narrow lobes.
         pub reflection_roughness: f32 = 0.3, in 0.0..=1.0, source "Veach 1997, section 9.2";
+        /// How many shadow rays a sample has for local lights: emissive triangles, point and spot lights.
+        pub rays: LightRays = LightRays::PerKind => structural;
+        /// How a local light is picked with `rays=merged`.
+        pub sampler: LightSampler = LightSampler::ClusterStats => structural;
+        /// Light samples a pixel, each with its own shadow rays.
+        pub samples: u32 = 1, in 1..=64;
+        /// Frames that shadow statistics reach back: 1 counts the last frame alone, more are an exponential mean of about that length.
+        pub statistics_frames: u32 = 8, in 1..=64;
+        /// How shadow statistics are stored.
+        pub statistics_table: StatisticsTable = StatisticsTable::Auto => structural;
+        /// Where the candidates of `sampler=ris` come from.
+        pub ris_source: RisSource = RisSource::Cluster;
+        /// Candidates of `sampler=ris`.
+        pub ris_candidates: u32 = 8, in 1..=16, source "Talbot, Cline and Egbert 2005";
+        /// Whether the random numbers that choose these candidates are spread evenly over the lights.
+        pub ris_stratified: bool = true;
     }
 }
 
@@ -31,10 +48,12 @@ impl DirectParams {
     /// The kernel's push constants.
     pub fn push(&self, texture_lod_bias: f32) -> DirectPush {
         let bit = |on: bool, kind: u32| if on { kind } else { 0 };
+        let merged = self.rays == LightRays::Merged;
         DirectPush {
             kinds: bit(self.sun, KIND_SUN)
                 | bit(self.positional, KIND_POSITIONAL)
                 | bit(self.emissive, KIND_EMISSIVE)
+                | bit(merged, KIND_LOCAL)
                 | bit(self.environment, KIND_ENVIRONMENT),
             mask: match self.glass_shadows {
                 GlassShadows::Stopped => MASK_OPAQUE | MASK_TRANSMISSIVE,
@@ -44,11 +63,15 @@ impl DirectParams {
             mixed: u32::from(self.partial_metal == PartialMetal::MixedParameters),
             reflection_roughness: self.reflection_roughness,
             lod_scale: texture_lod_bias.exp2(),
+            samples: self.samples,
+            ris_source: self.ris_source.code(),
+            ris_candidates: self.ris_candidates,
+            ris_stratified: u32::from(self.ris_stratified),
         }
     }
 }
 
-/// The direct lighting stage: one candidate and one shadow ray per pixel for each kind of light.
+/// The direct lighting stage: for each light sample of a pixel a shadow ray.
 pub struct DirectLighting {
     kernel: Kernel,
 }
@@ -64,6 +87,7 @@ impl DirectLighting {
             channels::VERTEX_NORMAL,
             channels::SHADING_POSITION,
             channels::VIEW_DIRECTION,
+            channels::CLUSTER,
             channels::VISIBILITY,
             channels::BARYCENTRICS,
             channels::THROUGHPUT,
@@ -74,14 +98,13 @@ impl DirectLighting {
     };
 
     /// Compiles the kernel.
-    pub fn new(device: &Device, variant: TraceVariant) -> Result<Self> {
-        let variant = variant.unseen();
-        let kernel = Kernel::trace::<DirectPush>(
-            device,
-            &crate::kernels::DIRECT,
-            variant.backend,
-            &variant.constants(),
-        )?;
+    pub fn new(device: &Device, variant: TraceVariant, params: &DirectParams) -> Result<Self> {
+        let merged = params.rays == LightRays::Merged;
+        let sampler = if merged { params.sampler } else { LightSampler::Power };
+        let mut constants = variant.unseen().constants().to_vec();
+        constants.extend([("light_sampler", sampler.code().into()), ("merged_rays", merged.into())]);
+        let kernel =
+            Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, variant.backend, &constants)?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }

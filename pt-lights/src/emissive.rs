@@ -18,6 +18,8 @@ pub struct EmissiveTriangle {
     pub triangle: u32,
     /// Area (m^2) x mean luminance of the radiance: its luminous power but for a factor pi.
     pub weight: f64,
+    /// Mean luminance of its radiance, with its texture.
+    pub luminance: f32,
 }
 
 /// An emissive triangle that lies in the same place as one of the list and shines as it does: a ray that meets both meets one light.
@@ -82,7 +84,10 @@ pub(crate) fn triangles(scene: &Scene) -> (Vec<EmissiveTriangle>, Vec<Twin>) {
                 Some(index) if (index as usize) < list.len() => {
                     twins.push(Twin { instance: instance_index, triangle, index });
                 }
-                _ => list.push(EmissiveTriangle { instance: instance_index, triangle, weight }),
+                _ => {
+                    let luminance = luminance(radiance) as f32;
+                    list.push(EmissiveTriangle { instance: instance_index, triangle, weight, luminance });
+                }
             }
         }
     }

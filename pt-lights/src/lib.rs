@@ -7,6 +7,7 @@
 //! * [`oracle`]: the same mathematics on the CPU.
 
 mod alias;
+pub mod cluster_lists;
 mod direct;
 mod emissive;
 mod environment;
@@ -16,6 +17,8 @@ pub mod oracle;
 mod power;
 mod punctual;
 pub mod records;
+mod sampler_tables;
+mod statistics;
 pub mod synthetic;
 mod tables;
 mod texture_mean;
@@ -26,6 +29,8 @@ pub use emissive::EmissiveTriangle;
 pub use light_bounds::{LightBounds, local_lights};
 pub use lists::LightLists;
 pub use power::{LightPower, light_powers};
+pub use sampler_tables::SamplerTables;
+pub use statistics::ShadowStatistics;
 pub use tables::LightTables;
 
 mod kernels {

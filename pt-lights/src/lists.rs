@@ -1,9 +1,31 @@
 use crate::alias::AliasTable;
 use crate::emissive::{self, EmissiveTriangle, Twin};
+use crate::light_bounds::{self, LightBounds, local_lights};
 use crate::{environment, punctual};
 use glam::{UVec2, Vec2};
-use pt_scene::Scene;
+use pt_scene::{LightKind, Scene};
 use pt_shaders::records::{EmissiveRecord, LightRecord, NONE, SceneRecord};
+
+/// How the local lights of a frame differ from those of the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LocalChange {
+    /// Any of them, in any respect.
+    pub moved: bool,
+    /// The power of any of them.
+    pub power: bool,
+}
+
+fn moving(scene: &Scene, emissives: &[EmissiveTriangle]) -> Vec<u32> {
+    let moves = |t: &EmissiveTriangle| {
+        let instance = &scene.instances[t.instance as usize];
+        !instance.is_static(&scene.meshes[instance.mesh as usize])
+    };
+    (0..).zip(emissives).filter(|(_, t)| moves(t)).map(|(i, _)| i).collect()
+}
+
+fn by_power(local: &[LightBounds]) -> Option<AliasTable> {
+    AliasTable::new(&local.iter().map(|light| light.power.into()).collect::<Vec<f64>>())
+}
 
 /// Everything that light samplers of a scene need, on the host: lists, probabilities and alias tables.
 #[derive(Clone, Debug)]
@@ -18,6 +40,12 @@ pub struct LightLists {
     pub twins: Vec<Twin>,
     /// Distribution over `emissives`; `None` when there are none.
     pub emissive_alias: Option<AliasTable>,
+    /// Those of `emissives` that can move, as indices.
+    pub moving: Vec<u32>,
+    /// The local lights where they are now; see [`local_lights`].
+    pub local: Vec<LightBounds>,
+    /// Distribution over them by power; `None` when all are dark.
+    pub local_alias: Option<AliasTable>,
     /// Distribution over the environment's texels, row by row; `None` when it is black.
     pub environment_alias: Option<AliasTable>,
     /// Width and height of the environment in texels.
@@ -39,7 +67,11 @@ impl LightLists {
         let environment = &scene.environment;
         let environment_alias = AliasTable::new(&environment::weights(environment));
         let (sin, cos) = environment.rotation.sin_cos();
+        let local = local_lights(scene, &emissives);
         Self {
+            moving: moving(scene, &emissives),
+            local_alias: by_power(&local),
+            local,
             lights,
             sun_count,
             emissive_alias: AliasTable::new(&weights),
@@ -60,12 +92,36 @@ impl LightLists {
         changed
     }
 
+    /// Brings the local lights to where they are now; what has changed.
+    pub fn update_local(&mut self, scene: &Scene) -> LocalChange {
+        let mut change = LocalChange::default();
+        let triangles = self
+            .moving
+            .iter()
+            .map(|&i| (i as usize, light_bounds::triangle(scene, &self.emissives[i as usize])));
+        let positional = scene.lights.iter().filter(|light| light.kind != LightKind::Directional);
+        let punctual = (self.emissives.len()..).zip(positional.map(light_bounds::punctual));
+        for (index, now) in triangles.chain(punctual) {
+            let before = &mut self.local[index];
+            change.power |= now.power != before.power;
+            change.moved |= now != *before;
+            *before = now;
+        }
+        if change.power {
+            self.local_alias = by_power(&self.local);
+        }
+        change
+    }
+
     /// The emissive triangles as the GPU sees them.
     pub fn emissive_records(&self) -> Vec<EmissiveRecord> {
         let Some(alias) = &self.emissive_alias else { return Vec::new() };
         let triangles = self.emissives.iter().zip(alias.entries());
         triangles
-            .map(|(t, a)| EmissiveRecord { instance: t.instance, triangle: t.triangle, pmf: a.pmf })
+            .map(|(t, a)| {
+                let EmissiveTriangle { instance, triangle, luminance, .. } = *t;
+                EmissiveRecord { instance, triangle, pmf: a.pmf, luminance }
+            })
             .collect()
     }
 
@@ -92,6 +148,7 @@ impl LightLists {
         record.light_count = self.lights.len() as u32;
         record.sun_count = self.sun_count;
         record.emissive_count = self.emissives.len() as u32;
+        record.local_light_count = if self.local_alias.is_some() { self.local.len() as u32 } else { 0 };
         record.environment_size = UVec2::from_array(self.environment_size);
         record.environment_rotation = Vec2::from_array(self.environment_rotation);
         record.environment_intensity = self.environment_intensity;

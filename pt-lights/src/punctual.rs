@@ -10,11 +10,10 @@ use std::f64::consts::PI;
 const STEPS: u64 = 1 << 24;
 
 /// The directional lights, then the positional ones, each in the scene's order; second: how many are directional. Lights
-/// without intensity are left out.
+/// without intensity have probability 0: a light keeps its place while it is dark.
 pub(crate) fn records(lights: &[Light]) -> (Vec<LightRecord>, u32) {
-    let lit = lights.iter().filter(|light| luminance(light.intensity) > 0.0);
     let (suns, positional): (Vec<&Light>, Vec<&Light>) =
-        lit.partition(|light| light.kind == LightKind::Directional);
+        lights.iter().partition(|light| light.kind == LightKind::Directional);
     let (suns, positional) = (group(&suns), group(&positional));
     let count = suns.len() as u32;
     (suns.into_iter().chain(positional).collect(), count)
@@ -53,13 +52,16 @@ fn weight(light: &Light) -> f64 {
     luminance(light.intensity) * solid_angle(light.kind).unwrap_or(1.0)
 }
 
-/// Shares of 2^24 in proportion to the weights, none of them zero: the cdf can then be compared with 24-bit random numbers
+/// Shares of 2^24 in proportion to the weights, zero only for weights of zero: the cdf can then be compared with 24-bit random numbers
 /// and the probabilities are exact.
 fn apportion(weights: &[f64]) -> Vec<u64> {
     let total: f64 = weights.iter().sum();
+    if total <= 0.0 {
+        return vec![0; weights.len()];
+    }
     let spread = STEPS.saturating_sub(weights.len() as u64);
-    let mut counts: Vec<u64> =
-        weights.iter().map(|w| 1 + (w / total * spread as f64).floor() as u64).collect();
+    let share = |w: &f64| if *w > 0.0 { 1 + (w / total * spread as f64).floor() as u64 } else { 0 };
+    let mut counts: Vec<u64> = weights.iter().map(share).collect();
     let rest = STEPS.saturating_sub(counts.iter().sum());
     let heaviest = (0..weights.len()).fold(0, |best, i| if weights[i] > weights[best] { i } else { best });
     if let Some(count) = counts.get_mut(heaviest) {
@@ -118,12 +120,12 @@ mod tests {
         assert_eq!(suns, 2);
         assert_eq!(
             records.iter().map(|r| r.kind).collect::<Vec<_>>(),
-            [LIGHT_DIRECTIONAL, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT]
+            [LIGHT_DIRECTIONAL, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_POINT]
         );
         for group in [&records[..2], &records[2..]] {
             let mut sum = 0.0;
             for light in group {
-                assert!(light.pmf > 0.0);
+                assert_eq!(light.pmf > 0.0, light.intensity != Vec3::ZERO);
                 assert_eq!(light.cdf - sum, light.pmf);
                 sum = light.cdf;
             }

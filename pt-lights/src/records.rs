@@ -22,6 +22,50 @@ pt_shaders::named_enum! {
     }
 }
 
+pt_shaders::named_enum! {
+    /// How many shadow rays go to local lights.
+    pub enum LightRays {
+        /// One for emissive triangles, one for point and spot lights, each light picked by its power.
+        PerKind = "per-kind",
+        /// One, to the light that `sampler` picks among all.
+        Merged = "merged",
+    }
+}
+
+pt_shaders::named_enum! {
+    /// How shadow statistics are kept.
+    pub enum StatisticsTable {
+        /// Dense as long as it has at most four million entries, else sparse.
+        Auto = "auto",
+        /// An entry for every cluster, light and direction.
+        Dense = "dense",
+        /// A hash table: entries for what shadow rays have asked for.
+        Sparse = "sparse",
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Of `local_lights.comp`.
+    pub struct LocalLightsPush {
+        /// Device address of the table.
+        pub local_lights: u64,
+        /// Threads in a row.
+        pub width: u32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Of `shadow_statistics.comp`.
+    pub struct ShadowStatisticsPush {
+        /// Share of the history that a frame keeps.
+        pub keep: f32,
+        /// Threads in a row.
+        pub width: u32,
+    }
+}
+
 pt_shaders::gpu_struct! {
     /// Of `direct.trace`.
     pub struct DirectPush {
@@ -37,5 +81,13 @@ pt_shaders::gpu_struct! {
         pub reflection_roughness: f32,
         /// 2^bias on the texture gradients.
         pub lod_scale: f32,
+        /// Light samples a pixel.
+        pub samples: u32,
+        /// `RIS_SOURCE_*`.
+        pub ris_source: u32,
+        /// Candidates of resampled importance sampling.
+        pub ris_candidates: u32,
+        /// 1 = the numbers that choose them are spread evenly.
+        pub ris_stratified: u32,
     }
 }

@@ -5,15 +5,15 @@ use glam::Vec3;
 use pt_core::pack::pack_unit_vector;
 use pt_core::rng::random4;
 use pt_core::{ChannelImages, Result};
-use pt_scene::Scene;
+use pt_scene::{Clusters, Scene};
 use pt_shaders::channels::{
-    BASE_COLOR, ChannelId, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL,
+    BASE_COLOR, CLUSTER, ChannelId, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL,
     VIEW_DIRECTION,
 };
 
 /// Fills the channels that direct lighting reads, but for [`RNG_SEED`], with points spread over the scene's triangles,
 /// uniform in area, on front faces, seen along their normals; white and Lambertian. A scene without area gives no surface.
-pub fn fill_surfaces(images: &ChannelImages, scene: &Scene) -> Result<()> {
+pub fn fill_surfaces(images: &ChannelImages, scene: &Scene, clusters: &Clusters) -> Result<()> {
     let mut triangles = Vec::new();
     for instance in &scene.instances {
         let mesh = &scene.meshes[instance.mesh as usize];
@@ -43,6 +43,8 @@ pub fn fill_surfaces(images: &ChannelImages, scene: &Scene) -> Result<()> {
         SHADING_POSITION,
         points.iter().flat_map(|(p, _)| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), material]).collect(),
     )?;
+    let cluster = points.iter().map(|(p, _)| clusters.find(*p) as u16).collect::<Vec<_>>();
+    images.current(CLUSTER).write(bytemuck::cast_slice(&cluster))?;
     let pack = |n: Vec3| if n == Vec3::ZERO { 0 } else { pack_unit_vector(n) };
     for id in [NORMAL, VERTEX_NORMAL] {
         write(id, points.iter().map(|(_, n)| pack(*n)).collect())?;

@@ -1,8 +1,14 @@
+use crate::direct::DirectParams;
 use crate::lists::LightLists;
-use pt_core::{Buffer, Device, Frame, Location, Result};
+use crate::records::{LightRays, LocalLightsPush};
+use crate::sampler_tables::SamplerTables;
+use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
-use pt_shaders::records::{LightRecord, SceneRecord};
+use pt_shaders::records::{AliasRecord, LightRecord, LocalLightRecord, SceneRecord};
+
+/// Threads in a row of a dispatch.
+const ROW: u32 = 1 << 16;
 
 /// The light lists of a scene on the GPU (`lights.glsl` reads them).
 ///
@@ -15,33 +21,76 @@ pub struct LightTables {
     emissive_alias: Buffer,
     emissive_lookup: Buffer,
     environment_alias: Buffer,
+    local_alias: Buffer,
+    local_lights: Buffer,
+    place: Kernel,
+    /// Whether `local_lights` is as the scene was in the last frame.
+    placed: bool,
+    sampler: Option<SamplerTables>,
+    statistics_frames: u32,
 }
 
 impl LightTables {
     /// Lists the scene's lights, uploads the tables and waits.
     ///
     /// # Errors
-    /// When the device has no memory left for them (12 bytes a texel of the environment, 24 an emissive triangle, 4 a triangle
-    /// of an instance that emits).
+    /// When the device has no memory left for them (12 bytes a texel of the environment, 104 an emissive triangle, 76 a point or
+    /// spot light, 4 a triangle of an instance that emits).
     pub fn new(device: &Device, scene: &Scene) -> Result<Self> {
         let lists = LightLists::new(scene);
-        let entries = |table: &Option<_>| table.as_ref().map_or(&[][..], crate::AliasTable::entries).to_vec();
-        // Room for lights that are dark now.
-        let bytes = (scene.lights.len() * size_of::<LightRecord>()) as u64;
-        let lights = Buffer::new(device, "lights", bytes, Location::Device)?;
+        let alias = |name, table: &Option<crate::AliasTable>| {
+            Buffer::from_slice(device, name, table.as_ref().map_or(&[][..], crate::AliasTable::entries))
+        };
+        let room = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Location::Device);
+        let lights = room("lights", scene.lights.len() * size_of::<LightRecord>())?;
         lights.write_through_staging(bytemuck::cast_slice(&lists.lights))?;
+        // Room for lights that are dark now.
+        let local_alias = room("local light alias", lists.local.len() * size_of::<AliasRecord>())?;
+        if let Some(table) = &lists.local_alias {
+            local_alias.write_through_staging(bytemuck::cast_slice(table.entries()))?;
+        }
         Ok(Self {
             lights,
             emissives: Buffer::from_slice(device, "emissive triangles", &lists.emissive_records())?,
-            emissive_alias: Buffer::from_slice(device, "emissive alias", &entries(&lists.emissive_alias))?,
+            emissive_alias: alias("emissive alias", &lists.emissive_alias)?,
             emissive_lookup: Buffer::from_slice(device, "emissive lookup", &lists.emissive_lookup(scene))?,
-            environment_alias: Buffer::from_slice(
-                device,
-                "environment alias",
-                &entries(&lists.environment_alias),
-            )?,
+            environment_alias: alias("environment alias", &lists.environment_alias)?,
+            local_alias,
+            local_lights: room("local lights", lists.local.len() * size_of::<LocalLightRecord>())?,
+            place: Kernel::compute::<LocalLightsPush>(device, &crate::kernels::LOCAL_LIGHTS, &[])?,
+            placed: false,
+            sampler: None,
+            statistics_frames: 1,
             lists,
         })
+    }
+
+    /// Makes the tables of the light sampler that `params` asks for, and attaches all to the scene on the device. Without it there are
+    /// none beyond those that `power` and `uniform` need.
+    ///
+    /// # Errors
+    /// When the device has no memory left.
+    pub fn prepare(
+        &mut self,
+        device: &Device,
+        scene: &Scene,
+        gpu: &mut GpuScene,
+        params: &DirectParams,
+    ) -> Result<()> {
+        self.sampler = match params.rays {
+            LightRays::PerKind => None,
+            LightRays::Merged => {
+                Some(SamplerTables::new(device, scene, gpu.clusters(), &self.lists, params)?)
+            }
+        };
+        self.statistics_frames = params.statistics_frames;
+        self.attach(gpu);
+        Ok(())
+    }
+
+    /// Tables of the sampler, after [`LightTables::prepare`].
+    pub fn sampler(&self) -> Option<&SamplerTables> {
+        self.sampler.as_ref()
     }
 
     /// The same on the host.
@@ -49,18 +98,43 @@ impl LightTables {
         &self.lists
     }
 
-    /// Brings the punctual lights to where the scene has them now, and their counts into `record`, which the scene's next update
-    /// uploads. Without change it records nothing; takes no device memory. Lights may move, change and go dark; their
-    /// number is that of the scene that the tables were made from.
+    /// Brings the scene on the device and its lights to where they are now. Without change it records nothing; takes no device memory.
+    /// Lights may move, change and go dark; their number is that of the scene that the tables were made from.
     ///
     /// # Errors
-    /// When the upload can't be recorded.
-    pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene, record: &mut SceneRecord) -> Result<()> {
+    /// When the frame can't take the uploads.
+    pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene, gpu: &mut GpuScene) -> Result<()> {
         if self.lists.update_lights(scene) {
             frame.upload(&self.lights, bytemuck::cast_slice(&self.lists.lights))?;
         }
-        self.fill(record);
+        let change = self.lists.update_local(scene);
+        if let (true, Some(table)) = (change.power, &self.lists.local_alias) {
+            frame.upload(&self.local_alias, bytemuck::cast_slice(table.entries()))?;
+        }
+        if let Some(sampler) = &mut self.sampler {
+            sampler.update(frame, &self.lists)?;
+        }
+        self.fill(gpu.record_mut());
+        gpu.update(frame, scene)?;
+        if let Some(sampler) = &self.sampler {
+            sampler.record(frame, gpu, self.statistics_frames)?;
+        }
+        if change.moved || !std::mem::replace(&mut self.placed, true) {
+            self.place(frame, gpu)?;
+        }
         Ok(())
+    }
+
+    /// Makes the records of the local lights from the scene on the device.
+    fn place(&self, frame: &mut Frame<'_>, gpu: &GpuScene) -> Result<()> {
+        let count = self.lists.local.len() as u32;
+        if count == 0 {
+            return Ok(());
+        }
+        let width = count.min(ROW);
+        let push = LocalLightsPush { local_lights: self.local_lights.address(), width, pad: 0 };
+        let pass = gpu.bind(frame.pass("local lights", &self.place));
+        pass.addresses_written(&self.local_lights).push(&push).dispatch([width, count.div_ceil(width), 1])
     }
 
     /// Sets the addresses and counts of lights, emissive triangles and environment, and the environment's size, rotation
@@ -72,6 +146,11 @@ impl LightTables {
         record.emissive_alias = self.emissive_alias.address();
         record.emissive_lookup = self.emissive_lookup.address();
         record.environment_alias = self.environment_alias.address();
+        record.local_alias = self.local_alias.address();
+        record.local_lights = self.local_lights.address();
+        if let Some(sampler) = &self.sampler {
+            sampler.fill(record);
+        }
     }
 
     /// Gives the tables to the scene on the device: passes that bind the scene find the lights there.
@@ -83,7 +162,10 @@ impl LightTables {
             &self.emissive_alias,
             &self.emissive_lookup,
             &self.environment_alias,
+            &self.local_alias,
+            &self.local_lights,
         ];
-        gpu.set_light_tables(tables.map(Buffer::clone).to_vec());
+        let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
+        gpu.set_light_tables(tables.into_iter().chain(sampler).cloned().collect());
     }
 }

@@ -17,8 +17,8 @@ use pt_lights::{DirectLighting, DirectParams};
 use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::{Environment, EnvironmentImage, Light, Material, Scene};
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR_HF, COLOR_SPEC, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL,
-    VIEW_DIRECTION,
+    BASE_COLOR, CLUSTER, COLOR_HF, COLOR_SPEC, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION,
+    VERTEX_NORMAL, VIEW_DIRECTION,
 };
 use pt_shaders::records::FrameRecord;
 use std::f64::consts::PI;
@@ -81,7 +81,9 @@ fn render_after(
     point: impl Fn(usize) -> Point,
 ) -> Light4 {
     let mut uploaded = Uploaded::new(device, scene, backend);
-    let stage = DirectLighting::new(device, uploaded.gpu.variant()).unwrap();
+    let Uploaded { scene, lights, gpu } = &mut uploaded;
+    lights.prepare(device, scene, gpu, params).unwrap();
+    let stage = DirectLighting::new(device, uploaded.gpu.variant(), params).unwrap();
     step(&mut uploaded.scene);
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO]).unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms").unwrap();
@@ -97,6 +99,8 @@ fn render_after(
         &unorm16(&points.iter().flat_map(|p| [p.metallic, p.roughness]).collect::<Vec<_>>()),
     );
     write(NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
+    let cluster = |p: &Point| uploaded.gpu.clusters().find(p.position) as u16;
+    write(CLUSTER, &points.iter().flat_map(|p| cluster(p).to_le_bytes()).collect::<Vec<_>>());
     write(VERTEX_NORMAL, &words(&|p| vec![pack_unit_vector(p.normal)]));
     write(VIEW_DIRECTION, &words(&|p| vec![pack_unit_vector(-p.view), 1]));
     let mut position =
@@ -116,8 +120,7 @@ fn render_after(
         record.seed = 4;
         uniforms.upload(&mut frame, &record).unwrap();
         let Uploaded { scene, lights, gpu } = &mut uploaded;
-        lights.update(&mut frame, scene, gpu.record_mut()).unwrap();
-        gpu.update(&mut frame, scene).unwrap();
+        lights.update(&mut frame, scene, gpu).unwrap();
         let inputs = StageInputs { scene: Some(&uploaded.gpu), uniforms: Some(&uniforms), images: &images };
         stage.record(&mut frame, &inputs, params, 0.0).unwrap();
         frame.submit().unwrap();

@@ -29,7 +29,7 @@ impl Stage {
         let params = ReferenceParams { sampler, spp, ..ReferenceParams::default() };
         let mut render = Progressive::new(&self.device, &self.gpu, &self.lights, frame, params, None, 0)?;
         while render.next_sample() < spp {
-            render.step(&self.scene, &mut self.gpu, spp)?;
+            render.step(&self.scene, &mut self.gpu, &mut self.lights, spp)?;
         }
         Ok(render.state()?.estimate(spp))
     }

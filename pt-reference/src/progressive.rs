@@ -84,7 +84,13 @@ impl Progressive {
     ///
     /// # Errors
     /// When the device fails.
-    pub fn step(&mut self, scene: &Scene, gpu: &mut GpuScene, end: u32) -> Result<Vec<FrameTiming>> {
+    pub fn step(
+        &mut self,
+        scene: &Scene,
+        gpu: &mut GpuScene,
+        lights: &mut LightTables,
+        end: u32,
+    ) -> Result<Vec<FrameTiming>> {
         let samples = self.next_sample..end.min(self.next_sample.saturating_add(self.batch));
         let mut timings = Vec::new();
         if samples.is_empty() {
@@ -98,7 +104,7 @@ impl Progressive {
                 iteration = iterations.end;
                 let submitted = Instant::now();
                 let mut frame = self.recorder.begin()?;
-                gpu.update(&mut frame, scene)?;
+                lights.update(&mut frame, scene, gpu)?;
                 if let Some(view) = self.view.take() {
                     self.uniforms.upload(&mut frame, &view)?;
                     let position = view.camera.world_from_view.w_axis.truncate();

@@ -1,42 +1,7 @@
-// Samples the scene's lights from a shading point. Each function samples one kind of light: it takes 4 x 32 random bits
-// (random_bits) and returns a sample whose pdf contains all choices made on the way. Nothing is clamped. Host twin:
-// pt_lights::oracle::lights.
-#include "scene.glsl"
-#include "ray_offset.glsl"
-#include "sampling.glsl"
+// Samples the scene's lights from a shading point, one kind of light each. The functions take 4 x 32 random bits (random_bits) and return
+// a sample whose pdf contains all choices made on the way. Nothing is clamped. Host twin: pt_lights::oracle::lights.
+#include "lights/local_lights.glsl"
 #include "environment.glsl"
-#include "rng.glsl"
-
-struct LightSample {
-    vec3 direction; // unit, from the shading point to the light
-    float pdf;      // density per solid angle; of a delta light the probability of its choice. 0: no sample
-    vec3 radiance;  // towards the shading point; of a delta light the irradiance of a surface that faces it
-    bool delta;     // no other strategy can find this light
-    vec3 target;    // where a shadow ray ends, if finite
-    bool finite;
-};
-
-const LightSample NO_LIGHT_SAMPLE = LightSample(vec3(0.0), 0.0, vec3(0.0), false, vec3(0.0), false);
-
-// Share of its length by which a shadow ray to a point ends early: some 80 roundings of t.
-const float SHADOW_RAY_MARGIN = 1e-5;
-
-// Ray from a surface towards a light sample. `normal`: geometric, on the side that the sample lies on.
-Ray shadow_ray(vec3 position, vec3 normal, LightSample s) {
-    vec3 origin = offset_point(position, normal, scene.near_origin);
-    if (!s.finite) return Ray(origin, 0.0, s.direction, SKY_DISTANCE);
-    vec3 d = s.target - origin;
-    float distance = length(d);
-    return Ray(origin, 0.0, d / distance, distance * (1.0 - SHADOW_RAY_MARGIN));
-}
-
-// Index picked from an alias table of `count` > 0 entries. 32 bits for the entry: 24 would favour some entries of a large table.
-uint alias_pick(uint64_t table, uint count, uint bits, float xi) {
-    uint entry, fraction;
-    umulExtended(bits, count, entry, fraction);
-    AliasRecord a = AliasTable(table).at[entry];
-    return xi < a.keep ? entry : a.alias;
-}
 
 // First of the lights [first, first + count) whose cdf is above xi.
 uint punctual_pick(uint first, uint count, float xi) {
@@ -69,85 +34,24 @@ LightSample sample_sun(uvec4 bits) {
     return s;
 }
 
-// Angular attenuation recommended by KHR_lights_punctual. `direction`: from the light.
-float spot_attenuation(LightRecord light, vec3 direction) {
-    if (light.kind != LIGHT_SPOT) return 1.0;
-    return square(clamp(dot(light.direction, direction) * light.spot_scale + light.spot_offset, 0.0, 1.0));
-}
-
-// A point or spot light. With a radius it is a sphere of constant radiance whose projected disk gives the nominal candela:
-// I = L pi radius^2, sampled in the cone that it fills. Inside the sphere there is no light.
+// A point or spot light, picked by its power.
 LightSample sample_positional(vec3 position, uvec4 bits) {
     uint count = scene.light_count - scene.sun_count;
     if (count == 0u) return NO_LIGHT_SAMPLE;
     vec4 xi = unit_from_bits(bits);
     LightRecord light = LightTable(scene.lights).at[punctual_pick(scene.sun_count, count, xi.x)];
-    vec3 d = light.position - position;
-    float distance2 = dot(d, d);
-    float radius2 = light.radius * light.radius;
-    if (distance2 <= radius2) return NO_LIGHT_SAMPLE;
-    float distance = sqrt(distance2);
-    LightSample s = NO_LIGHT_SAMPLE;
-    s.finite = true;
-    s.direction = d / distance;
-    s.delta = light.radius <= 0.0;
-    if (s.delta) {
-        s.target = light.position;
-        s.radiance = light.intensity / distance2;
-        s.pdf = light.pmf;
-    } else {
-        float sin2_max = radius2 / distance2;
-        float one_minus_cos = sin2_max / (1.0 + sqrt(1.0 - sin2_max));
-        vec3 local = sample_cone(xi.zw, one_minus_cos);
-        s.direction = basis_around(s.direction) * local;
-        float reach = distance * local.z - sqrt(max(0.0, radius2 - distance2 * dot(local.xy, local.xy)));
-        s.target = position + reach * s.direction;
-        s.radiance = light.intensity * INV_PI / radius2;
-        s.pdf = light.pmf * cone_pdf(one_minus_cos);
-    }
-    s.radiance *= spot_attenuation(light, -s.direction);
+    LightSample s = sample_positional_light(position, light, xi.zw);
+    s.pdf *= light.pmf;
     return s;
 }
 
-// A point of an emissive triangle: triangle by alias table, point uniform in area, pdf = pmf / area x d^2 / cos.
+// An emissive triangle, picked by alias table.
 LightSample sample_emissive(vec3 position, uvec4 bits) {
     if (scene.emissive_count == 0u) return NO_LIGHT_SAMPLE;
     vec4 xi = unit_from_bits(bits);
-    EmissiveRecord e = EmissiveTable(scene.emissives).at[alias_pick(scene.emissive_alias, scene.emissive_count, bits.x, xi.y)];
-    InstanceRecord instance = scene_instance(e.instance);
-    MeshRecord mesh = scene_mesh(instance.mesh);
-    uvec3 index = IndexTable(mesh.indices).at[e.triangle];
-    PositionTable p = PositionTable(mesh.positions);
-    vec3 v0 = p.at[index.x], e1 = p.at[index.y] - v0, e2 = p.at[index.z] - v0;
-    vec2 bary = sample_triangle(xi.zw);
-    vec3 point = transform_point(instance.world_from_object, v0 + bary.x * e1 + bary.y * e2);
-    vec3 normal = cross(transform_vector(instance.world_from_object, e1), transform_vector(instance.world_from_object, e2));
-    float twice_area = length(normal);
-    vec3 d = point - position;
-    float distance2 = dot(d, d);
-    if (twice_area <= 0.0 || distance2 <= 0.0) return NO_LIGHT_SAMPLE;
-    normal *= (instance.mirrored != 0u ? -1.0 : 1.0) / twice_area;
-
-    LightSample s = NO_LIGHT_SAMPLE;
-    s.finite = true;
-    s.direction = d * inversesqrt(distance2);
-    MaterialTable materials = MaterialTable(scene.materials);
-    uint material = material_of(instance, mesh, e.triangle);
-    float cos_light = -dot(normal, s.direction);
-    float covered = coverage(mesh, e.triangle, bary);
-    if ((materials.at[material].flags & MATERIAL_DOUBLE_SIDED) != 0u && cos_light < 0.0) {
-        cos_light = -cos_light;
-        normal = -normal;
-    }
-    if (cos_light <= 0.0 || covered <= 0.0) return NO_LIGHT_SAMPLE;
-    s.target = offset_point(point, normal, scene.near_origin);
-    s.pdf = e.pmf * 2.0 * distance2 / (twice_area * cos_light);
-    s.radiance = materials.at[material].emissive * covered;
-    TextureSlot slot = materials.at[material].emissive_texture;
-    if (slot.texture != NONE) {
-        vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot.uv_set));
-        s.radiance *= textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0).rgb;
-    }
+    uint light = alias_pick(scene.emissive_alias, scene.emissive_count, bits.x, xi.y);
+    LightSample s = sample_triangle_light(position, local_light(light), light, xi.zw);
+    s.pdf *= EmissiveTable(scene.emissives).at[light].pmf;
     return s;
 }
 

@@ -24,6 +24,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Co
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer IndexTable { uvec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ClusterTable { ClusterNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintTable { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LocalLightTable { LocalLightRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer ClusterListTable { ClusterListRecord at[]; };
 
 InstanceRecord scene_instance(uint i) {
     if (!scene_has(FEATURE_INSTANCES)) return scene.first_instance;

@@ -35,6 +35,21 @@ gpu_constants! {
     /// `LightRecord::kind`: directional light, illuminance in lux.
     pub const LIGHT_DIRECTIONAL: u32 = 2;
 
+    /// `LocalLightRecord::kind`: the bits that say which it is, and the values.
+    pub const LOCAL_KIND: u32 = 3;
+    /// Emissive triangle.
+    pub const LOCAL_TRIANGLE: u32 = 0;
+    /// Point light.
+    pub const LOCAL_POINT: u32 = 1;
+    /// Spot light.
+    pub const LOCAL_SPOT: u32 = 2;
+    /// Bit of `LocalLightRecord::kind`: both sides of the triangle emit.
+    pub const LOCAL_DOUBLE_SIDED: u32 = 4;
+    /// Bit of `LocalLightRecord::kind`: a texture or the coverage decides on the emission of each point.
+    pub const LOCAL_TEXTURED: u32 = 8;
+    /// Bit of `LocalLightRecord::kind`: the second and third corner have changed places, for an instance that is mirrored.
+    pub const LOCAL_SWAPPED: u32 = 16;
+
     /// Bit of a set of kinds of light: directional lights.
     pub const KIND_SUN: u32 = 1;
     /// Bit of a set of kinds of light: point and spot lights.
@@ -43,6 +58,8 @@ gpu_constants! {
     pub const KIND_EMISSIVE: u32 = 4;
     /// Bit of a set of kinds of light: the environment.
     pub const KIND_ENVIRONMENT: u32 = 8;
+    /// Bit of a set of kinds of light: all that have a place, by one sampler.
+    pub const KIND_LOCAL: u32 = 16;
 
     /// Bit of `scene_features` (scene.glsl), the set of what the scene has: base colour textures.
     pub const FEATURE_BASE_COLOR_TEXTURE: u32 = 1;

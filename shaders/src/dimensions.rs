@@ -19,6 +19,9 @@ pub struct Dimension {
 /// How many reflections and refractions of a frame have a dimension.
 pub const MAX_REFLECT_REFRACT: u32 = 10;
 
+/// Most candidates of resampled importance sampling.
+pub const MAX_RIS_CANDIDATES: u32 = 16;
+
 macro_rules! dimensions {
     ($($name:ident: $first:literal, $count:expr, $numbers:literal;)*) => {
         $(#[doc = $numbers] pub const $name: u32 = $first;)*
@@ -36,6 +39,9 @@ dimensions! {
     DIM_EMISSIVE: 3, 1, "An emissive triangle. x, y: which one (alias table); z, w: point on it.";
     DIM_ENVIRONMENT: 4, 1, "A direction of the environment. x, y: which texel (alias table); z, w: point in it.";
     DIM_REFLECTION: 5, 1, "The ray of a narrow lobe to the environment. x, y: direction in the lobe; z: which lobe; w: reflection or transmission.";
+    DIM_LIGHT: 6, 1, "A local light. x: which part of the list; y: which one of it; z, w: point on it.";
+    DIM_LIGHT_BY_POWER: 7, 1, "A local light by its power. x, y: which one (alias table).";
+    DIM_RIS: 8, MAX_RIS_CANDIDATES, "Candidate i of resampled importance sampling. x, y: which light; z, w: point on it.";
     DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
     DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
 }

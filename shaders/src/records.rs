@@ -91,6 +91,22 @@ gpu_struct! {
         pub emissive_lookup: u64,
         /// `AliasRecord[environment_size.x * environment_size.y]`.
         pub environment_alias: u64,
+        /// `LocalLightRecord[local_light_count]`.
+        pub local_lights: u64,
+        /// `AliasRecord[local_light_count]`: local lights by luminous power.
+        pub local_alias: u64,
+        /// `ClusterListRecord[]` of each cluster.
+        pub cluster_lists: u64,
+        /// `uint[]`: the local lights that `cluster_lists` point to, those that stand still.
+        pub cluster_entries: u64,
+        /// `uint[]`: those that move.
+        pub cluster_moving_entries: u64,
+        /// `uvec2[]`: shadow rays of this frame that reached a light, and that did not; see `lights/statistics.glsl`.
+        pub shadow_counts: u64,
+        /// `uint[]`: the same of the frames before, two half floats.
+        pub shadow_history: u64,
+        /// `uint[]`: what the entries of a hash table stand for; 0: free.
+        pub shadow_keys: u64,
         /// `BvhNode[]` of the BVH over the instances (compute backend).
         pub tlas_nodes: u64,
         /// Instance indices in leaf order of `tlas_nodes`.
@@ -119,8 +135,12 @@ gpu_struct! {
         pub sun_count: u32,
         /// Coordinates that are near the origin, metres: there rays start off surfaces by a fixed length (ray_offset.glsl).
         pub near_origin: f32,
-        /// Alignment.
-        pub pad: [u32; 3],
+        /// Number of local lights: emissive triangles, point and spot lights.
+        pub local_light_count: u32,
+        /// Entries of `shadow_counts`, 0: none; a power of two when they are hashed.
+        pub shadow_count_slots: u32,
+        /// 1 = `shadow_counts` is a hash table, 0 = it has an entry for every cluster, light and direction.
+        pub shadow_counts_hashed: u32,
     }
 }
 
@@ -445,6 +465,73 @@ gpu_struct! {
         pub triangle: u32,
         /// Probability with which the alias table picks it.
         pub pmf: f32,
+        /// Mean luminance of its radiance, with its texture.
+        pub luminance: f32,
+    }
+}
+
+named_enum! {
+    /// How the light is chosen that a shading point takes its sample from.
+    pub enum LightSampler: "LIGHT_SAMPLER" {
+        /// Each light with the same probability.
+        Uniform = "uniform",
+        /// By luminous power, wherever the point is.
+        Power = "power",
+        /// Among 8 of the lights of the point's cluster, by solid angle, Phong lobe and luminance.
+        ClusterCdf = "cluster-cdf",
+        /// As `cluster-cdf`, times the share of last frames' shadow rays of the cluster that reached the light.
+        ClusterStats = "cluster-stats",
+        /// Resampled importance sampling: several candidates, of which the estimate of their light chooses one.
+        Ris = "ris",
+    }
+}
+
+named_enum! {
+    /// Where the candidates of resampled importance sampling come from.
+    pub enum RisSource: "RIS_SOURCE" {
+        /// All lights, by luminous power.
+        Power = "power",
+        /// The lights of the point's cluster, with equal probability.
+        Cluster = "cluster",
+    }
+}
+
+gpu_struct! {
+    /// A local light where it is now: an emissive triangle, a point or a spot light. The table has the emissive triangles, then the
+    /// positional lights in the order of their records.
+    pub struct LocalLightRecord {
+        /// First corner or centre, world space.
+        pub position: Vec3,
+        /// `LOCAL_*`.
+        pub kind: u32,
+        /// Triangle: second corner - first. Else radius, `spot_scale`, `spot_offset`.
+        pub edge1: Vec3,
+        /// Luminance of the mean radiance (triangle) or of the intensity.
+        pub luminance: f32,
+        /// Triangle: third corner - first. Spot light: where it shines, unit length.
+        pub edge2: Vec3,
+        /// Alignment.
+        pub pad0: u32,
+        /// Radiance without texture (triangle), or intensity.
+        pub radiance: Vec3,
+        /// Alignment.
+        pub pad1: u32,
+    }
+}
+
+gpu_struct! {
+    /// The lights that a cluster's points may see: two parts of a table of local lights, each in ascending order.
+    pub struct ClusterListRecord {
+        /// First of the lights that stand still.
+        pub first: u32,
+        /// How many they are.
+        pub count: u32,
+        /// First of the lights that move.
+        pub moving_first: u32,
+        /// How many they are.
+        pub moving_count: u32,
+        /// Probability with which a light is picked among all instead; above 0 where the list leaves out lights.
+        pub catch_all: f32,
     }
 }
 
@@ -492,6 +579,8 @@ table! {
     LightRecord,
     EmissiveRecord,
     AliasRecord,
+    LocalLightRecord,
+    ClusterListRecord,
 }
 
 /// GLSL declarations of this module (`records.glsl`), after the constants.
@@ -500,6 +589,8 @@ pub fn glsl() -> String {
     text.push_str(&SamplerKind::glsl());
     text.push_str(&RandomSource::glsl());
     text.push_str(&Culling::glsl());
+    text.push_str(&LightSampler::glsl());
+    text.push_str(&RisSource::glsl());
     text.push_str(&declarations());
     text
 }

@@ -56,10 +56,9 @@ impl Frames {
     ) -> Self {
         let device = std::env::var("PT_TEST_DEVICE").ok();
         let device = DeviceArgs { backend, device, validation: true };
-        let session =
+        let mut session =
             Session::open(&device, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
-        let full = FullFrame::new(&session.device, &session.gpu, size, accumulate, &params)
-            .unwrap_or_else(|e| panic!("{e}"));
+        let full = FullFrame::new(&mut session, size, accumulate, &params).unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
         Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0, params }
     }

@@ -60,7 +60,7 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
     let mut writer = CaptureWriter::create(&args.output, index)?;
     let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
     let (size, accumulate) = (args.frame.output_size(), args.frame.accumulate);
-    let mut full = FullFrame::new(&session.device, &session.gpu, size, accumulate, &params)?;
+    let mut full = FullFrame::new(&mut session, size, accumulate, &params)?;
 
     let interrupt = Interrupt::listen()?;
     let seed = fold_seed(args.frame.seed);
@@ -160,7 +160,7 @@ fn reference(session: &mut Session, moment: Moment, spp: u32) -> Result<Vec<u8>>
     let identity = Identity::default().with("scene", &scene.name).with("frame", moment.record.frame_index);
     let mut render = Progressive::new(device, gpu, lights, moment.record, params, None, 0)?;
     while render.next_sample() < spp {
-        render.step(scene, gpu, spp)?;
+        render.step(scene, gpu, lights, spp)?;
     }
     let estimate = render.state()?.estimate(spp);
     let image = EstimateFile { estimate, ranges: std::iter::once(0..spp).collect(), identity }.to_image()?;

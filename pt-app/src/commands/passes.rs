@@ -53,7 +53,7 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
     let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
     let size = [args.size.width, args.size.height];
-    let mut full = FullFrame::new(&session.device, &session.gpu, size, args.accumulate, &params)?;
+    let mut full = FullFrame::new(&mut session, size, args.accumulate, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
     // The second frame has no set-up uploads.
     for time in [0.0, 1.0 / 60.0] {

@@ -3,6 +3,7 @@
 use super::stages::TracedStages;
 use super::{FullFrame, Stage};
 use crate::params::FrameParams;
+use crate::session::Session;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
@@ -10,22 +11,22 @@ use pt_denoise::{Background, Composite};
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
-use pt_scene::gpu::GpuScene;
 
 impl FullFrame {
-    /// Compiles the kernels for a scene and allocates the images for a picture of `output_size` pixels. Structural knobs of `params`
+    /// Compiles the kernels for a session's scene, prepares its lights for the light sampler, and allocates the images for a picture of `output_size` pixels. Structural knobs of `params`
     /// decide which stages and kernels there are, and the size of the frame. With `accumulate` the frames are averaged (the photo mode).
     ///
     /// # Errors
     /// When the device refuses.
     pub fn new(
-        device: &Device,
-        scene: &GpuScene,
+        session: &mut Session,
         output_size: [u32; 2],
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
-        let traced = Some(TracedStages::new(device, params.gbuffer.variant(scene.variant()))?);
+        let Session { device, scene, gpu, lights, .. } = session;
+        lights.prepare(device, scene, gpu, &params.lights)?;
+        let traced = Some(TracedStages::new(device, params.gbuffer.variant(gpu.variant()), &params.lights)?);
         Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
     }
 

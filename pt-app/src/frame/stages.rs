@@ -4,7 +4,7 @@ use crate::session::join;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Result};
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
-use pt_lights::DirectLighting;
+use pt_lights::{DirectLighting, DirectParams};
 use pt_shaders::named_enum;
 use std::thread;
 
@@ -36,11 +36,11 @@ pub(super) struct TracedStages {
 
 impl TracedStages {
     /// Compiles their kernels side by side.
-    pub(super) fn new(device: &Device, variant: TraceVariant) -> Result<Self> {
+    pub(super) fn new(device: &Device, variant: TraceVariant, lights: &DirectParams) -> Result<Self> {
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
-            let direct = threads.spawn(|| DirectLighting::new(device, variant));
+            let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
             Ok(Self {
                 primary: PrimaryRays::new(device, variant)?,
                 reflect_refract: join(reflect_refract)?,

@@ -64,12 +64,12 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     scene.notices.iter().for_each(|notice| console::print_warning(notice));
     let device = Device::open(&DeviceOptions { device: args.device.clone(), ..DeviceOptions::default() })?;
     let started = Instant::now();
-    let lights = LightTables::new(&device, &scene)?;
+    let mut lights = LightTables::new(&device, &scene)?;
     report_lists(&lights, started.elapsed().as_secs_f64() * 1e3, out)?;
 
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     lights.attach(&mut gpu);
-    let stage = DirectLighting::new(&device, gpu.variant())?;
+    let stage = DirectLighting::new(&device, gpu.variant(), &DirectParams::default())?;
     let off = DirectParams {
         sun: false,
         positional: false,
@@ -88,7 +88,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     writeln!(out, "backend {}, {} points", gpu.backend(), args.side * args.side)?;
     writeln!(out, "{:<12} {:>14} {:>16} {:>12}", "kind", "radiosity / pi", "noise of 1", "ms per pass")?;
     for (name, params) in kinds {
-        let estimate = estimate(args, &device, &scene, &mut gpu, &stage, &params)?;
+        let estimate = estimate(args, &device, &scene, (&mut gpu, &mut lights), &stage, &params)?;
         let Estimate { mean, noise, ms } = estimate;
         writeln!(out, "{name:<12} {mean:>14.6} {:>15.1}% {ms:>12.3}", 100.0 * noise)?;
     }
@@ -125,13 +125,13 @@ fn estimate(
     args: &Args,
     device: &Device,
     scene: &Scene,
-    gpu: &mut GpuScene,
+    (gpu, lights): (&mut GpuScene, &mut LightTables),
     stage: &DirectLighting,
     params: &DirectParams,
 ) -> Result<Estimate> {
     let size = [args.side; 2];
     let images = ChannelImages::alone(device, FrameSizes::same(size), &[DirectLighting::IO])?;
-    synthetic::fill_surfaces(&images, scene)?;
+    synthetic::fill_surfaces(&images, scene, gpu.clusters())?;
     let uniforms = Uniforms::<FrameRecord>::new(device, "frame_uniforms")?;
     let mut recorder = Recorder::new(device)?;
     let mut sums: Vec<(f64, f64)> = Vec::new();
@@ -139,7 +139,7 @@ fn estimate(
     for index in 0..args.frames {
         synthetic::fill_seeds(&images, index)?;
         let mut frame = recorder.begin()?;
-        gpu.update(&mut frame, scene)?;
+        lights.update(&mut frame, scene, gpu)?;
         uniforms.upload(&mut frame, &FrameRecord { seed: args.seed, ..bytemuck::Zeroable::zeroed() })?;
         let inputs = StageInputs { scene: Some(&*gpu), uniforms: Some(&uniforms), images: &images };
         stage.record(&mut frame, &inputs, params, 0.0)?;

@@ -28,8 +28,8 @@ pub fn run_sampler<'a>(
     let samples = Buffer::new(device, "samples", size, Location::Device).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
     let mut frame = recorder.begin().unwrap();
-    if let Some(Uploaded { scene, gpu, .. }) = &mut scene {
-        gpu.update(&mut frame, scene).unwrap();
+    if let Some(Uploaded { scene, gpu, lights }) = &mut scene {
+        lights.update(&mut frame, scene, gpu).unwrap();
     }
     let mut pass = frame.pass("samples", kernel).write("samples", &samples).push(push);
     if let Some(Uploaded { gpu, .. }) = scene {

@@ -53,7 +53,7 @@ impl<'a> Stage<'a> {
         )
         .unwrap();
         while render.next_sample() < samples.end {
-            render.step(&self.scene, &mut self.gpu, samples.end).unwrap();
+            render.step(&self.scene, &mut self.gpu, &mut self.lights, samples.end).unwrap();
         }
         render.state().unwrap()
     }

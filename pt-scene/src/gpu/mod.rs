@@ -48,7 +48,8 @@ pub struct GpuScene {
     mesh_records: Vec<MeshRecord>,
     mesh_buffer: Buffer,
     index_buffer: Buffer,
-    clusters: Buffer,
+    clusters: Clusters,
+    cluster_nodes: Buffer,
     bsdf_tables: Buffer,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
@@ -199,8 +200,8 @@ impl GpuScene {
         };
         accel.fill_scene(&mut record);
         let clusters = Clusters::new(scene, Clusters::DEFAULT);
-        let clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
-        record.clusters = clusters.address();
+        let cluster_nodes = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        record.clusters = cluster_nodes.address();
         let blue_noise = mask_buffer(device)?;
         record.blue_noise = blue_noise.address();
         phases.mark("clusters");
@@ -222,6 +223,7 @@ impl GpuScene {
             deforming,
             mesh_records,
             clusters,
+            cluster_nodes,
             bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &crate::bsdf_tables::packed())?,
             tables: vec![
                 position_buffer,
@@ -282,10 +284,16 @@ impl GpuScene {
         self.light_tables = tables;
     }
 
+    /// The division of its space into clusters.
+    pub fn clusters(&self) -> &Clusters {
+        &self.clusters
+    }
+
     /// Uses another division into clusters than the default one; before the first frame.
     pub fn set_clusters(&mut self, device: &Device, clusters: &Clusters) -> Result<()> {
-        self.clusters = Buffer::from_slice(device, "clusters", clusters.nodes())?;
-        self.record.clusters = self.clusters.address();
+        self.cluster_nodes = Buffer::from_slice(device, "clusters", clusters.nodes())?;
+        self.record.clusters = self.cluster_nodes.address();
+        self.clusters = clusters.clone();
         Ok(())
     }
 
@@ -364,7 +372,7 @@ impl SceneResources for GpuScene {
             .read_if_used("bsdf_tables", &self.bsdf_tables)
             .textures(&self.textures)
             .addresses(&self.instances)
-            .addresses(&self.clusters);
+            .addresses(&self.cluster_nodes);
         let tables = self.tables.iter().chain(&self.light_tables);
         let pass = tables.fold(pass, |pass, table| pass.addresses(table));
         let pass = match &self.deforming {

@@ -119,7 +119,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         let mut passes = BTreeMap::new();
         let started = Instant::now();
         while render.next_sample() < end {
-            let timings = render.step(&session.scene, &mut session.gpu, end)?;
+            let timings = render.step(&session.scene, &mut session.gpu, &mut session.lights, end)?;
             for pass in timings.into_iter().flat_map(|frame| frame.passes) {
                 *passes.entry(pass.pass).or_default() += pass.ms;
             }

@@ -178,7 +178,7 @@ fn advance(
         if interrupt.is_pressed() && render.next_sample() > samples.start {
             break;
         }
-        render.step(&session.scene, &mut session.gpu, samples.end)?;
+        render.step(&session.scene, &mut session.gpu, &mut session.lights, samples.end)?;
         progress.advance_to(count(render.next_sample()));
         let save = args.checkpoint.is_some() && saved.elapsed() >= interval;
         if save || progress.is_due() {

@@ -43,7 +43,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     }
     let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
     let size = args.frame.output_size();
-    let mut full = FullFrame::new(&session.device, &session.gpu, size, args.frame.accumulate, &params)?;
+    let mut full = FullFrame::new(&mut session, size, args.frame.accumulate, &params)?;
     session.load.mark("kernels and images");
     let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
 

@@ -1,0 +1,40 @@
+// The local lights where they are now. Extent: one thread a light.
+#include "scene.glsl"
+#include "local_lights_records.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer LocalLightsOut { LocalLightRecord at[]; };
+layout(push_constant, scalar) uniform Push { LocalLightsPush push; };
+
+LocalLightRecord triangle_light(uint i) {
+    EmissiveRecord e = EmissiveTable(scene.emissives).at[i];
+    InstanceRecord instance = scene_instance(e.instance);
+    MeshRecord mesh = scene_mesh(instance.mesh);
+    uvec3 index = IndexTable(mesh.indices).at[e.triangle];
+    PositionTable p = PositionTable(mesh.positions);
+    vec3 v0 = p.at[index.x];
+    vec3 e1 = transform_vector(instance.world_from_object, p.at[index.y] - v0);
+    vec3 e2 = transform_vector(instance.world_from_object, p.at[index.z] - v0);
+    MaterialRecord m = MaterialTable(scene.materials).at[material_of(instance, mesh, e.triangle)];
+    uint kind = LOCAL_TRIANGLE;
+    if ((m.flags & MATERIAL_DOUBLE_SIDED) != 0u) kind |= LOCAL_DOUBLE_SIDED;
+    if (m.emissive_texture.texture != NONE || e.triangle >= mesh.first_masked) kind |= LOCAL_TEXTURED;
+    vec3 origin = transform_point(instance.world_from_object, v0);
+    // The front is where cross(edge1, edge2) points to.
+    if (instance.mirrored != 0u) return LocalLightRecord(origin, kind | LOCAL_SWAPPED, e2, e.luminance, e1, 0u, m.emissive, 0u);
+    return LocalLightRecord(origin, kind, e1, e.luminance, e2, 0u, m.emissive, 0u);
+}
+
+LocalLightRecord positional_light(uint i) {
+    LightRecord l = LightTable(scene.lights).at[scene.sun_count + i];
+    uint kind = l.kind == LIGHT_SPOT ? LOCAL_SPOT : LOCAL_POINT;
+    return LocalLightRecord(l.position, kind, vec3(l.radius, l.spot_scale, l.spot_offset), luminance(l.intensity), l.direction, 0u, l.intensity, 0u);
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
+    if (gl_GlobalInvocationID.x >= push.width || i >= scene.local_light_count) return;
+    bool triangle = i < scene.emissive_count;
+    LocalLightsOut(push.local_lights).at[i] = triangle ? triangle_light(i) : positional_light(i - scene.emissive_count);
+}

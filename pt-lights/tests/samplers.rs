@@ -1,0 +1,102 @@
+//! The light samplers: how often a light is picked against its probability, and the mean of the direct light against that of all lights.
+
+mod common;
+
+use common::records::{SampleRecord, SamplerPush};
+use common::scene::{Uploaded, all_kinds};
+use common::{kernels, run_sampler};
+use glam::Vec3;
+use pt_core::Kernel;
+use pt_core::test_support::TestDevice;
+use pt_core::test_support::statistics::{chi_squared, sidak};
+use pt_core::trace::TraceBackend;
+use pt_lights::DirectParams;
+use pt_lights::records::LightRays;
+use pt_scene::{Scene, builtin};
+use pt_shaders::named_enum::NamedEnum;
+use pt_shaders::records::LightSampler;
+
+const PICKS: u32 = 100_000;
+/// Scenes and points: all kinds of light, and many lamps in rooms.
+const POINTS: [(&str, Vec3); 3] = [
+    ("all kinds", Vec3::new(0.2, 0.1, 0.3)),
+    ("lamps", Vec3::new(7.4, 0.02, 7.1)),
+    ("lamps", Vec3::new(2.6, 1.2, 2.4)),
+];
+
+fn scene(name: &str) -> Scene {
+    if name == "all kinds" { all_kinds() } else { builtin(name).unwrap() }
+}
+
+/// Samplers that have a probability for each light.
+fn samplers() -> impl Iterator<Item = LightSampler> {
+    LightSampler::VALUES.iter().copied().filter(|&s| s != LightSampler::Ris)
+}
+
+struct Picks {
+    drawn: Vec<SampleRecord>,
+    lights: Vec<SampleRecord>,
+}
+
+fn picks(device: &TestDevice, sampler: LightSampler, name: &str, at: Vec3) -> Picks {
+    let mut uploaded = Uploaded::new(device, scene(name), TraceBackend::Compute);
+    let params = DirectParams { sampler, rays: LightRays::Merged, ..DirectParams::default() };
+    let Uploaded { scene, lights, gpu } = &mut uploaded;
+    lights.prepare(device, scene, gpu, &params).unwrap();
+    let count = lights.lists().local.len() as u32;
+    let constants = [("light_sampler", sampler.code().into())];
+    let kernel = Kernel::compute::<SamplerPush>(device, &kernels::PICK_LIGHT, &constants).unwrap();
+    let mut run = |family, count| {
+        let push = SamplerPush { family, count, seed: 3, parameter: 0.4, vector: at };
+        run_sampler(device, &kernel, &push, Some(&mut uploaded), |pass| pass)
+    };
+    Picks { drawn: run(0, PICKS), lights: run(1, count) }
+}
+
+#[test]
+fn lights_are_picked_as_often_as_their_probability_says() {
+    let device = TestDevice::open();
+    let tests = POINTS.len() * samplers().count();
+    for (name, at) in POINTS {
+        for sampler in samplers() {
+            let Picks { drawn, lights } = picks(&device, sampler, name, at);
+            let case = format!("{} in {name} at {at}", sampler.name());
+            let sum: f64 = lights.iter().map(|l| f64::from(l.pdf)).sum();
+            assert!(sum < 1.0 + 1e-4, "{case}: probabilities add up to {sum}");
+            let mut observed = vec![0; lights.len() + 1];
+            for pick in &drawn {
+                let place = if pick.word == u32::MAX { lights.len() } else { pick.word as usize };
+                observed[place] += 1;
+                assert!((pick.pdf - pick.pdf_again).abs() <= 1e-4 * pick.pdf, "{case}: {pick:?}");
+            }
+            let none = (1.0 - sum).max(0.0);
+            let mut expected: Vec<f64> =
+                lights.iter().map(|l| f64::from(l.pdf)).chain([none]).map(|p| p * f64::from(PICKS)).collect();
+            let p = chi_squared(&observed, &expected);
+            assert!(p > sidak(tests), "{case}: p = {p}");
+            // A wrong probability is found.
+            let strongest = (0..lights.len()).max_by(|&a, &b| expected[a].total_cmp(&expected[b])).unwrap();
+            let next = (strongest + 1) % lights.len();
+            expected[next] += 0.05 * expected[strongest];
+            expected[strongest] *= 0.95;
+            if expected[strongest] > 2e4 {
+                assert!(chi_squared(&observed, &expected) < 1e-6, "{case}");
+            }
+        }
+    }
+}
+
+/// What can give light may be picked.
+#[test]
+fn no_light_that_counts_is_left_out() {
+    let device = TestDevice::open();
+    for (name, at) in POINTS {
+        for sampler in samplers() {
+            let lights = picks(&device, sampler, name, at).lights;
+            for light in lights.iter().filter(|light| light.pdf_again > 0.0) {
+                assert!(light.pdf > 0.0, "{} in {name} at {at}: {light:?}", sampler.name());
+            }
+            assert!(lights.iter().filter(|light| light.pdf > 0.0).count() > 3);
+        }
+    }
+}

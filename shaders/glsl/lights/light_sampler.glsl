@@ -1,0 +1,46 @@
+// The choice of a local light, by the sampler that the kernel is made for: every stage that samples lights calls
+//
+//     uint pick_light(LightContext c, uvec4 bits, uint by_power, out float pmf)   a light, NONE: none, and its probability
+//     float light_pmf(LightContext c, uint light)                                 the probability of a light that something else found
+//     uint pick_by_power(uvec4 bits)                                              for `by_power`, from random bits of its own
+//
+// and sample_local_light() for a point on it. ris.glsl, which has no closed form of the probability, builds on this.
+#include "lights/cluster_lists.glsl"
+#include "lights.glsl"
+
+layout(constant_id = 3) const uint light_sampler = LIGHT_SAMPLER_POWER;
+
+uint pick_by_power(uvec4 bits) {
+    if (scene.local_light_count == 0u) return NONE;
+    return alias_pick(scene.local_alias, scene.local_light_count, bits.x, unit_from_bits(bits).y);
+}
+
+uint pick_uniformly(uint bits) {
+    if (scene.local_light_count == 0u) return NONE;
+    uint light, fraction;
+    umulExtended(bits, scene.local_light_count, light, fraction);
+    return light;
+}
+
+float light_pmf(LightContext c, uint light) {
+    switch (light_sampler) {
+    case LIGHT_SAMPLER_UNIFORM: return 1.0 / float(scene.local_light_count);
+    case LIGHT_SAMPLER_CLUSTER_CDF: return cluster_pmf(c, light, false);
+    case LIGHT_SAMPLER_CLUSTER_STATS: return cluster_pmf(c, light, true);
+    default: return power_pmf(light);
+    }
+}
+
+uint pick_light(LightContext c, uvec4 bits, uint by_power, out float pmf) {
+    pmf = 0.0;
+    if (scene.local_light_count == 0u) return NONE;
+    uint light;
+    switch (light_sampler) {
+    case LIGHT_SAMPLER_CLUSTER_CDF: return cluster_pick(c, unit_from_bits(bits).xy, by_power, false, pmf);
+    case LIGHT_SAMPLER_CLUSTER_STATS: return cluster_pick(c, unit_from_bits(bits).xy, by_power, true, pmf);
+    case LIGHT_SAMPLER_UNIFORM: light = pick_uniformly(bits.x); break;
+    default: light = by_power; break;
+    }
+    pmf = light_pmf(c, light);
+    return light;
+}

@@ -1,0 +1,151 @@
+// Local lights (emissive triangles, point and spot lights) from a shading point: how much one may contribute, and a sample of it.
+// All have an index in one table (LocalLightRecord); the tables are made each frame, from where the lights are then.
+#include "lights/light_sample.glsl"
+#include "sampling.glsl"
+
+// What samplers know of a shading point. All that is used of the material is its roughness and how much of it is specular.
+struct LightContext {
+    vec3 position;
+    vec3 normal;     // of shading, on the viewer's side
+    vec3 view;       // unit, to the viewer
+    uint cluster;    // cluster_of(position)
+    float roughness;
+    float specular;  // share of the specular lobe, 0 to 0.9
+};
+
+LocalLightRecord local_light(uint light) { return LocalLightTable(scene.local_lights).at[light]; }
+
+// Probability with which the power distribution picks a light.
+float power_pmf(uint light) { return AliasTable(scene.local_alias).at[light].pmf; }
+
+// Solid angle of a triangle whose corners are seen along a, b, c: Van Oosterom and Strackee 1983.
+float solid_angle_of(vec3 a, vec3 b, vec3 c) {
+    float la = length(a), lb = length(b), lc = length(c);
+    float volume = abs(dot(a, cross(b, c)));
+    float corner = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+    return 2.0 * atan(volume, corner);
+}
+
+// Phong lobe that stands for the specular one, towards the light's middle.
+float phong_lobe(LightContext c, vec3 direction) {
+    float alpha2 = square(square(c.roughness));
+    float exponent = max(0.01, 2.0 / (alpha2 + 1e-4) - 2.0);
+    float scale = min(100.0, INV_PI / max(alpha2, 1e-6));
+    vec3 h = normalize(direction + c.view);
+    return scale * pow(max(dot(h, c.normal), 1e-6), exponent);
+}
+
+// Weight of a light in the choice among a cluster's candidates: solid angle x Phong mix x luminance. 0 only when the point gets nothing
+// from it: the light is below the horizon, faces away, or is dark.
+float light_mass(LightContext c, LocalLightRecord l) {
+    vec3 middle = l.position - c.position;
+    float mass;
+    if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) {
+        vec3 v0 = middle, v1 = middle + l.edge1, v2 = middle + l.edge2;
+        float above = max(dot(v0, c.normal), max(dot(v1, c.normal), dot(v2, c.normal)));
+        bool faces = (l.kind & LOCAL_DOUBLE_SIDED) != 0u || dot(v0, cross(l.edge1, l.edge2)) < 0.0;
+        if (above <= 0.0 || !faces) return 0.0;
+        middle = (v0 + v1 + v2) * (1.0 / 3.0);
+        // Not 0 where rounding leaves nothing of the angle.
+        mass = max(solid_angle_of(v0, v1, v2), 1e-12);
+    } else {
+        float radius = l.edge1.x;
+        if (dot(middle, c.normal) + radius <= 0.0) return 0.0;
+        float distance2 = max(dot(middle, middle), 1e-12);
+        float attenuation = 1.0;
+        if ((l.kind & LOCAL_KIND) == LOCAL_SPOT) {
+            float cos_axis = -dot(l.edge2, middle) * inversesqrt(distance2);
+            attenuation = square(clamp(cos_axis * l.edge1.y + l.edge1.z, 0.0, 1.0));
+            // From the rim of a sphere the cone may still reach the point.
+            if (radius > 0.0) attenuation = max(attenuation, 1e-2);
+        }
+        mass = attenuation / max(distance2, radius * radius);
+    }
+    float lobe = c.specular > 0.0 ? phong_lobe(c, normalize(middle)) : 1.0;
+    return mass * l.luminance * mix(1.0, lobe, c.specular);
+}
+
+// What a point of an emissive triangle radiates, with texture and coverage.
+vec3 emitted_radiance(LocalLightRecord l, uint light, vec2 bary) {
+    if ((l.kind & LOCAL_TEXTURED) == 0u) return l.radiance;
+    EmissiveRecord e = EmissiveTable(scene.emissives).at[light];
+    InstanceRecord instance = scene_instance(e.instance);
+    MeshRecord mesh = scene_mesh(instance.mesh);
+    vec3 radiance = l.radiance * coverage(mesh, e.triangle, bary);
+    TextureSlot slot = MaterialTable(scene.materials).at[material_of(instance, mesh, e.triangle)].emissive_texture;
+    if (slot.texture != NONE) {
+        uvec3 index = IndexTable(mesh.indices).at[e.triangle];
+        vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot.uv_set));
+        radiance *= textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0).rgb;
+    }
+    return radiance;
+}
+
+// A point of an emissive triangle, uniform in area: pdf = d^2 / (area cos).
+LightSample sample_triangle_light(vec3 position, LocalLightRecord l, uint light, vec2 xi) {
+    vec3 normal = cross(l.edge1, l.edge2);
+    float twice_area = length(normal);
+    vec2 bary = sample_triangle(xi);
+    bool swapped = (l.kind & LOCAL_SWAPPED) != 0u;
+    vec3 point = l.position + (swapped ? bary.y : bary.x) * l.edge1 + (swapped ? bary.x : bary.y) * l.edge2;
+    vec3 d = point - position;
+    float distance2 = dot(d, d);
+    if (twice_area <= 0.0 || distance2 <= 0.0) return NO_LIGHT_SAMPLE;
+    normal /= twice_area;
+    LightSample s = NO_LIGHT_SAMPLE;
+    s.finite = true;
+    s.direction = d * inversesqrt(distance2);
+    float cos_light = -dot(normal, s.direction);
+    if ((l.kind & LOCAL_DOUBLE_SIDED) != 0u && cos_light < 0.0) {
+        cos_light = -cos_light;
+        normal = -normal;
+    }
+    if (cos_light <= 0.0) return NO_LIGHT_SAMPLE;
+    s.target = offset_point(point, normal, scene.near_origin);
+    s.pdf = 2.0 * distance2 / (twice_area * cos_light);
+    s.radiance = emitted_radiance(l, light, bary);
+    return s;
+}
+
+// Angular attenuation recommended by KHR_lights_punctual. `direction`: from the light.
+float spot_attenuation(LightRecord light, vec3 direction) {
+    if (light.kind != LIGHT_SPOT) return 1.0;
+    return square(clamp(dot(light.direction, direction) * light.spot_scale + light.spot_offset, 0.0, 1.0));
+}
+
+// A point or spot light. With a radius it is a sphere of constant radiance whose projected disk gives the nominal candela:
+// I = L pi radius^2, sampled in the cone that it fills. Inside the sphere there is no light.
+LightSample sample_positional_light(vec3 position, LightRecord light, vec2 xi) {
+    vec3 d = light.position - position;
+    float distance2 = dot(d, d);
+    float radius2 = light.radius * light.radius;
+    if (distance2 <= radius2) return NO_LIGHT_SAMPLE;
+    float distance = sqrt(distance2);
+    LightSample s = NO_LIGHT_SAMPLE;
+    s.finite = true;
+    s.direction = d / distance;
+    s.delta = light.radius <= 0.0;
+    if (s.delta) {
+        s.target = light.position;
+        s.radiance = light.intensity / distance2;
+        s.pdf = 1.0;
+    } else {
+        float sin2_max = radius2 / distance2;
+        float one_minus_cos = sin2_max / (1.0 + sqrt(1.0 - sin2_max));
+        vec3 local = sample_cone(xi, one_minus_cos);
+        s.direction = basis_around(s.direction) * local;
+        float reach = distance * local.z - sqrt(max(0.0, radius2 - distance2 * dot(local.xy, local.xy)));
+        s.target = position + reach * s.direction;
+        s.radiance = light.intensity * INV_PI / radius2;
+        s.pdf = cone_pdf(one_minus_cos);
+    }
+    s.radiance *= spot_attenuation(light, -s.direction);
+    return s;
+}
+
+// A sample of a local light that has been chosen: its pdf leaves the choice out.
+LightSample sample_local_light(vec3 position, uint light, vec2 xi) {
+    LocalLightRecord l = local_light(light);
+    if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) return sample_triangle_light(position, l, light, xi);
+    return sample_positional_light(position, LightTable(scene.lights).at[scene.sun_count + light - scene.emissive_count], xi);
+}

@@ -1,0 +1,69 @@
+// Resampled importance sampling (Talbot, Cline and Egbert 2005): of several candidates, drawn with a density that is easy to draw from, one
+// is taken in proportion to an estimate of the light that it gives over its density. The sample's weight, sum / (M target), takes the
+// place of 1 / pdf and is unbiased because the target is above 0 wherever the point can get light.
+#include "lights/light_sampler.glsl"
+#include "random.glsl"
+
+// What the target is proportional to: unshadowed light, Lambertian and with a Phong lobe for the specular part.
+float ris_target(LightContext c, LightSample s) {
+    float cos_theta = dot(c.normal, s.direction);
+    if (s.pdf <= 0.0 || cos_theta <= 0.0) return 0.0;
+    float lobe = c.specular > 0.0 ? phong_lobe(c, s.direction) : 1.0;
+    return luminance(s.radiance) * cos_theta * mix(1.0, lobe, c.specular);
+}
+
+// A candidate, its pdf with the choice of the light. `bits`: of the candidate's own.
+LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint light) {
+    vec4 xi = unit_from_bits(bits);
+    float pmf;
+    if (source == RIS_SOURCE_CLUSTER) {
+        ClusterListRecord list = cluster_list(c.cluster);
+        uint size = cluster_list_size(list);
+        bool all = xi.x < list.catch_all;
+        light = NONE;
+        if (!all && size == 0u) return NO_LIGHT_SAMPLE;
+        if (all) {
+            light = alias_pick(scene.local_alias, scene.local_light_count, uint(xi.x / list.catch_all * 4294967040.0), xi.y);
+        } else {
+            uint place = min(uint((xi.x - list.catch_all) / (1.0 - list.catch_all) * float(size)), size - 1u);
+            light = cluster_list_light(list, place);
+        }
+        bool listed = size > 0u && (!all || cluster_list_place(list, light) != NONE);
+        pmf = list.catch_all * power_pmf(light) + (listed ? (1.0 - list.catch_all) / float(size) : 0.0);
+    } else {
+        light = alias_pick(scene.local_alias, scene.local_light_count, bits.x, xi.y);
+        pmf = power_pmf(light);
+    }
+    LightSample s = sample_local_light(c.position, light, xi.zw);
+    s.pdf *= pmf;
+    return s;
+}
+
+// One of `count` candidates; its pdf is the reciprocal of the weight. `stratified`: the numbers that choose the lights are spread evenly.
+LightSample ris_sample(LightContext c, uvec2 key, float xi, uint source, uint count, bool stratified, out uint light) {
+    LightSample kept = NO_LIGHT_SAMPLE;
+    float sum = 0.0, kept_target = 0.0;
+    light = NONE;
+    if (scene.local_light_count == 0u) return kept;
+    for (uint i = 0u; i < count; i++) {
+        uvec4 bits = random_bits(key, DIM_RIS + i);
+        if (stratified) bits.x = bits.x / count + i * (0xffffffffu / count);
+        uint drawn;
+        LightSample s = ris_candidate(c, source, bits, drawn);
+        float target = ris_target(c, s);
+        if (target <= 0.0) continue;
+        float weight = target / s.pdf;
+        sum += weight;
+        float share = weight / sum;
+        if (xi < share) {
+            xi /= share;
+            kept = s;
+            kept_target = target;
+            light = drawn;
+        } else {
+            xi = (xi - share) / (1.0 - share);
+        }
+    }
+    if (light != NONE) kept.pdf = float(count) * kept_target / sum;
+    return kept;
+}
