@@ -3,6 +3,7 @@
 //! * [`LightLists`]: the lights of a scene and the probability of each; [`LightTables`]: the same on the GPU;
 //! * `lights.glsl`, `sampling.glsl`, `brdf.glsl` (in pt-shaders): the samplers, for every kernel that needs light;
 //! * [`DirectLighting`]: the pass, one candidate and one shadow ray for each kind of light;
+//! * [`ClusterLists`](cluster_lists::ClusterLists): the lights that matter in each cluster;
 //! * [`light_powers`]: the power of each light of a scene in watts;
 //! * [`oracle`]: the same mathematics on the CPU.
 
