@@ -109,8 +109,7 @@ impl Case {
     /// Samples of the kernel, from shading points in a cube.
     fn draw(&self, device: &TestDevice, method: AreaSampling, cube: f32, count: u32) -> Vec<SampleRecord> {
         let constants = [("method", method.code().into())];
-        let kernel =
-            Kernel::compute::<SamplerPush>(device, &kernels::TRIANGLE_POINTS, &constants).unwrap();
+        let kernel = Kernel::compute::<SamplerPush>(device, &kernels::TRIANGLE_POINTS, &constants).unwrap();
         let vectors = [self.normal, self.v0, self.e1, self.e2];
         let buffer = Buffer::from_slice(device, "triangle", &vectors).unwrap();
         let push = SamplerPush { family: 0, count, seed: SEED, parameter: cube, vector: self.position };
@@ -251,7 +250,8 @@ fn kernel_equals_the_oracle() {
                 let pdf = f64::from(s.pdf) / case.pdf(method, on_triangle) - 1.0;
                 worst_again = worst_again.max(again.abs());
                 worst_pdf = worst_pdf.max(pdf.abs());
-                let expected = case.sample(method, case.position, random4([i as u32, 0], 0, 0, SEED)).unwrap();
+                let expected =
+                    case.sample(method, case.position, random4([i as u32, 0], 0, 0, SEED)).unwrap();
                 worst_point = worst_point.max((b - expected.barycentrics).length());
                 // A point 1e-3 above the plane sees distant parts under angles of 1e-3: there a rounding is a step.
                 let point = if case.name == "near" { 2e-2 } else { 1e-3 };
@@ -332,24 +332,34 @@ fn tiny_triangles_are_not_noisy() {
     let device = TestDevice::open();
     for size in [1e-3, 1e-4, 1e-5, 1e-6] {
         let edges = [size * v(1.0, 0.2, 0.0), size * v(0.0, 1.0, -0.3)];
-        let tiny = case("tiny", v(3.0, 1.0, -2.0), v(0.0, 0.6, 0.8), [v(3.5, 1.3, -1.19), edges[0], edges[1]]);
+        let tiny =
+            case("tiny", v(3.0, 1.0, -2.0), v(0.0, 0.6, 0.8), [v(3.5, 1.3, -1.19), edges[0], edges[1]]);
         for method in AreaSampling::ALL {
             let samples = tiny.draw(&device, method, 0.1, 20_000);
-            let of = |s: &SampleRecord| {
-                f64::from(s.value.dot(tiny.normal) / s.pdf) / tiny.irradiance(s.target)
-            };
+            let of =
+                |s: &SampleRecord| f64::from(s.value.dot(tiny.normal) / s.pdf) / tiny.irradiance(s.target);
             let (mean, _, noise) = statistics(samples.iter().map(of));
             println!("{size:e} {:9}: mean {mean:.6}, noise {noise:.1e}", method.name());
             assert!(noise < BAR && (mean - 1.0).abs() < BAR, "{size} {}: {mean} {noise}", method.name());
             let angle = |s: &SampleRecord| {
                 let [a, b, c] = tiny.corners_from(s.target);
-                (f64::from(f32::from_bits(s.word)), classic_solid_angle([a, b, c]), triangle_solid_angle(a, b, c))
+                (
+                    f64::from(f32::from_bits(s.word)),
+                    classic_solid_angle([a, b, c]),
+                    triangle_solid_angle(a, b, c),
+                )
             };
             // The corners are given in fp32: the bar is for triangles that these resolve.
             let (mean, _, noise) = statistics(samples.iter().map(|s| angle(s).0 / angle(s).2));
-            assert!(size < 1e-4 || noise < BAR && (mean - 1.0).abs() < BAR, "{size}: solid angle {mean} {noise}");
+            assert!(
+                size < 1e-4 || noise < BAR && (mean - 1.0).abs() < BAR,
+                "{size}: solid angle {mean} {noise}"
+            );
             let (mean, _, noise) = statistics(samples.iter().map(|s| angle(s).1 / angle(s).2));
-            assert!(noise.abs() > BAR, "{size}: the bar does not notice the classic solid angle, {mean} {noise}");
+            assert!(
+                noise.abs() > BAR,
+                "{size}: the bar does not notice the classic solid angle, {mean} {noise}"
+            );
         }
     }
 }

@@ -157,12 +157,7 @@ pub fn sample_triangle_point(
     };
     let d = seen.at(barycentrics);
     let pdf = triangle_point_pdf(method, position, normal, v0, [e1, e2], position + d);
-    (pdf > 0.0).then(|| TrianglePoint {
-        barycentrics,
-        direction: d.normalize(),
-        distance: d.length(),
-        pdf,
-    })
+    (pdf > 0.0).then(|| TrianglePoint { barycentrics, direction: d.normalize(), distance: d.length(), pdf })
 }
 
 /// Density of [`sample_triangle_point`] for a point of the triangle that something else found.
