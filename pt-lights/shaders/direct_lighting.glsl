@@ -55,7 +55,7 @@ LightSample local_candidate(LightContext c, uvec2 key, uvec4 bits, out uint ligh
     float pmf;
     light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);
     if (light == NONE || (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) == 0u) return NO_LIGHT_SAMPLE;
-    LightSample s = sample_local_light(c.position, light, xi.zw);
+    LightSample s = sample_local_light(c, light, xi.zw);
     s.pdf *= pmf;
     return s;
 }

@@ -3,8 +3,8 @@ use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels;
 use pt_shaders::records::{
-    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler, MASK_OPAQUE,
-    MASK_TRANSMISSIVE, RisSource,
+    AreaSampling, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
+    MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {
@@ -29,6 +29,8 @@ knobs! {
         pub rays: LightRays = LightRays::PerKind => structural;
         /// How a local light is picked with `rays=merged`.
         pub sampler: LightSampler = LightSampler::ClusterStats => structural;
+        /// How points of emissive triangles are drawn with `rays=merged`.
+        pub area_sampling: AreaSampling = AreaSampling::Spherical => structural;
         /// Light samples a pixel, each with its own shadow rays.
         pub samples: u32 = 1, in 1..=64;
         /// Frames that shadow statistics reach back: 1 counts the last frame alone, more are an exponential mean of about that length.
@@ -102,7 +104,11 @@ impl DirectLighting {
         let merged = params.rays == LightRays::Merged;
         let sampler = if merged { params.sampler } else { LightSampler::Power };
         let mut constants = variant.unseen().constants().to_vec();
-        constants.extend([("light_sampler", sampler.code().into()), ("merged_rays", merged.into())]);
+        constants.extend([
+            ("light_sampler", sampler.code().into()),
+            ("area_sampling", params.area_sampling.code().into()),
+            ("merged_rays", merged.into()),
+        ]);
         let kernel =
             Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, variant.backend, &constants)?;
         Self::IO.check([&kernel])?;

@@ -1,11 +1,11 @@
 //! Lists of lights per cluster: nothing that shines is lost, what is left out is caught, updates equal new lists.
 
 use pt_core::rng::pcg4d;
+use pt_core::trace::{BvhQuality, NativeScene};
 use pt_lights::cluster_lists::{
     ClusterBox, ClusterLists, ListLimits, ListUpdate, MAX_CATCH_ALL, MIN_CATCH_ALL, VisibilityEstimate,
     changing_lights, cluster_boxes,
 };
-use pt_core::trace::{BvhQuality, NativeScene};
 use pt_lights::{AliasTable, EmissiveTriangle, LightBounds, LightLists, local_lights};
 use pt_scene::glam::{DVec3, Vec3};
 use pt_scene::gpu::{mesh_geometry, placements};
@@ -42,11 +42,27 @@ impl Random {
 /// A light and how it really shines.
 #[derive(Clone, Copy)]
 enum Emitter {
-    Triangle { corners: [Vec3; 3], both_sides: bool },
-    Sphere { center: Vec3, radius: f32 },
-    Spot { center: Vec3, radius: f32, axis: Vec3, outer: f32 },
+    Triangle {
+        corners: [Vec3; 3],
+        both_sides: bool,
+    },
+    Sphere {
+        center: Vec3,
+        radius: f32,
+    },
+    Spot {
+        center: Vec3,
+        radius: f32,
+        axis: Vec3,
+        outer: f32,
+    },
     /// Any cone of normals and of emission round them, as nodes of light trees have it.
-    Cones { bounds: Bounds, axis: Vec3, spread: f32, emission: f32 },
+    Cones {
+        bounds: Bounds,
+        axis: Vec3,
+        spread: f32,
+        emission: f32,
+    },
 }
 
 impl Emitter {
@@ -65,9 +81,12 @@ impl Emitter {
                 Self::Triangle { corners, both_sides: false }
             }
             4 => Self::Sphere { center, radius },
-            5 | 6 => {
-                Self::Spot { center, radius, axis: r.direction(), outer: std::f32::consts::FRAC_PI_2 * r.next() }
-            }
+            5 | 6 => Self::Spot {
+                center,
+                radius,
+                axis: r.direction(),
+                outer: std::f32::consts::FRAC_PI_2 * r.next(),
+            },
             _ => {
                 let half = 0.5 * size * r.vec3();
                 Self::Cones {
@@ -268,7 +287,10 @@ fn unusual_input_loses_no_light() {
     lights.push(LightBounds { power: f32::INFINITY, ..up(-5.0 * Vec3::Y) });
     lights.push(LightBounds { cos_emission: f32::NAN, ..up(-5.0 * Vec3::Y) });
     // Farther apart than single precision has numbers for.
-    lights.push(LightBounds { bounds: Bounds { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) }, ..lights[0] });
+    lights.push(LightBounds {
+        bounds: Bounds { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) },
+        ..lights[0]
+    });
     let lists = ClusterLists::new(vec![closed(unit)], &lights, &[], limits, None);
     assert_eq!((lists.fixed.list(0).len(), lists.catch_all[0]), (lights.len(), 0.0));
     // They also stay before all others when there is little room.
@@ -564,7 +586,8 @@ fn what_moves_hides_nothing() {
         let estimate =
             VisibilityEstimate::new(scene, &prepared.clusters, &prepared.boxes, &prepared.emissives).unwrap();
         let lights = prepared.lights().len() as u32;
-        let count = (0..prepared.boxes.len() as u32).map(|c| (0..lights).filter(|&l| estimate.visible(c, l)).count());
+        let count =
+            (0..prepared.boxes.len() as u32).map(|c| (0..lights).filter(|&l| estimate.visible(c, l)).count());
         (count.sum::<usize>(), prepared.boxes.len() * lights as usize)
     };
     let (seen, pairs) = still(&scene);

@@ -50,7 +50,7 @@ LightSample sample_emissive(vec3 position, uvec4 bits) {
     if (scene.emissive_count == 0u) return NO_LIGHT_SAMPLE;
     vec4 xi = unit_from_bits(bits);
     uint light = alias_pick(scene.emissive_alias, scene.emissive_count, bits.x, xi.y);
-    LightSample s = sample_triangle_light(position, local_light(light), light, xi.zw);
+    LightSample s = sample_triangle_light(position, vec3(0.0), local_light(light), light, AREA_SAMPLING_UNIFORM, xi.zw);
     s.pdf *= EmissiveTable(scene.emissives).at[light].pmf;
     return s;
 }

@@ -430,6 +430,18 @@ impl Culling {
     }
 }
 
+named_enum! {
+    /// How `triangle_sampling.glsl` draws a point of a triangle for a shading point; `AREA_SAMPLING_*` in GLSL.
+    pub enum AreaSampling: "AREA_SAMPLING" {
+        /// Uniform in area: cheap, and noisy near the triangle.
+        Uniform = "uniform",
+        /// Uniform in the solid angle that the triangle fills.
+        Spherical = "spherical",
+        /// Uniform in solid angle, then warped to be nearly proportional to the cosine at the receiver.
+        Projected = "projected",
+    }
+}
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {
@@ -591,6 +603,7 @@ pub fn glsl() -> String {
     text.push_str(&Culling::glsl());
     text.push_str(&LightSampler::glsl());
     text.push_str(&RisSource::glsl());
+    text.push_str(&AreaSampling::glsl());
     text.push_str(&declarations());
     text
 }

@@ -103,13 +103,16 @@ impl<'a> LightSampler<'a> {
         let triangle = self.lists.emissives[picked];
         let instance = &self.scene.instances[triangle.instance as usize];
         let mesh = &self.scene.meshes[instance.mesh as usize];
-        let [a, b, c] = mesh
+        let [a, mut b, mut c] = mesh
             .triangle(triangle.triangle as usize)
             .map(|p| instance.world_from_object.transform_point3(p).as_dvec3());
+        // The front is where the cross product points to.
+        if instance.world_from_object.matrix3.determinant() < 0.0 {
+            std::mem::swap(&mut b, &mut c);
+        }
         let bary = sample_triangle(DVec2::new(xi[2], xi[3]));
         let point = a + bary.x * (b - a) + bary.y * (c - a);
-        let side = instance.world_from_object.matrix3.determinant().signum();
-        let area2 = (b - a).cross(c - a) * f64::from(side);
+        let area2 = (b - a).cross(c - a);
         let d = point - position.as_dvec3();
         let material = instance.material_at(mesh, triangle.triangle as usize);
         let material = &self.scene.materials[material as usize];

@@ -1,7 +1,8 @@
 //! The mathematics of the kernels on the CPU, plain and in double precision: what the kernels are tested against.
 //!
-//! Names are those of the GLSL functions in sampling.glsl, brdf.glsl and lights.glsl.
+//! Names are those of the GLSL functions in sampling.glsl, brdf.glsl, lights.glsl and lights/triangle_sampling.glsl.
 
 pub mod brdf;
 pub mod lights;
 pub mod sampling;
+pub mod triangle;

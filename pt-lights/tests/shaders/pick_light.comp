@@ -14,7 +14,7 @@ void main() {
     LightContext c = LightContext(push.vector, normal, view, cluster_of(push.vector), push.parameter, 0.5);
     float pmf;
     if (push.family == 1u) {
-        LightSample s = sample_local_light(c.position, i, vec2(0.3));
+        LightSample s = sample_local_light(c, i, vec2(0.3));
         float mass = light_mass(c, local_light(i));
         sample_at[i] = SampleRecord(s.direction, light_pmf(c, i), s.radiance, mass, s.target, i);
         return;

@@ -2,6 +2,7 @@
 // All have an index in one table (LocalLightRecord); the tables are made each frame, from where the lights are then.
 #include "lights/light_sample.glsl"
 #include "sampling.glsl"
+#include "lights/triangle_sampling.glsl"
 
 // What samplers know of a shading point. All that is used of the material is its roughness and how much of it is specular.
 struct LightContext {
@@ -18,12 +19,12 @@ LocalLightRecord local_light(uint light) { return LocalLightTable(scene.local_li
 // Probability with which the power distribution picks a light.
 float power_pmf(uint light) { return AliasTable(scene.local_alias).at[light].pmf; }
 
-// Solid angle of a triangle whose corners are seen along a, b, c: Van Oosterom and Strackee 1983.
-float solid_angle_of(vec3 a, vec3 b, vec3 c) {
-    float la = length(a), lb = length(b), lc = length(c);
-    float volume = abs(dot(a, cross(b, c)));
-    float corner = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
-    return 2.0 * atan(volume, corner);
+// Solid angle of a triangle with first corner `a`, as seen from the origin: Van Oosterom and Strackee 1983, eq. 8. In fewer steps than
+// triangle_solid_angle(), for weights that need few digits.
+float rough_solid_angle(vec3 a, vec3 e1, vec3 e2) {
+    vec3 b = a + e1, c = a + e2;
+    vec3 l = vec3(length(a), length(b), length(c));
+    return 2.0 * atan(abs(dot(a, cross(e1, e2))), l.x * l.y * l.z + dot(a, b) * l.z + dot(b, c) * l.x + dot(c, a) * l.y);
 }
 
 // Phong lobe that stands for the specular one, towards the light's middle.
@@ -47,7 +48,7 @@ float light_mass(LightContext c, LocalLightRecord l) {
         if (above <= 0.0 || !faces) return 0.0;
         middle = (v0 + v1 + v2) * (1.0 / 3.0);
         // Not 0 where rounding leaves nothing of the angle.
-        mass = max(solid_angle_of(v0, v1, v2), 1e-12);
+        mass = max(rough_solid_angle(v0, l.edge1, l.edge2), 1e-12);
     } else {
         float radius = l.edge1.x;
         if (dot(middle, c.normal) + radius <= 0.0) return 0.0;
@@ -81,29 +82,24 @@ vec3 emitted_radiance(LocalLightRecord l, uint light, vec2 bary) {
     return radiance;
 }
 
-// A point of an emissive triangle, uniform in area: pdf = d^2 / (area cos).
-LightSample sample_triangle_light(vec3 position, LocalLightRecord l, uint light, vec2 xi) {
-    vec3 normal = cross(l.edge1, l.edge2);
-    float twice_area = length(normal);
-    vec2 bary = sample_triangle(xi);
-    bool swapped = (l.kind & LOCAL_SWAPPED) != 0u;
-    vec3 point = l.position + (swapped ? bary.y : bary.x) * l.edge1 + (swapped ? bary.x : bary.y) * l.edge2;
-    vec3 d = point - position;
-    float distance2 = dot(d, d);
-    if (twice_area <= 0.0 || distance2 <= 0.0) return NO_LIGHT_SAMPLE;
-    normal /= twice_area;
-    LightSample s = NO_LIGHT_SAMPLE;
-    s.finite = true;
-    s.direction = d * inversesqrt(distance2);
-    float cos_light = -dot(normal, s.direction);
+// A point of an emissive triangle, drawn as `method` (AREA_SAMPLING_*) says; `normal`: of the shading point.
+LightSample sample_triangle_light(vec3 position, vec3 normal, LocalLightRecord l, uint light, uint method, vec2 xi) {
+    TrianglePoint p = sample_triangle_point(method, position, normal, l.position, l.edge1, l.edge2, xi);
+    if (p.pdf <= 0.0) return NO_LIGHT_SAMPLE;
+    vec3 front = cross(l.edge1, l.edge2);
+    float cos_light = -dot(front, p.direction);
     if ((l.kind & LOCAL_DOUBLE_SIDED) != 0u && cos_light < 0.0) {
         cos_light = -cos_light;
-        normal = -normal;
+        front = -front;
     }
     if (cos_light <= 0.0) return NO_LIGHT_SAMPLE;
-    s.target = offset_point(point, normal, scene.near_origin);
-    s.pdf = 2.0 * distance2 / (twice_area * cos_light);
-    s.radiance = emitted_radiance(l, light, bary);
+    vec3 point = l.position + p.barycentrics.x * l.edge1 + p.barycentrics.y * l.edge2;
+    LightSample s = NO_LIGHT_SAMPLE;
+    s.finite = true;
+    s.direction = p.direction;
+    s.target = offset_point(point, normalize(front), scene.near_origin);
+    s.pdf = p.pdf;
+    s.radiance = emitted_radiance(l, light, (l.kind & LOCAL_SWAPPED) != 0u ? p.barycentrics.yx : p.barycentrics);
     return s;
 }
 
@@ -143,9 +139,12 @@ LightSample sample_positional_light(vec3 position, LightRecord light, vec2 xi) {
     return s;
 }
 
+// How points of emissive triangles are drawn (AREA_SAMPLING_*).
+layout(constant_id = 4) const uint area_sampling = AREA_SAMPLING_UNIFORM;
+
 // A sample of a local light that has been chosen: its pdf leaves the choice out.
-LightSample sample_local_light(vec3 position, uint light, vec2 xi) {
+LightSample sample_local_light(LightContext c, uint light, vec2 xi) {
     LocalLightRecord l = local_light(light);
-    if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) return sample_triangle_light(position, l, light, xi);
-    return sample_positional_light(position, LightTable(scene.lights).at[scene.sun_count + light - scene.emissive_count], xi);
+    if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) return sample_triangle_light(c.position, c.normal, l, light, area_sampling, xi);
+    return sample_positional_light(c.position, LightTable(scene.lights).at[scene.sun_count + light - scene.emissive_count], xi);
 }

@@ -34,7 +34,7 @@ LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint ligh
         light = alias_pick(scene.local_alias, scene.local_light_count, bits.x, xi.y);
         pmf = power_pmf(light);
     }
-    LightSample s = sample_local_light(c.position, light, xi.zw);
+    LightSample s = sample_local_light(c, light, xi.zw);
     s.pdf *= pmf;
     return s;
 }
