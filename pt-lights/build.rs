@@ -10,7 +10,7 @@ mod test_records;
 fn main() {
     let tables = [records::LocalLightsPush::glsl(), records::ShadowStatisticsPush::glsl()];
     let kernels = pt_shaders::compiler::Kernels::new()
-        .header("lights_records.glsl", records::DirectPush::glsl())
+        .header("lights_records.glsl", [records::RayCounts::glsl(), records::DirectPush::glsl()].concat())
         .header("local_lights_records.glsl", tables.concat());
     let test_header = [
         test_records::SamplerPush::glsl(),

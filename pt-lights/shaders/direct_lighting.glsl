@@ -5,6 +5,8 @@
 #include "lights_records.glsl"
 
 layout(push_constant, scalar) uniform Push { DirectPush push; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayCountsOut { RayCounts rays; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer ChoiceTable { uvec2 at[]; };
 // Whether local lights have one candidate together.
 layout(constant_id = 8) const bool merged_rays = true;
 
@@ -98,6 +100,7 @@ void direct_lighting(ivec2 p) {
     uvec2 seed = imageLoad(ch_rng_seed, p).xy;
     bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
     uint candidates = reflects ? CANDIDATES : CANDIDATES - 1u;
+    uvec2 rays = uvec2(0u), choice = uvec2(NONE, 0u);
     // One loop over samples and candidates, so that the kernel has the BRDF and the traversal once.
     for (uint i = 0u; i < push.samples * candidates; i++) {
         uint candidate = i % candidates;
@@ -122,7 +125,14 @@ void direct_lighting(ivec2 p) {
         if (light_sampler == LIGHT_SAMPLER_CLUSTER_STATS && traced && local != NONE) {
             count_shadow_ray(context.cluster, local, context.normal, arrived);
         }
+        if (traced) rays += uvec2(1u, arrived ? 1u : 0u);
+        if (local != NONE) choice = uvec2(local, pcg4d(uvec4(floatBitsToUint(light.target), local)).x);
     }
+    if (push.counts != 0ul) {
+        atomicAdd(RayCountsOut(push.counts).rays.traced, rays.x);
+        atomicAdd(RayCountsOut(push.counts).rays.arrived, rays.y);
+    }
+    if (push.choices != 0ul) ChoiceTable(push.choices).at[p.y * imageSize(ch_color_hf).x + p.x] = choice;
     float share = 1.0 / float(push.samples);
     vec4 base = imageLoad(ch_base_color, p);
     imageStore(ch_color_hf, p, vec4(sum.diffuse * share, 0.0));

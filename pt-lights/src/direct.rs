@@ -1,6 +1,6 @@
-use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, StatisticsTable};
+use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, RayCounts, StatisticsTable};
 use pt_core::trace::TraceVariant;
-use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
+use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels;
 use pt_shaders::records::{
     AreaSampling, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
@@ -52,6 +52,8 @@ impl DirectParams {
         let bit = |on: bool, kind: u32| if on { kind } else { 0 };
         let merged = self.rays == LightRays::Merged;
         DirectPush {
+            counts: 0,
+            choices: 0,
             kinds: bit(self.sun, KIND_SUN)
                 | bit(self.positional, KIND_POSITIONAL)
                 | bit(self.emissive, KIND_EMISSIVE)
@@ -126,8 +128,64 @@ impl DirectLighting {
         params: &DirectParams,
         texture_lod_bias: f32,
     ) -> Result<()> {
+        self.record_counted(frame, inputs, params, texture_lod_bias, None)
+    }
+
+    /// As [`DirectLighting::record`]; also counts the shadow rays and notes the choices.
+    ///
+    /// # Errors
+    /// When the pass does not fit into the frame.
+    pub fn record_counted(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        params: &DirectParams,
+        texture_lod_bias: f32,
+        counted: Option<&Counted>,
+    ) -> Result<()> {
+        let mut push = params.push(texture_lod_bias);
         // Only surfaces with lobes are looked up again at the visible triangle.
-        let pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO).touches_part();
-        pass.push(&params.push(texture_lod_bias)).dispatch(inputs.split_threads())
+        let mut pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO).touches_part();
+        if let Some(counted) = counted {
+            push.counts = counted.rays.address();
+            push.choices = counted.choices.address();
+            pass = pass.addresses_updated(&counted.rays).addresses_written(&counted.choices);
+        }
+        pass.push(&push).dispatch(inputs.split_threads())
+    }
+}
+
+/// Buffers for what direct lighting counts.
+pub struct Counted {
+    rays: Buffer,
+    choices: Buffer,
+}
+
+impl Counted {
+    /// For a split frame of that many texels. Zero rays.
+    ///
+    /// # Errors
+    /// When the device has no memory left.
+    pub fn new(device: &Device, texels: usize) -> Result<Self> {
+        Ok(Self {
+            rays: Buffer::from_slice(device, "ray counts", &[RayCounts { traced: 0, arrived: 0 }])?,
+            choices: Buffer::from_slice(device, "choices", &vec![[u32::MAX, 0]; texels])?,
+        })
+    }
+
+    /// Shadow rays since the counts were made; waits for the device.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn rays(&self) -> Result<RayCounts> {
+        Ok(self.rays.read()?[0])
+    }
+
+    /// For each texel of the split frame the local light of the last sample and a hash of the point on it; waits.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn choices(&self) -> Result<Vec<[u32; 2]>> {
+        self.choices.read()
     }
 }

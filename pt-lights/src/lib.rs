@@ -25,7 +25,7 @@ mod tables;
 mod texture_mean;
 
 pub use alias::AliasTable;
-pub use direct::{DirectLighting, DirectParams};
+pub use direct::{Counted, DirectLighting, DirectParams};
 pub use emissive::EmissiveTriangle;
 pub use light_bounds::{LightBounds, local_lights};
 pub use lists::LightLists;

@@ -45,6 +45,16 @@ pt_shaders::named_enum! {
 }
 
 pt_shaders::gpu_struct! {
+    /// What the direct lighting pass has traced.
+    pub struct RayCounts {
+        /// Shadow rays.
+        pub traced: u32,
+        /// Those that reached their light.
+        pub arrived: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
     /// Of `local_lights.comp`.
     pub struct LocalLightsPush {
         /// Device address of the table.
@@ -69,6 +79,11 @@ pt_shaders::gpu_struct! {
 pt_shaders::gpu_struct! {
     /// Of `direct.trace`.
     pub struct DirectPush {
+        /// Device address of a [`RayCounts`], 0: nothing is counted.
+        pub counts: u64,
+        /// Device address of a `uvec2` for each texel, 0: none: the local light of the last sample ([`NONE`](pt_shaders::records::NONE):
+        /// none) and a hash of the point on it.
+        pub choices: u64,
         /// `KIND_*` bits.
         pub kinds: u32,
         /// Instances that cast shadows.
