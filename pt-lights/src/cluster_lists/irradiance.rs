@@ -100,7 +100,8 @@ impl Emitters {
             }
         } else {
             // A box of which nothing is known: only the strength tells lights apart.
-            groups.for_each(|(group, (most, typical))| (*most, *typical) = (group.intensity, group.intensity));
+            groups
+                .for_each(|(group, (most, typical))| (*most, *typical) = (group.intensity, group.intensity));
         }
         for &light in &self.unknown {
             (most[light], typical[light]) = (f32::INFINITY, 0.0);

@@ -159,7 +159,11 @@ fn blockers(scene: &Scene) -> Result<Option<NativeScene>, TraceError> {
             });
             geometry.len() as u32 - 1
         });
-        placed.push(InstancePlacement { mesh, mask: u32::MAX, world_from_object: instance.world_from_object });
+        placed.push(InstancePlacement {
+            mesh,
+            mask: u32::MAX,
+            world_from_object: instance.world_from_object,
+        });
     }
     if placed.is_empty() {
         return Ok(None);
@@ -218,10 +222,8 @@ fn receivers(scene: &Scene, clusters: &Clusters, boxes: &[ClusterBox]) -> Vec<Ve
     }
     let in_space = |of: &ClusterBox| {
         let (min, size) = (of.bounds.min, of.bounds.size());
-        (0..IN_SPACE).map(move |i| Receiver {
-            position: min + size * Vec3::from(sequence(i)),
-            normal: Vec3::ZERO,
-        })
+        (0..IN_SPACE)
+            .map(move |i| Receiver { position: min + size * Vec3::from(sequence(i)), normal: Vec3::ZERO })
     };
     let all = drawn.into_iter().zip(boxes).map(|(drawn, of)| {
         let mut points = drawn.points;
