@@ -1,9 +1,8 @@
 //! Which of the lights that reach a cluster are listed.
 
-use super::irradiance::{Emitters, Estimates};
+use super::irradiance::{Emitters, Estimates, LANES};
 use super::{ClusterBox, MAX_CATCH_ALL, MIN_CATCH_ALL, Visible};
 use rayon::prelude::*;
-use std::cmp::Ordering;
 
 /// Clusters that a task takes from the queue.
 const CHUNK: usize = 16;
@@ -89,11 +88,13 @@ struct Entry {
     typical: f32,
 }
 
-impl Entry {
-    /// Strongest first, then by index.
-    fn order(&self, other: &Self) -> Ordering {
-        other.most.total_cmp(&self.most).then(self.light.cmp(&other.light))
-    }
+/// Memory that a thread uses for one cluster after the other.
+#[derive(Default)]
+struct Scratch {
+    estimates: Estimates,
+    /// Lights that may be listed: places in [`Builder::names`].
+    places: Vec<u32>,
+    keys: Vec<u64>,
 }
 
 /// Everything that the lists of one group of lights are made from.
@@ -114,21 +115,16 @@ impl Builder<'_> {
             .boxes
             .par_chunks(CHUNK)
             .enumerate()
-            .map_init(
-                || (Estimates::default(), Vec::new()),
-                |(estimates, list), (chunk, boxes)| {
-                    let mut entries = Vec::new();
-                    let lists = (CHUNK * chunk..).zip(boxes).map(|(cluster, of)| {
-                        list.clear();
-                        self.emitters.estimate(of, estimates);
-                        let left = self.choose(cluster, of, estimates, list);
-                        entries.extend_from_slice(list);
-                        (list.len(), left)
-                    });
-                    let lists = lists.collect();
-                    (entries, lists)
-                },
-            )
+            .map_init(Scratch::default, |scratch, (chunk, boxes)| {
+                let mut entries = Vec::new();
+                let lists = (CHUNK * chunk..).zip(boxes).map(|(cluster, of)| {
+                    let before = entries.len();
+                    let left = self.choose(cluster, of, scratch, &mut entries);
+                    (entries.len() - before, left)
+                });
+                let lists = lists.collect();
+                (entries, lists)
+            })
             .collect();
         let (mut entries, mut lengths, mut left) = (Vec::new(), Vec::new(), Vec::new());
         for (part, lists) in chunks {
@@ -146,30 +142,30 @@ impl Builder<'_> {
         (IndexLists { offsets, entries: entries.iter().map(|e| e.light).collect() }, left)
     }
 
-    /// The list of one cluster, ascending.
-    fn choose(&self, cluster: usize, of: &ClusterBox, estimates: &Estimates, list: &mut Vec<Entry>) -> Left {
-        let Estimates { most, typical } = estimates;
+    /// Appends the list of one cluster, ascending.
+    fn choose(
+        &self,
+        cluster: usize,
+        of: &ClusterBox,
+        scratch: &mut Scratch,
+        entries: &mut Vec<Entry>,
+    ) -> Left {
+        let Scratch { estimates, places, keys } = scratch;
+        self.emitters.estimate(of, estimates);
+        let Estimates { most, typical } = &*estimates;
         let mut left = Left { total: sum(typical), ..Left::default() };
         let before = self.before.get(cluster).map_or(0.0, |left| left.total);
         let least = (f64::from(self.limits.min_share) * (before + left.total)).min(f32::MAX.into()) as f32;
-        let mut reached = 0;
-        for ((&light, &most), &typical) in self.names.iter().zip(most).zip(typical) {
-            if most > 0.0 {
-                reached += 1;
-                if most < least {
-                    left.leave_out(typical);
-                } else {
-                    list.push(Entry { light, most, typical });
-                }
-            }
-        }
-        // Beyond the box, the lights that do not reach it may do.
-        left.any |= of.open && reached < self.emitters.lit;
+        let (reached, weak) = count(most, typical, least);
+        candidates(&most[..self.names.len()], least, places);
+        left.out = weak;
+        // Beyond an open box, the lights that do not reach it may do.
+        left.any = places.len() < reached || of.open && reached < self.emitters.lit;
         if let Some(visible) = self.visible {
-            list.retain(|entry| {
-                let keep = visible(cluster as u32, entry.light);
+            places.retain(|&i| {
+                let keep = visible(cluster as u32, self.names[i as usize]);
                 if !keep {
-                    let hidden = f64::from(entry.typical);
+                    let hidden = f64::from(typical[i as usize]);
                     left.total -= (1.0 - HIDDEN_SHARE) * hidden;
                     left.out += HIDDEN_SHARE * hidden;
                     left.any = true;
@@ -177,12 +173,24 @@ impl Builder<'_> {
                 keep
             });
         }
-        let longest = self.limits.max_per_cluster;
-        if longest < list.len() {
-            list.select_nth_unstable_by(longest, Entry::order);
-            list.drain(longest..).for_each(|entry| left.leave_out(entry.typical));
-            list.sort_unstable_by_key(|entry| entry.light);
+        if let Some(surplus @ 1..) = places.len().checked_sub(self.limits.max_per_cluster) {
+            // Positive numbers have the order of their bits. Of equal ones the first stay.
+            let key = |&i: &u32| u64::from(most[i as usize].to_bits()) << 32 | u64::from(!i);
+            keys.clear();
+            keys.extend(places.iter().map(key));
+            let (_, &mut strongest_out, _) = keys.select_nth_unstable(surplus - 1);
+            places.retain(|i| {
+                let keep = key(i) > strongest_out;
+                if !keep {
+                    left.leave_out(typical[*i as usize]);
+                }
+                keep
+            });
         }
+        entries.extend(places.iter().map(|&i| {
+            let (light, i) = (self.names[i as usize], i as usize);
+            Entry { light, most: most[i], typical: typical[i] }
+        }));
         left
     }
 
@@ -222,11 +230,36 @@ impl Builder<'_> {
 
 /// In an order that lets the compiler use vector instructions.
 fn sum(values: &[f32]) -> f64 {
-    let mut sums = [0.0f64; 8];
-    for part in values.as_chunks::<8>().0 {
+    let mut sums = [0.0f64; LANES];
+    for part in values.as_chunks::<LANES>().0 {
         for (sum, &value) in sums.iter_mut().zip(part) {
             *sum += f64::from(value);
         }
     }
     sums.iter().sum()
+}
+
+/// How many lights reach a box, and the typical irradiance of those with a bound below `least`.
+fn count(most: &[f32], typical: &[f32], least: f32) -> (usize, f64) {
+    let (mut reached, mut weak) = ([0u32; LANES], [0.0f64; LANES]);
+    for (most, typical) in most.as_chunks::<LANES>().0.iter().zip(typical.as_chunks::<LANES>().0) {
+        for i in 0..LANES {
+            reached[i] += u32::from(most[i] > 0.0);
+            weak[i] += f64::from(if most[i] < least { typical[i] } else { 0.0 });
+        }
+    }
+    (reached.iter().sum::<u32>() as usize, weak.iter().sum())
+}
+
+/// The places of the bounds that are positive and not below `least`. Without branches: they would be taken at random.
+fn candidates(most: &[f32], least: f32, places: &mut Vec<u32>) {
+    // A positive bound is at least that.
+    let least = least.max(f32::MIN_POSITIVE);
+    places.resize(most.len(), 0);
+    let mut count = 0;
+    for (place, &bound) in (0..).zip(most) {
+        places[count] = place;
+        count += usize::from(bound >= least);
+    }
+    places.truncate(count);
 }

@@ -10,7 +10,7 @@ use pt_scene::Bounds;
 use std::f32::consts::PI;
 
 /// Lights that are looked at together, so that the compiler uses vector instructions.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 /// Relative rounding of box corners, which are transformed in single precision here and on the GPU.
 const CORNER_ROUNDING: f32 = 8.0 * f32::EPSILON;
 /// Rounding of unit vectors, cosines and dot products.
@@ -24,7 +24,7 @@ const NEAREST: f32 = 1.0 / 16.0;
 #[derive(Default)]
 pub(super) struct Estimates {
     /// The most irradiance that a light gives at a point of the box; 0: no point of the light's box emits towards the box; infinite
-    /// if nothing is known of the light. One for each light, and zeros at the end.
+    /// if nothing is known of the light. One for each light, and zeros up to a multiple of [`LANES`].
     pub most: Vec<f32>,
     /// Irradiance at a typical distance, finite.
     pub typical: Vec<f32>,
@@ -193,26 +193,29 @@ impl Group {
 
     fn estimate(&self, receiver: &Receiver, most: &mut [f32; LANES], typical: &mut [f32; LANES]) {
         let (center, half) = (receiver.center.to_array(), receiver.half.to_array());
-        for i in 0..LANES {
-            let (mut near2, mut far2, mut size, mut along) = (0.0, 0.0, 0.0, self.offset[i]);
-            for k in 0..3 {
+        let zero = [0.0; LANES];
+        let (mut near2, mut far2, mut size, mut along) = (zero, zero, zero, self.offset);
+        for k in 0..3 {
+            for i in 0..LANES {
                 let (c, h) = (center[k] - self.center[k][i], half[k] + self.half[k][i]);
                 let gap = larger(c.abs() - h, 0.0);
-                near2 += gap * gap;
-                far2 += c * c + h * h;
-                size += c.abs() + h;
-                along += c * self.axis[k][i] + h * self.axis[k][i].abs();
+                near2[i] += gap * gap;
+                far2[i] += c * c + h * h;
+                size[i] += c.abs() + h;
+                along[i] += c * self.axis[k][i] + h * self.axis[k][i].abs();
             }
+        }
+        for i in 0..LANES {
             // The largest distance of a point of the cluster in front of the light's plane.
-            let along = along + DIRECTION_ROUNDING * size;
-            let cos = along / near2.sqrt();
+            let along = along[i] + DIRECTION_ROUNDING * size[i];
+            let cos = along / near2[i].sqrt();
             // NaN, in contact, becomes 1.
             let strength = self.intensity[i] * if cos < 1.0 { cos } else { 1.0 };
-            let limit2 = larger(near2, larger(self.nearest2[i], receiver.nearest2));
-            let (bound, middle) = (larger(strength / limit2, f32::MIN_POSITIVE), strength / far2);
-            let dark = along <= 0.0 || self.intensity[i] <= 0.0;
+            let limit2 = larger(near2[i], larger(self.nearest2[i], receiver.nearest2));
+            let (bound, middle) = (larger(strength / limit2, f32::MIN_POSITIVE), strength / far2[i]);
+            let dark = (along <= 0.0) | (self.intensity[i] <= 0.0);
             most[i] = if dark { 0.0 } else { bound };
-            typical[i] = if dark || middle == f32::INFINITY { 0.0 } else { middle };
+            typical[i] = if dark | (middle == f32::INFINITY) { 0.0 } else { middle };
         }
     }
 }

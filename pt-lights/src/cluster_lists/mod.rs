@@ -117,7 +117,9 @@ impl ClusterLists {
 
     /// Brings the lists to the state of `lights`: afterwards they equal new ones, bit for bit.
     ///
-    /// Only the lists of the lights that may change are rebuilt. If another light has changed, or which lights there are, all lists are
+    /// Only the lists of the lights that may change are rebuilt, in a time that is proportional to the number of these lights and of
+    /// clusters. Triangles that deform should have the bounds of their present pose ([`Scene::pose_meshes`]), but other bounds only
+    /// add variance: no test rejects them by where they are. If another light has changed, or which lights there are, all lists are
     /// rebuilt, with `visible`; that takes as long as [`ClusterLists::new`].
     pub fn update(
         &mut self,
