@@ -3,5 +3,6 @@
 //! Names are those of the GLSL functions in sampling.glsl, brdf.glsl and lights.glsl.
 
 pub mod brdf;
+pub mod light_bvh;
 pub mod lights;
 pub mod sampling;
