@@ -5,6 +5,8 @@
 mod build;
 mod cone;
 mod summary;
+#[cfg(test)]
+mod tests;
 
 use crate::LightBounds;
 use pt_shaders::records::{LIGHT_BVH_LEAF, LightBvhNode};
@@ -53,7 +55,8 @@ impl LightBvh {
     /// The bounds are those that the same tree would have if it were built now. Lights that move far apart from their
     /// neighbours make it slower to converge, not wrong.
     pub fn refit(&mut self, lights: &[LightBounds]) -> bool {
-        let covers = |(light, &trail): (&LightBounds, &u64)| trail != NO_TRAIL || Summary::of(light, 1.0).is_none();
+        let covers =
+            |(light, &trail): (&LightBounds, &u64)| trail != NO_TRAIL || Summary::of(light, 1.0).is_none();
         if lights.len() != self.trails.len() || !lights.iter().zip(&self.trails).all(covers) {
             return false;
         }
@@ -96,14 +99,20 @@ fn trails(nodes: &[LightBvhNode], count: usize) -> Vec<u64> {
 }
 
 fn refit_tree(nodes: &mut [LightBvhNode], lights: &[LightBounds]) {
-    let total: f64 = lights.iter().filter(|light| Summary::of(light, 1.0).is_some()).map(|l| f64::from(l.power)).sum();
+    let total: f64 =
+        lights.iter().filter(|light| Summary::of(light, 1.0).is_some()).map(|l| f64::from(l.power)).sum();
     if let [root, block @ ..] = nodes {
         refit_node(root, block, lights, if total > 0.0 { 1.0 / total } else { 0.0 });
     }
 }
 
 /// Bounds of a node whose descendants are `block`, laid out as [`build::topology`] says. `None` if all its lights are dark.
-fn refit_node(node: &mut LightBvhNode, block: &mut [LightBvhNode], lights: &[LightBounds], scale: f64) -> Option<Summary> {
+fn refit_node(
+    node: &mut LightBvhNode,
+    block: &mut [LightBvhNode],
+    lights: &[LightBounds],
+    scale: f64,
+) -> Option<Summary> {
     let summary = if node.link & LIGHT_BVH_LEAF != 0 {
         let light = lights.get((node.link & !LIGHT_BVH_LEAF) as usize);
         light.and_then(|light| Summary::of(light, scale))
@@ -128,6 +137,10 @@ fn refit_node(node: &mut LightBvhNode, block: &mut [LightBvhNode], lights: &[Lig
 }
 
 /// Does two things, at the same time if `parallel`.
-fn both<A: Send, B: Send>(parallel: bool, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+fn both<A: Send, B: Send>(
+    parallel: bool,
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
     if parallel { rayon::join(a, b) } else { (a(), b()) }
 }

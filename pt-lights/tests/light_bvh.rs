@@ -174,7 +174,10 @@ fn picks_follow_the_pmf() {
                 for (light, (record, &pmf)) in kernel.iter().zip(&pmfs).enumerate() {
                     let actual = f64::from(record.pdf_again);
                     // Single precision, over up to 20 branches.
-                    assert!((actual - pmf).abs() <= 2e-3 * pmf + 1e-12, "{name}, light {light}: {actual} for {pmf}");
+                    assert!(
+                        (actual - pmf).abs() <= 2e-3 * pmf + 1e-12,
+                        "{name}, light {light}: {actual} for {pmf}"
+                    );
                     sum += actual;
                 }
                 assert!((sum - 1.0).abs() < 1e-4, "{name}: the kernel's pmf sums to {sum}");
@@ -187,7 +190,10 @@ fn picks_follow_the_pmf() {
                     light_bvh_pick(&bvh, &oracle, bits(*i)).map_or(NONE, |(light, _)| light) == sample.word
                 });
                 let same = same.count();
-                assert!(same as f64 > 0.999 * f64::from(PICKS), "{name}: {same} picks are those of the oracle");
+                assert!(
+                    same as f64 > 0.999 * f64::from(PICKS),
+                    "{name}: {same} picks are those of the oracle"
+                );
                 let picks = samples.iter().map(|s| (s.word != NONE).then_some(s.word));
                 if choice {
                     check(&format!("{name}, kernel"), &histogram(picks, lights.len()), &with_none);
@@ -215,7 +221,10 @@ fn no_contribution_without_probability() {
                 let (irradiance, facing) = hall.irradiance(light, point.position, point.normal);
                 // Cosines whose product rounding may take away count as 0.
                 if irradiance > 1e-6 * facing {
-                    assert!(*pmf > 0.0 && record.pdf_again > 0.0, "point {i}, light {light}: {irradiance} of {facing}");
+                    assert!(
+                        *pmf > 0.0 && record.pdf_again > 0.0,
+                        "point {i}, light {light}: {irradiance} of {facing}"
+                    );
                     lit += 1;
                 } else {
                     dark += 1;
@@ -227,24 +236,29 @@ fn no_contribution_without_probability() {
     assert!(lit > 10_000 && zero > dark / 2, "{lit} lit, {dark} dark, {zero} of these have no probability");
 }
 
-/// A light so weak that the first word of random bits can't tell it from another: the second word does.
+/// Lights so weak that the first word of random bits can't tell them apart: the second word does.
 #[test]
 fn weak_lights_are_reached() {
     let at = Vec3::new(1.0, 0.0, 0.0);
-    let lights =
-        [point_light(at, 1.0), point_light(at + 0.001 * Vec3::Y, 1e-9), point_light(at - 0.001 * Vec3::Y, 1e-9)];
+    let powers = [1.0, 1e-9, 1e-18, 1e-18];
+    let lights: Vec<LightBounds> =
+        (0..4).zip(powers).map(|(i, power)| point_light(at + 0.001 * i as f32 * Vec3::Y, power)).collect();
     let bvh = LightBvh::new(&lights).unwrap();
     let point = Point { position: Vec3::ZERO, normal: Vec3::X, view: Vec3::X, roughness: 1.0 }.oracle(false);
-    let pmfs: Vec<f64> = (0..3).map(|light| light_bvh_pmf(&bvh, &point, light)).collect();
-    assert!(pmfs[1] > 0.0 && pmfs[1] < 1e-6 && (pmfs.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{pmfs:?}");
-    // Both weak lights lie below one branch, or one below the other: a word of bits that leads there.
-    let word = (0..32).flat_map(|k| [0, u32::MAX].map(|end| end ^ ((1u32 << k) - 1))).find(|word| {
-        matches!(light_bvh_pick(&bvh, &point, [*word, 0]), Some((1 | 2, _)))
-    });
-    let word = word.expect("the weak lights lie at an end of the range");
-    let counts = histogram((0..1000).map(|i| light_bvh_pick(&bvh, &point, [word, bits(i)[1]]).map(|p| p.0)), 3);
-    assert!(counts[1] + counts[2] == 1000, "{counts:?}");
-    assert!(counts[1].abs_diff(counts[2]) < 150, "{counts:?}: equal lights are picked alike");
+    let pmfs: Vec<f64> = (0..4).map(|light| light_bvh_pmf(&bvh, &point, light)).collect();
+    // Less than 2^-32, the least that one word can give.
+    assert!(pmfs[2] > 0.0 && pmfs[2] < 1e-13 && (pmfs.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{pmfs:?}");
+    // Bits that lead to the weakest two: all 0 or all 1 at each branch, but for the upper half of the second word.
+    let starts = [0, u32::MAX].map(|word| [0, 0xffff].map(|low| [word, low]));
+    let start = starts
+        .as_flattened()
+        .iter()
+        .find(|start| matches!(light_bvh_pick(&bvh, &point, **start), Some((2 | 3, _))));
+    let [word, low] = *start.expect("the weak lights lie at ends of their ranges");
+    let picks = (0..1000).map(|i| light_bvh_pick(&bvh, &point, [word, bits(i)[1] << 16 | low]).map(|p| p.0));
+    let counts = histogram(picks, 4);
+    assert_eq!(counts[2] + counts[3], 1000, "{counts:?}");
+    assert!(counts[2].abs_diff(counts[3]) < 150, "{counts:?}: equal lights are picked alike");
 }
 
 /// Variance of picks from the light tree against that of picks by power: the estimate of the unshadowed irradiance has
@@ -259,16 +273,30 @@ fn variance_is_below_that_of_power() {
     for i in 0..points {
         let point = Point { roughness: 1.0, ..Point::random(i) };
         let by_power: Vec<f64> = hall.lights.iter().map(|light| f64::from(light.power) / total).collect();
-        let irradiance: Vec<f64> =
-            (0..hall.lights.len()).map(|light| hall.irradiance(light, point.position, point.normal).0).collect();
+        let irradiance: Vec<f64> = (0..hall.lights.len())
+            .map(|light| hall.irradiance(light, point.position, point.normal).0)
+            .collect();
         let mean: f64 = irradiance.iter().sum();
-        let pmfs = [by_power, light_bvh_pmfs(&bvh, &point.oracle(false)).0, light_bvh_pmfs(&bvh, &point.oracle(true)).0];
+        let pmfs = [
+            by_power,
+            light_bvh_pmfs(&bvh, &point.oracle(false)).0,
+            light_bvh_pmfs(&bvh, &point.oracle(true)).0,
+        ];
         for (sum, pmf) in relative.iter_mut().zip(&pmfs) {
-            let squares: f64 = irradiance.iter().zip(pmf).filter(|(e, _)| **e > 0.0).map(|(e, p)| e * e / p.max(1e-300)).sum();
+            let squares: f64 = irradiance
+                .iter()
+                .zip(pmf)
+                .filter(|(e, _)| **e > 0.0)
+                .map(|(e, p)| e * e / p.max(1e-300))
+                .sum();
             *sum += (squares / (mean * mean) - 1.0) / f64::from(points);
         }
     }
     let [power, bounds, gaussian] = relative;
-    println!("relative variance: power {power:.2}, bounds {bounds:.2} (1/{:.1}), Gaussians {gaussian:.2} (1/{:.1})", power / bounds, power / gaussian);
+    println!(
+        "relative variance: power {power:.2}, bounds {bounds:.2} (1/{:.1}), Gaussians {gaussian:.2} (1/{:.1})",
+        power / bounds,
+        power / gaussian
+    );
     assert!(bounds < power / 5.0 && gaussian < power / 5.0, "{relative:?}");
 }

@@ -66,7 +66,8 @@ impl Item {
 /// block of the first, the block of the second.
 pub(super) fn topology(lights: &[LightBounds]) -> Vec<LightBvhNode> {
     let usable = (0..).zip(lights).filter(|(_, light)| Summary::of(light, 1.0).is_some());
-    let mut items: Vec<Item> = usable.map(|(light, bounds)| Item { group: Group::of(bounds), light }).collect();
+    let mut items: Vec<Item> =
+        usable.map(|(light, bounds)| Item { group: Group::of(bounds), light }).collect();
     if items.is_empty() {
         return vec![summary::dark(NONE)];
     }
@@ -87,7 +88,8 @@ fn branch(items: &mut [Item], depth: u32, node: &mut LightBvhNode, block: &mut [
     let middle = split(items, depth);
     let parallel = items.len() >= PARALLEL;
     let (left_items, right_items) = items.split_at_mut(middle);
-    let ([left, right], rest) = block.split_first_chunk_mut().expect("a node of several lights has two children");
+    let ([left, right], rest) =
+        block.split_first_chunk_mut().expect("a node of several lights has two children");
     let (left_block, right_block) = rest.split_at_mut(2 * middle - 2);
     let second = first + 2 + left_block.len() as u32;
     both(
@@ -99,7 +101,9 @@ fn branch(items: &mut [Item], depth: u32, node: &mut LightBvhNode, block: &mut [
 
 /// Orders the items, two or more, such that the first child gets those before the returned place.
 fn split(items: &mut [Item], depth: u32) -> usize {
-    let centers = |items: &[Item], f: fn(Vec3, Vec3) -> Vec3| items.iter().map(Item::center).reduce(f).unwrap_or_default();
+    let centers = |items: &[Item], f: fn(Vec3, Vec3) -> Vec3| {
+        items.iter().map(Item::center).reduce(f).unwrap_or_default()
+    };
     let lower = centers(items, Vec3::min);
     let extent = centers(items, Vec3::max) - lower;
     // So deep that halves are the only way to stay within the limit.

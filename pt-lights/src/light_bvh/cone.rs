@@ -52,7 +52,8 @@ mod tests {
 
     fn cone() -> impl Strategy<Value = Cone> {
         let axis = prop_oneof![
-            (-1.0..1.0f32, -1.0..1.0f32, -1.0..1.0f32).prop_map(|(x, y, z)| Vec3::new(x, y, z).normalize_or(Vec3::X)),
+            (-1.0..1.0f32, -1.0..1.0f32, -1.0..1.0f32)
+                .prop_map(|(x, y, z)| Vec3::new(x, y, z).normalize_or(Vec3::X)),
             prop_oneof![Just(Vec3::X), Just(Vec3::NEG_X), Just(Vec3::Y)],
         ];
         (axis, prop_oneof![Just(0.0), 0.0..PI, Just(PI)]).prop_map(|(axis, spread)| Cone { axis, spread })

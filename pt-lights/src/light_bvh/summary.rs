@@ -72,7 +72,8 @@ impl Summary {
         let axis = pack_unit_vector(self.cone.axis);
         let spread = self.cone.spread + angle(self.cone.axis, unpack_unit_vector(axis));
         // Sines of half the angles. What is not exactly 0 gets a step more than its own rounding needs.
-        let half_sine = |sine: f32| ((sine.clamp(0.0, 1.0) * 65535.0).ceil() as u32 + u32::from(sine > 0.0)).min(65535);
+        let half_sine =
+            |sine: f32| ((sine.clamp(0.0, 1.0) * 65535.0).ceil() as u32 + u32::from(sine > 0.0)).min(65535);
         let spread = half_sine((0.5 * spread.min(std::f32::consts::PI)).sin());
         let emission = half_sine((0.5 * (1.0 - self.cos_emission)).max(0.0).sqrt());
         let size = self.upper - self.lower;

@@ -83,7 +83,8 @@ impl LightBvhPoint {
     }
 
     fn by_gaussians(&self, node: &LightBvhNode, radius2: f64) -> f64 {
-        let [x, y, z, w] = node.lobe.to_le_bytes().map(|byte| (f64::from(i8::from_ne_bytes([byte])) / 127.0).max(-1.0));
+        let [x, y, z, w] =
+            node.lobe.to_le_bytes().map(|byte| (f64::from(i8::from_ne_bytes([byte])) / 127.0).max(-1.0));
         let lobe = DVec3::new(x, y, z);
         let [x, y, z] = [0, 10, 20].map(|shift| f64::from(node.mean >> shift & 1023) / 1023.0);
         let (lower, upper) = (node.lower.as_dvec3(), node.upper.as_dvec3());
@@ -224,7 +225,7 @@ pub fn light_bvh_pmfs(bvh: &LightBvh, point: &LightBvhPoint) -> (Vec<f64>, f64) 
         };
         for (child, taken) in children.iter().zip([first, steps - first]) {
             if taken > 0 {
-                stack.push((child.link, refilled(taken), pmf * f64::from(taken) / f64::from(steps)));
+                stack.push((child.link, refilled(taken), pmf * (f64::from(taken) / f64::from(steps))));
             }
         }
     }

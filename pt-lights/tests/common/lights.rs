@@ -47,14 +47,16 @@ impl Hall {
         }
         for i in 0..each {
             let [size, strength, ..] = numbers(i, 5);
-            let light = Light::point("point", Self::place(i, 6), Vec3::splat(10f32.powf(2.0 * strength - 1.0)));
+            let light =
+                Light::point("point", Self::place(i, 6), Vec3::splat(10f32.powf(2.0 * strength - 1.0)));
             scene.lights.push(Light { radius: if i % 2 == 0 { 0.1 * size } else { 0.0 }, ..light });
         }
         for i in 0..each {
             let [outer, strength, inner, _] = numbers(i, 7);
             let outer = 0.1 + 1.4 * outer;
             let intensity = Vec3::splat(10f32.powf(2.0 * strength));
-            let spot = Light::spot("spot", Self::place(i, 8), direction(i, 9), outer * inner, outer, intensity);
+            let spot =
+                Light::spot("spot", Self::place(i, 8), direction(i, 9), outer * inner, outer, intensity);
             scene.lights.push(spot);
         }
         let emissives = LightLists::new(&scene).emissives;
