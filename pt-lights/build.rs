@@ -16,6 +16,7 @@ fn main() {
         test_records::SamplerPush::glsl(),
         test_records::SampleRecord::glsl(),
         test_records::BrdfCase::glsl(),
+        test_records::LightBvhPush::glsl(),
     ];
     kernels.compile("shaders");
     kernels.header("test_records.glsl", test_header.concat()).compile_as("tests/shaders", "test_kernels.rs");

@@ -99,6 +99,9 @@ gpu_constants! {
     /// Checkerboard flags of a surface behind one that is split: one field reflects, the other refracts.
     pub const SPLIT_FLAGS: u32 = FLAG_REFLECTION | FLAG_REFRACTION;
 
+    /// `LightBvhNode::link`: the node is a leaf.
+    pub const LIGHT_BVH_LEAF: u32 = 0x80000000;
+
     /// Distance of the environment, metres: no ray reaches farther. Its square is finite.
     pub const SKY_DISTANCE: f32 = 1e18;
     /// Channel `cluster`: there is no surface.

@@ -559,6 +559,29 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// A node of the tree over the local lights (`lights/light_bvh.glsl`).
+    pub struct LightBvhNode {
+        /// Smallest corner of the box of the points that emit.
+        pub lower: Vec3,
+        /// Share of the power of all lights; 0: all lights of the node are dark.
+        pub power: f32,
+        /// Greatest corner of the box.
+        pub upper: Vec3,
+        /// First of two children that follow each other, or [`LIGHT_BVH_LEAF`] and the index of a light.
+        pub link: u32,
+        /// Axis of the cone of the emitters' normals: octahedral, 2 x 16 bits.
+        pub axis: u32,
+        /// Sines of half of its half angle (low) and of half of the angle to the normal up to which a point emits (high): 2 x 16 bits,
+        /// unsigned normalised, rounded up.
+        pub cone: u32,
+        /// Mean position of the power within the box: 3 x 10 bits, unsigned normalised.
+        pub mean: u32,
+        /// Signed normalised, 4 x 8 bits: mean direction of the emission; standard deviation of the positions over half the box's diagonal.
+        pub lobe: u32,
+    }
+}
+
 macro_rules! table {
     ($($record:ident),* $(,)?) => {
         /// Name, size and members of every record of this module, for the layout check against SPIR-V.
@@ -593,6 +616,7 @@ table! {
     AliasRecord,
     LocalLightRecord,
     ClusterListRecord,
+    LightBvhNode,
 }
 
 /// GLSL declarations of this module (`records.glsl`), after the constants.

@@ -55,3 +55,29 @@ pt_shaders::gpu_struct! {
         pub pad: u32,
     }
 }
+
+pt_shaders::gpu_struct! {
+    /// Push constants of `light_bvh.comp`.
+    pub struct LightBvhPush {
+        /// Address of the nodes.
+        pub nodes: u64,
+        /// Address of the trails.
+        pub trails: u64,
+        /// Shading point.
+        pub position: glam::Vec3,
+        /// Perceptual roughness.
+        pub roughness: f32,
+        /// Normal.
+        pub normal: glam::Vec3,
+        /// Number of picks, or of lights.
+        pub count: u32,
+        /// Direction to the viewer.
+        pub view: glam::Vec3,
+        /// Seed of the random numbers.
+        pub seed: u32,
+        /// 1 = importance by spherical Gaussians.
+        pub gaussian: u32,
+        /// 1 = picks, 0 = the pmf of each light.
+        pub picks: u32,
+    }
+}
