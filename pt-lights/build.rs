@@ -1,23 +1,11 @@
-//! Compiles the kernels of `shaders/` and of the tests.
+//! Compiles the kernels of `shaders/`.
 
 use pt_shaders::GpuStruct;
 
 #[path = "src/records.rs"]
 mod records;
-#[path = "tests/common/records.rs"]
-mod test_records;
 
 fn main() {
-    let tables = [records::LocalLightsPush::glsl(), records::ShadowStatisticsPush::glsl()];
-    let kernels = pt_shaders::compiler::Kernels::new()
-        .header("lights_records.glsl", [records::RayCounts::glsl(), records::DirectPush::glsl()].concat())
-        .header("local_lights_records.glsl", tables.concat());
-    let test_header = [
-        test_records::SamplerPush::glsl(),
-        test_records::SampleRecord::glsl(),
-        test_records::BrdfCase::glsl(),
-        test_records::LightBvhPush::glsl(),
-    ];
-    kernels.compile("shaders");
-    kernels.header("test_records.glsl", test_header.concat()).compile_as("tests/shaders", "test_kernels.rs");
+    let header = [records::RayCounts::glsl(), records::DirectPush::glsl()];
+    pt_shaders::compiler::Kernels::new().header("lights_records.glsl", header.concat()).compile("shaders");
 }

@@ -8,7 +8,7 @@ use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
 use pt_import::LoadOptions;
-use pt_lights::LightTables;
+use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Camera, Scene, Texture, automatic_camera};
 use pt_shaders::glam::Vec3;

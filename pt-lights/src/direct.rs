@@ -1,6 +1,8 @@
-use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, RayCounts, StatisticsTable};
+use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, RayCounts};
 use pt_core::trace::TraceVariant;
 use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
+use pt_light_sampling::SamplerChoice;
+use pt_light_sampling::records::StatisticsTable;
 use pt_shaders::channels;
 use pt_shaders::records::{
     AreaSampling, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
@@ -47,6 +49,13 @@ knobs! {
 }
 
 impl DirectParams {
+    /// What [`LightTables::prepare`](pt_light_sampling::LightTables::prepare) takes.
+    pub fn sampler_choice(&self) -> Option<SamplerChoice> {
+        let Self { sampler, ris_source, statistics_table, statistics_frames, .. } = *self;
+        let merged = self.rays == LightRays::Merged;
+        merged.then_some(SamplerChoice { sampler, ris_source, statistics_table, statistics_frames })
+    }
+
     /// The kernel's push constants.
     pub fn push(&self, texture_lod_bias: f32) -> DirectPush {
         let bit = |on: bool, kind: u32| if on { kind } else { 0 };

@@ -32,18 +32,6 @@ pt_shaders::named_enum! {
     }
 }
 
-pt_shaders::named_enum! {
-    /// How shadow statistics are kept.
-    pub enum StatisticsTable {
-        /// Dense as long as it has at most four million entries, else sparse.
-        Auto = "auto",
-        /// An entry for every cluster, light and direction.
-        Dense = "dense",
-        /// A hash table: entries for what shadow rays have asked for.
-        Sparse = "sparse",
-    }
-}
-
 pt_shaders::gpu_struct! {
     /// What the direct lighting pass has traced.
     pub struct RayCounts {
@@ -51,28 +39,6 @@ pt_shaders::gpu_struct! {
         pub traced: u32,
         /// Those that reached their light.
         pub arrived: u32,
-    }
-}
-
-pt_shaders::gpu_struct! {
-    /// Of `local_lights.comp`.
-    pub struct LocalLightsPush {
-        /// Device address of the table.
-        pub local_lights: u64,
-        /// Threads in a row.
-        pub width: u32,
-        /// Alignment.
-        pub pad: u32,
-    }
-}
-
-pt_shaders::gpu_struct! {
-    /// Of `shadow_statistics.comp`.
-    pub struct ShadowStatisticsPush {
-        /// Share of the history that a frame keeps.
-        pub keep: f32,
-        /// Threads in a row.
-        pub width: u32,
     }
 }
 

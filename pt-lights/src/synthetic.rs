@@ -1,10 +1,10 @@
 //! A G-buffer without a camera: what the stage's program and benchmark light.
 
-use crate::AliasTable;
 use glam::Vec3;
 use pt_core::pack::pack_unit_vector;
 use pt_core::rng::random4;
 use pt_core::{ChannelImages, Result};
+use pt_light_sampling::AliasTable;
 use pt_scene::{Clusters, Scene};
 use pt_shaders::channels::{
     BASE_COLOR, CLUSTER, ChannelId, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL,

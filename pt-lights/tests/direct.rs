@@ -1,8 +1,5 @@
 //! The direct lighting pass against closed forms and the BRDF oracle, on every trace backend of the device.
 
-mod common;
-
-use common::scene::{Uploaded, polygon};
 use glam::{Affine3A, DVec3, UVec2, Vec3};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
@@ -11,8 +8,9 @@ use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Recorder};
 use pt_core::{FrameSizes, StageInputs};
-use pt_lights::oracle::brdf::Brdf;
-use pt_lights::oracle::sampling::basis_around;
+use pt_light_sampling::oracle::brdf::Brdf;
+use pt_light_sampling::oracle::sampling::basis_around;
+use pt_light_sampling::test_support::{Uploaded, polygon};
 use pt_lights::{DirectLighting, DirectParams};
 use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::{Environment, EnvironmentImage, Light, Material, Scene};
@@ -82,7 +80,7 @@ fn render_after(
 ) -> Light4 {
     let mut uploaded = Uploaded::new(device, scene, backend);
     let Uploaded { scene, lights, gpu } = &mut uploaded;
-    lights.prepare(device, scene, gpu, params).unwrap();
+    lights.prepare(device, scene, gpu, params.sampler_choice()).unwrap();
     let stage = DirectLighting::new(device, uploaded.gpu.variant(), params).unwrap();
     step(&mut uploaded.scene);
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO]).unwrap();
@@ -395,7 +393,15 @@ fn kinds_add_up() {
     ];
     let light = |params: &DirectParams| {
         let point = Point { position: Vec3::new(0.2, 0.0, 0.3), ..LAMBERTIAN };
-        render(&device, common::scene::all_kinds(), TraceBackend::Compute, params, 1, |_| point).hf
+        render(
+            &device,
+            pt_light_sampling::test_support::all_kinds(),
+            TraceBackend::Compute,
+            params,
+            1,
+            |_| point,
+        )
+        .hf
     };
     assert!(light(&off).iter().all(|c| *c == DVec3::ZERO));
     let parts = kinds.map(|params| light(&params));

@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use plotters::prelude::*;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions};
-use pt_lights::LightTables;
+use pt_light_sampling::LightTables;
 use pt_reference::{Estimate, Progressive, ReferenceParams, SamplerKind};
 use pt_scene::Scene;
 use pt_scene::gpu::{GpuScene, camera_record};

@@ -6,7 +6,7 @@ use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, S
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
-use pt_lights::LightTables;
+use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
     Culling, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT,

@@ -4,7 +4,7 @@ use crate::params::ReferenceParams;
 use crate::path_tracer::{Iterations, PathTracer, Tile};
 use pt_core::frame::{FrameTiming, Uniforms};
 use pt_core::{Device, Recorder, Result};
-use pt_lights::LightTables;
+use pt_light_sampling::LightTables;
 use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::FrameRecord;

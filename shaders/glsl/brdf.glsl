@@ -1,6 +1,6 @@
 // Metallic-roughness BRDF of the real-time stages (glTF 2.0 specification, appendix B.3): GGX with the height-correlated Smith term
 // (bsdf/ggx.glsl), Schlick's Fresnel term and a Lambertian base. Directions are unit vectors in the frame of the shading normal
-// (+Z) that point away from the surface. Host twin: pt_lights::oracle::brdf.
+// (+Z) that point away from the surface. Host twin: pt_light_sampling::oracle::brdf.
 #include "sampling.glsl"
 #include "bsdf/ggx.glsl"
 #include "reflectance.glsl"

@@ -1,5 +1,5 @@
 // Samples the scene's lights from a shading point, one kind of light each. The functions take 4 x 32 random bits (random_bits) and return
-// a sample whose pdf contains all choices made on the way. Nothing is clamped. Host twin: pt_lights::oracle::lights.
+// a sample whose pdf contains all choices made on the way. Nothing is clamped. Host twin: pt_light_sampling::oracle::lights.
 #include "lights/local_lights.glsl"
 #include "environment.glsl"
 

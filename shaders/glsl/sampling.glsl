@@ -1,5 +1,5 @@
 // Points and directions from uniform numbers, with their densities. Directions are in a local frame with the normal, or the
-// axis, along +Z. The host twins are in pt_lights::oracle::sampling.
+// axis, along +Z. The host twins are in pt_light_sampling::oracle::sampling.
 #include "math.glsl"
 
 // Barycentric weights of the second and third vertex, uniform in area: Heitz 2019, "A Low-Distortion Map Between Triangle and

@@ -13,7 +13,7 @@ pub mod sampler;
 pub mod thin_film;
 
 use glam::DVec3;
-pub use pt_lights::oracle::sampling::{basis_around, sample_cosine_hemisphere};
+pub use pt_light_sampling::oracle::sampling::{basis_around, sample_cosine_hemisphere};
 
 /// Rec. 709 luminance of linear RGB.
 pub fn luminance(c: DVec3) -> f64 {

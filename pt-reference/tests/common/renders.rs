@@ -3,7 +3,7 @@
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
-use pt_lights::LightTables;
+use pt_light_sampling::LightTables;
 use pt_reference::{Estimate, EstimatePixel, FilmState, Progressive, ReferenceParams};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_scene::{Camera, Instance, Material, Mesh, Scene};

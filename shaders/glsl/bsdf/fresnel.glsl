@@ -1,5 +1,5 @@
 // Fresnel terms: the reflectance of an interface by the angle of incidence. Host twins: pt_gbuffer::oracle::dielectric,
-// pt_lights::oracle::brdf.
+// pt_light_sampling::oracle::brdf.
 
 // Reflectance at normal incidence of a dielectric with an index of refraction of 1.5.
 const float DIELECTRIC_F0 = 0.04;

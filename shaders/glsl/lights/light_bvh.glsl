@@ -1,5 +1,5 @@
-// Picks a local light by a random descent through the light tree (pt_lights::LightBvh): Conty Estevez and Kulla 2018, "Importance Sampling
-// of Many Lights with Adaptive Tree Splitting". Host twin: pt_lights::oracle::light_bvh.
+// Picks a local light by a random descent through the light tree (pt_light_sampling::LightBvh): Conty Estevez and Kulla 2018, "Importance Sampling
+// of Many Lights with Adaptive Tree Splitting". Host twin: pt_light_sampling::oracle::light_bvh.
 //
 // The includer defines
 //   LIGHT_BVH_NODES     uint64_t, address of LightBvhNode[], the root first

@@ -1,5 +1,5 @@
 // Points of a triangle, drawn for a shading point in one of three ways (AREA_SAMPLING_*), with their densities per solid angle there.
-// Both sides of the triangle count: which of them emits is the caller's question. Host twin: pt_lights::oracle::triangle.
+// Both sides of the triangle count: which of them emits is the caller's question. Host twin: pt_light_sampling::oracle::triangle.
 //
 // Spherical triangles: the map of Arvo 1995, "Stratified Sampling of Spherical Triangles", from the unit square. Arvo's equations take
 // cosines of arcs and sums of angles, which have no digits left for small and distant triangles. Here arcs are tangents of half angles, and

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use pt_import::support;
-use pt_lights::{LightPower, light_powers};
+use pt_light_sampling::{LightPower, light_powers};
 use pt_scene::{AlphaMode, Clusters, Material, Projection, Scene, Support, Texels, Texture};
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use super::stats::{ExtensionStats, SceneStats};
 use anyhow::Result;
-use pt_lights::LightPower;
+use pt_light_sampling::LightPower;
 use pt_shaders::glam::Vec3;
 use std::io::Write;
 

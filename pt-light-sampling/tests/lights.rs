@@ -3,7 +3,6 @@
 mod common;
 
 use common::records::{SampleRecord, SamplerPush};
-use common::scene::{Uploaded, all_kinds, bright_spot};
 use common::{close, kernels, run_sampler};
 use glam::{Vec2, Vec3};
 use pt_core::rng::pcg4d;
@@ -11,8 +10,9 @@ use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Kernel, Recorder};
-use pt_lights::oracle::lights::{LightSample, LightSampler};
-use pt_lights::{AliasTable, LightLists};
+use pt_light_sampling::oracle::lights::{LightSample, LightSampler};
+use pt_light_sampling::test_support::{Uploaded, all_kinds, bright_spot};
+use pt_light_sampling::{AliasTable, LightLists};
 use pt_scene::{Environment, Scene};
 use pt_shaders::records::SceneRecord;
 use std::f64::consts::PI;

@@ -10,8 +10,8 @@ use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use pt_core::{Buffer, Kernel, Location, Recorder};
-use pt_lights::oracle::light_bvh::{LightBvhPoint, light_bvh_pick, light_bvh_pmf, light_bvh_pmfs};
-use pt_lights::{LightBounds, LightBvh};
+use pt_light_sampling::oracle::light_bvh::{LightBvhPoint, light_bvh_pick, light_bvh_pmf, light_bvh_pmfs};
+use pt_light_sampling::{LightBounds, LightBvh};
 use pt_scene::Bounds;
 use pt_shaders::records::NONE;
 

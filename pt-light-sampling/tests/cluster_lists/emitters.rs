@@ -1,8 +1,8 @@
 //! Lights that say how they really shine, and boxes.
 
 use pt_core::rng::pcg4d;
-use pt_lights::LightBounds;
-use pt_lights::cluster_lists::{ClusterBox, ListLimits};
+use pt_light_sampling::LightBounds;
+use pt_light_sampling::cluster_lists::{ClusterBox, ListLimits};
 use pt_scene::Bounds;
 use pt_scene::glam::{DVec3, Vec3};
 

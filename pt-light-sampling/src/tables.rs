@@ -1,7 +1,6 @@
-use crate::direct::DirectParams;
 use crate::lists::LightLists;
-use crate::records::{LightRays, LocalLightsPush};
-use crate::sampler_tables::SamplerTables;
+use crate::records::LocalLightsPush;
+use crate::sampler_tables::{SamplerChoice, SamplerTables};
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
@@ -27,7 +26,6 @@ pub struct LightTables {
     /// Whether `local_lights` is as the scene was in the last frame.
     placed: bool,
     sampler: Option<SamplerTables>,
-    statistics_frames: u32,
 }
 
 impl LightTables {
@@ -60,13 +58,12 @@ impl LightTables {
             place: Kernel::compute::<LocalLightsPush>(device, &crate::kernels::LOCAL_LIGHTS, &[])?,
             placed: false,
             sampler: None,
-            statistics_frames: 1,
             lists,
         })
     }
 
-    /// Makes the tables of the light sampler that `params` asks for, and attaches all to the scene on the device. Without it there are
-    /// none beyond those that `power` and `uniform` need.
+    /// Makes the tables of a light sampler, new ones without any statistics, and attaches all to the scene on the device. `None`: no tables
+    /// beyond those that picks by power or uniform picks need.
     ///
     /// # Errors
     /// When the device has no memory left.
@@ -75,15 +72,10 @@ impl LightTables {
         device: &Device,
         scene: &Scene,
         gpu: &mut GpuScene,
-        params: &DirectParams,
+        choice: Option<SamplerChoice>,
     ) -> Result<()> {
-        self.sampler = match params.rays {
-            LightRays::PerKind => None,
-            LightRays::Merged => {
-                Some(SamplerTables::new(device, scene, gpu.clusters(), &self.lists, params)?)
-            }
-        };
-        self.statistics_frames = params.statistics_frames;
+        let tables = |choice| SamplerTables::new(device, scene, gpu.clusters(), &self.lists, choice);
+        self.sampler = choice.map(tables).transpose()?;
         self.attach(gpu);
         Ok(())
     }
@@ -117,7 +109,7 @@ impl LightTables {
         self.fill(gpu.record_mut());
         gpu.update(frame, scene)?;
         if let Some(sampler) = &self.sampler {
-            sampler.record(frame, gpu, self.statistics_frames)?;
+            sampler.record(frame, gpu)?;
         }
         if change.moved || !std::mem::replace(&mut self.placed, true) {
             self.place(frame, gpu)?;

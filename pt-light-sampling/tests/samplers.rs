@@ -3,15 +3,13 @@
 mod common;
 
 use common::records::{SampleRecord, SamplerPush};
-use common::scene::{Uploaded, all_kinds};
 use common::{kernels, run_sampler};
 use glam::Vec3;
 use pt_core::Kernel;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::trace::TraceBackend;
-use pt_lights::DirectParams;
-use pt_lights::records::LightRays;
+use pt_light_sampling::test_support::{Uploaded, all_kinds};
 use pt_scene::{Scene, builtin};
 use pt_shaders::named_enum::NamedEnum;
 use pt_shaders::records::LightSampler;
@@ -40,9 +38,8 @@ struct Picks {
 
 fn picks(device: &TestDevice, sampler: LightSampler, name: &str, at: Vec3) -> Picks {
     let mut uploaded = Uploaded::new(device, scene(name), TraceBackend::Compute);
-    let params = DirectParams { sampler, rays: LightRays::Merged, ..DirectParams::default() };
     let Uploaded { scene, lights, gpu } = &mut uploaded;
-    lights.prepare(device, scene, gpu, &params).unwrap();
+    lights.prepare(device, scene, gpu, Some(sampler.into())).unwrap();
     let count = lights.lists().local.len() as u32;
     let constants = [("light_sampler", sampler.code().into())];
     let kernel = Kernel::compute::<SamplerPush>(device, &kernels::PICK_LIGHT, &constants).unwrap();

@@ -1,10 +1,10 @@
 //! Lists of lights per cluster: built for 20,000 emissive triangles and 4,096 clusters, and updated when 100 lights have moved.
-//! `cargo bench -p pt-lights --bench cluster_lists`; with `-- huge` also 2 million lights.
+//! `cargo bench -p pt-light-sampling --bench cluster_lists`; with `-- huge` also 2 million lights.
 
 use criterion::Criterion;
 use pt_core::rng::pcg4d;
-use pt_lights::LightBounds;
-use pt_lights::cluster_lists::{ClusterBox, ClusterLists, ListLimits};
+use pt_light_sampling::LightBounds;
+use pt_light_sampling::cluster_lists::{ClusterBox, ClusterLists, ListLimits};
 use pt_scene::Bounds;
 use pt_scene::glam::Vec3;
 use std::hint::black_box;

@@ -9,8 +9,8 @@ use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use pt_core::{Buffer, Kernel};
-use pt_lights::oracle::brdf::Brdf;
-use pt_lights::oracle::sampling;
+use pt_light_sampling::oracle::brdf::Brdf;
+use pt_light_sampling::oracle::sampling;
 use std::f64::consts::{PI, TAU};
 
 const SAMPLES: u32 = 200_000;

@@ -1,9 +1,9 @@
 //! Many local lights, and the irradiance from each of them.
 
-use super::scene::polygon;
 use glam::{Affine3A, DVec3, Vec3};
 use pt_core::rng::random4;
-use pt_lights::{EmissiveTriangle, LightBounds, LightLists, local_lights, luminance};
+use pt_light_sampling::test_support::polygon;
+use pt_light_sampling::{EmissiveTriangle, LightBounds, LightLists, local_lights, luminance};
 use pt_scene::{Light, LightKind, Material, Scene};
 
 /// Numbers in [0, 1) of stream `stream`.

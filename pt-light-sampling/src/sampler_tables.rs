@@ -1,14 +1,41 @@
+use crate::LightLists;
 use crate::cluster_lists::{ClusterLists, ListLimits, ListUpdate, changing_lights, cluster_boxes};
+use crate::records::StatisticsTable;
 use crate::statistics::ShadowStatistics;
-use crate::{DirectParams, LightLists};
 use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
 use pt_scene::{Clusters, Scene};
 use pt_shaders::records::{ClusterListRecord, LightSampler, RisSource, SceneRecord};
+
+/// A light sampler, as far as its tables depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SamplerChoice {
+    /// How a light is picked.
+    pub sampler: LightSampler,
+    /// Where the candidates of [`LightSampler::Ris`] come from.
+    pub ris_source: RisSource,
+    /// How shadow statistics are stored.
+    pub statistics_table: StatisticsTable,
+    /// Frames that they reach back, from 1 on.
+    pub statistics_frames: u32,
+}
+
+impl From<LightSampler> for SamplerChoice {
+    /// With eight frames of statistics, and candidates from the cluster.
+    fn from(sampler: LightSampler) -> Self {
+        Self {
+            sampler,
+            ris_source: RisSource::Cluster,
+            statistics_table: StatisticsTable::Auto,
+            statistics_frames: 8,
+        }
+    }
+}
 
 /// What a light sampler needs besides the lights: the lists of the clusters, and statistics.
 pub struct SamplerTables {
     lists: Option<DeviceLists>,
     statistics: Option<ShadowStatistics>,
+    statistics_frames: u32,
 }
 
 /// The lists of all clusters on the device.
@@ -23,7 +50,7 @@ struct DeviceLists {
 }
 
 impl SamplerTables {
-    /// The tables of the sampler that `params` asks for.
+    /// The tables of a sampler.
     ///
     /// # Errors
     /// When the device has no memory left.
@@ -32,19 +59,20 @@ impl SamplerTables {
         scene: &Scene,
         clusters: &Clusters,
         lights: &LightLists,
-        params: &DirectParams,
+        choice: SamplerChoice,
     ) -> Result<Self> {
-        let (listed, counted) = match params.sampler {
+        let (listed, counted) = match choice.sampler {
             LightSampler::ClusterCdf => (true, false),
             LightSampler::ClusterStats => (true, true),
-            LightSampler::Ris => (params.ris_source == RisSource::Cluster, false),
+            LightSampler::Ris => (choice.ris_source == RisSource::Cluster, false),
             LightSampler::Uniform | LightSampler::Power => (false, false),
         };
         let statistics =
-            || ShadowStatistics::new(device, clusters.count(), lights.local.len(), params.statistics_table);
+            || ShadowStatistics::new(device, clusters.count(), lights.local.len(), choice.statistics_table);
         Ok(Self {
             lists: listed.then(|| DeviceLists::new(device, scene, clusters, lights)).transpose()?,
             statistics: counted.then(statistics).transpose()?,
+            statistics_frames: choice.statistics_frames,
         })
     }
 
@@ -89,14 +117,9 @@ impl SamplerTables {
     }
 
     /// Begins the statistics of a frame.
-    pub(crate) fn record(
-        &self,
-        frame: &mut Frame<'_>,
-        scene: &dyn SceneResources,
-        frames: u32,
-    ) -> Result<()> {
+    pub(crate) fn record(&self, frame: &mut Frame<'_>, scene: &dyn SceneResources) -> Result<()> {
         match &self.statistics {
-            Some(statistics) => statistics.record(frame, scene, frames),
+            Some(statistics) => statistics.record(frame, scene, self.statistics_frames),
             None => Ok(()),
         }
     }

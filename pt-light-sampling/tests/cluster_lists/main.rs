@@ -4,8 +4,8 @@ mod emitters;
 mod scenes;
 
 use emitters::{EXACT, Emitter, Random, closed, point, random_boxes};
-use pt_lights::LightBounds;
-use pt_lights::cluster_lists::{ClusterBox, ClusterLists, ListLimits, MAX_CATCH_ALL, MIN_CATCH_ALL};
+use pt_light_sampling::LightBounds;
+use pt_light_sampling::cluster_lists::{ClusterBox, ClusterLists, ListLimits, MAX_CATCH_ALL, MIN_CATCH_ALL};
 use pt_scene::Bounds;
 use pt_scene::glam::Vec3;
 

@@ -9,7 +9,7 @@ use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{SIGNIFICANCE, chi_squared, sidak};
 use pt_core::{Buffer, Kernel};
-use pt_lights::oracle::triangle::{
+use pt_light_sampling::oracle::triangle::{
     TrianglePoint, sample_triangle_point, triangle_irradiance, triangle_point_pdf, triangle_solid_angle,
 };
 use pt_shaders::records::AreaSampling;
@@ -140,7 +140,7 @@ impl Chart<'_> {
         if !self.sphere {
             return DVec2::new(barycentrics.x / (1.0 - barycentrics.y).max(1e-9), barycentrics.y);
         }
-        let frame = pt_lights::oracle::sampling::basis_around(self.foot());
+        let frame = pt_light_sampling::oracle::sampling::basis_around(self.foot());
         let local = frame.transpose() * direction;
         DVec2::new((local.y.atan2(local.x) / TAU).rem_euclid(1.0), 1.0 - local.z)
     }
@@ -153,7 +153,7 @@ impl Chart<'_> {
         }
         let (cos, phi) = (1.0 - p.y, TAU * p.x);
         let sin = (1.0 - cos * cos).sqrt();
-        let frame = pt_lights::oracle::sampling::basis_around(self.foot());
+        let frame = pt_light_sampling::oracle::sampling::basis_around(self.foot());
         let direction = frame * DVec3::new(sin * phi.cos(), sin * phi.sin(), cos);
         let [a, e1, e2] = self.case.relative();
         let n = e1.cross(e2);

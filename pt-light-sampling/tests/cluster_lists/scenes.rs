@@ -2,11 +2,11 @@
 
 use crate::emitters::{EXACT, Random, point};
 use pt_core::trace::{BvhQuality, NativeScene};
-use pt_lights::cluster_lists::{
+use pt_light_sampling::cluster_lists::{
     ClusterBox, ClusterLists, ListLimits, ListUpdate, MIN_CATCH_ALL, VisibilityEstimate, changing_lights,
     cluster_boxes,
 };
-use pt_lights::{AliasTable, EmissiveTriangle, LightBounds, LightLists, local_lights};
+use pt_light_sampling::{AliasTable, EmissiveTriangle, LightBounds, LightLists, local_lights};
 use pt_scene::glam::Vec3;
 use pt_scene::gpu::{mesh_geometry, placements};
 use pt_scene::{Clusters, Light, Scene, builtin};

@@ -181,7 +181,7 @@ fn threads_do_not_matter() {
     assert!(check_trails(&one) < 40);
 }
 
-/// `cargo test -p pt-lights --lib -- --ignored --nocapture light_bvh`
+/// `cargo test -p pt-light-sampling --lib -- --ignored --nocapture light_bvh`
 #[test]
 #[ignore = "prints times"]
 fn times() {

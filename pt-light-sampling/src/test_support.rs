@@ -1,20 +1,27 @@
-//! Scenes for the tests.
+//! Scenes for the tests of the stages that sample lights.
 
+use crate::LightTables;
 use glam::{Affine3A, Vec3, Vec4};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
-use pt_lights::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Environment, EnvironmentImage, Instance, Light, Material, Mesh, Scene};
 
 /// A scene on the GPU.
 pub struct Uploaded {
+    /// On the host.
     pub scene: Scene,
+    /// Its lights.
     pub lights: LightTables,
+    /// On the device.
     pub gpu: GpuScene,
 }
 
 impl Uploaded {
+    /// Uploads a scene with its lights.
+    ///
+    /// # Panics
+    /// When the device fails.
     pub fn new(device: &TestDevice, scene: Scene, backend: TraceBackend) -> Self {
         let lights = LightTables::new(device, &scene).unwrap();
         let mut gpu = GpuScene::new(device, &scene, backend).unwrap();

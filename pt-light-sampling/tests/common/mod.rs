@@ -3,15 +3,14 @@
 
 pub mod lights;
 pub mod records;
-pub mod scene;
 
 use glam::Vec3;
 use pt_core::SceneResources;
 use pt_core::frame::Pass;
 use pt_core::test_support::TestDevice;
 use pt_core::{Buffer, Kernel, Location, Recorder};
+use pt_light_sampling::test_support::Uploaded;
 use records::{SampleRecord, SamplerPush};
-use scene::Uploaded;
 
 pub mod kernels {
     include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));

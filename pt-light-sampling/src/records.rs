@@ -1,0 +1,35 @@
+//! Push constants of the kernels, and the enums of the samplers.
+
+pt_shaders::named_enum! {
+    /// How shadow statistics are kept.
+    pub enum StatisticsTable {
+        /// Dense as long as it has at most four million entries, else sparse.
+        Auto = "auto",
+        /// An entry for every cluster, light and direction.
+        Dense = "dense",
+        /// A hash table: entries for what shadow rays have asked for.
+        Sparse = "sparse",
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Of `local_lights.comp`.
+    pub struct LocalLightsPush {
+        /// Device address of the table.
+        pub local_lights: u64,
+        /// Threads in a row.
+        pub width: u32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Of `shadow_statistics.comp`.
+    pub struct ShadowStatisticsPush {
+        /// Share of the history that a frame keeps.
+        pub keep: f32,
+        /// Threads in a row.
+        pub width: u32,
+    }
+}
