@@ -115,14 +115,14 @@ fn histogram(picks: impl IntoIterator<Item = Option<u32>>, lights: usize) -> Vec
     counts
 }
 
-/// Passes with the right pmf; fails if a tenth is taken from the likelier lights.
+/// Passes with the right pmf; fails if a fifth is taken from the likelier lights.
 fn check(name: &str, observed: &[u64], pmf: &[f64]) {
     let expected: Vec<f64> = pmf.iter().map(|p| p * f64::from(PICKS)).collect();
     let p = chi_squared(observed, &expected);
     assert!(p > sidak(TESTS), "{name}: p = {p}");
     let bins = expected.iter().filter(|e| **e > 0.0).count() as f64;
     let middle = f64::from(PICKS) / bins;
-    let wrong: Vec<f64> = expected.iter().map(|&e| if e > middle { 0.9 * e } else { e }).collect();
+    let wrong: Vec<f64> = expected.iter().map(|&e| if e > middle { 0.8 * e } else { e }).collect();
     let scale = f64::from(PICKS) / wrong.iter().sum::<f64>();
     let wrong: Vec<f64> = wrong.iter().map(|e| e * scale).collect();
     assert!(chi_squared(observed, &wrong) < SIGNIFICANCE, "{name}: a wrong pmf is not noticed");
@@ -173,9 +173,9 @@ fn picks_follow_the_pmf() {
                 let mut sum = none;
                 for (light, (record, &pmf)) in kernel.iter().zip(&pmfs).enumerate() {
                     let actual = f64::from(record.pdf_again);
-                    // Single precision, over up to 20 branches.
+                    // Single precision, over up to 20 branches; near the horizon the cosine is a small difference.
                     assert!(
-                        (actual - pmf).abs() <= 2e-3 * pmf + 1e-12,
+                        (actual - pmf).abs() <= 2e-3 * (pmf + 0.01 / pmfs.len() as f64),
                         "{name}, light {light}: {actual} for {pmf}"
                     );
                     sum += actual;
@@ -298,5 +298,5 @@ fn variance_is_below_that_of_power() {
         power / bounds,
         power / gaussian
     );
-    assert!(bounds < power / 5.0 && gaussian < power / 5.0, "{relative:?}");
+    assert!(bounds < power / 8.0 && gaussian < power / 40.0, "{relative:?}");
 }
