@@ -6,11 +6,12 @@ use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
-use pt_denoise::{Background, Composite};
+use pt_denoise::Composite;
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
 use pt_scene::gpu::GpuScene;
+use pt_shaders::records::Background;
 
 impl FullFrame {
     /// Compiles the kernels for a scene and allocates the images for a picture of `output_size` pixels. Structural knobs of `params`
