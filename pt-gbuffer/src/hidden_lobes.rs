@@ -28,7 +28,8 @@ pub fn hidden_lobes(scene: &Scene, params: &GbufferParams) -> Option<String> {
     }
     let placed = placed_materials(scene);
     hidden.retain(|(index, ..)| placed.contains(&(*index as u32)));
-    let named = hidden.iter().take(MOST_NAMED).map(|(_, material, lobes)| format!("{} ({lobes})", material.name));
+    let named =
+        hidden.iter().take(MOST_NAMED).map(|(_, material, lobes)| format!("{} ({lobes})", material.name));
     let more = hidden.len().saturating_sub(MOST_NAMED);
     let names = named.chain((more > 0).then(|| format!("{more} more"))).collect::<Vec<_>>().join(", ");
     let what = "the real-time frame shows reflection and refraction of mirrors and glass without these lobes; pt reference has them";

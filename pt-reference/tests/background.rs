@@ -33,9 +33,8 @@ impl Square {
 
 /// What a camera ray can see first: a wall, a mirror, a surface that is there for a quarter of the rays, a pane of glass.
 fn squares() -> [Square; 4] {
-    let square = |x, y, angle, material| {
-        Square { center: Vec2::new(x, y), half: 0.33, angle, alpha: 1.0, material }
-    };
+    let square =
+        |x, y, angle, material| Square { center: Vec2::new(x, y), half: 0.33, angle, alpha: 1.0, material };
     let veil = Material {
         base_color: Vec3::splat(0.5).extend(0.25),
         alpha_mode: AlphaMode::Blend,

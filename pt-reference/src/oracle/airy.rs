@@ -42,14 +42,8 @@ impl Film {
             let product = outer * inner;
             (outer * outer + inner * inner + mixed) / (1.0 + product * product + mixed)
         };
-        let s = both(
-            amplitude(cos_theta, ior * cos_film),
-            amplitude(ior * cos_film, base * cos_base),
-        );
-        let p = both(
-            amplitude(ior * cos_theta, cos_film),
-            amplitude(base * cos_film, ior * cos_base),
-        );
+        let s = both(amplitude(cos_theta, ior * cos_film), amplitude(ior * cos_film, base * cos_base));
+        let p = both(amplitude(ior * cos_theta, cos_film), amplitude(base * cos_film, ior * cos_base));
         0.5 * (s + p)
     }
 }
@@ -153,9 +147,7 @@ mod tests {
         let turn = TAU * 2.0 * film.ior * film.thickness * cos_film / wavelength;
         let amplitude = (outer * inner).sqrt();
         let deviation = (1.0 - outer).powi(2) * inner / (1.0 - outer * inner) - (1.0 - outer);
-        let term = |m: i32| {
-            2.0 * deviation * (sign * amplitude).powi(m) * (f64::from(m) * turn).cos()
-        };
+        let term = |m: i32| 2.0 * deviation * (sign * amplitude).powi(m) * (f64::from(m) * turn).cos();
         mean(film, cos) + (1..=orders).map(term).sum::<f64>()
     }
 
@@ -195,7 +187,9 @@ mod tests {
     #[test]
     fn the_model_differs_from_airy_by_its_published_simplifications() {
         let spectrum = Spectrum::default();
-        println!("angle   model - Airy      same white        Gaussians         orders > 2        polarisation, Schlick");
+        println!(
+            "angle   model - Airy      same white        Gaussians         orders > 2        polarisation, Schlick"
+        );
         // Angles and limits of the largest and the mean difference from Airy, in the model's white.
         for (angle, largest, average) in [
             (0.0f64, 0.05, 0.004),
@@ -218,8 +212,13 @@ mod tests {
                         };
                         let [two, all] = [2, 60].map(|orders| shown(&|w| series(film, w, cos, orders)));
                         let same_white = shown(&airy);
-                        let pairs =
-                            [(model, spectrum.rgb(airy)), (model, same_white), (model, two), (two, all), (all, same_white)];
+                        let pairs = [
+                            (model, spectrum.rgb(airy)),
+                            (model, same_white),
+                            (model, two),
+                            (two, all),
+                            (all, same_white),
+                        ];
                         differences.iter_mut().zip(pairs).for_each(|(d, (a, b))| d.add(a, b));
                     }
                 }
@@ -228,7 +227,12 @@ mod tests {
                 differences.iter().map(|d| format!("{:.4} ({:.4})", d.largest, d.mean())).collect();
             println!("{angle:5}   {}   largest (mean)", columns.join("   "));
             let [_, airy, gaussians, orders, polarisation] = &differences;
-            assert!(airy.largest < largest && airy.mean() < average, "{angle}: {} {}", airy.largest, airy.mean());
+            assert!(
+                airy.largest < largest && airy.mean() < average,
+                "{angle}: {} {}",
+                airy.largest,
+                airy.mean()
+            );
             // The model does what it says: two orders of the same reflectances, but for the Gaussians. They are off by up to 0.05 in X, Y and Z,
             // of which red is 3.2 X - 1.5 Y - 0.5 Z.
             assert!(gaussians.largest < 0.06 && gaussians.mean() < 0.0075, "{angle}: {}", gaussians.largest);

@@ -201,7 +201,12 @@ impl SceneStats {
                 cell_size_m: clusters.cell_size,
                 histogram: clusters.histogram,
             },
-            notices: scene.notices.iter().cloned().chain(hidden_lobes(scene, &GbufferParams::default())).collect(),
+            notices: scene
+                .notices
+                .iter()
+                .cloned()
+                .chain(hidden_lobes(scene, &GbufferParams::default()))
+                .collect(),
         }
     }
 }
