@@ -3,8 +3,8 @@
 use anyhow::{Context, Result, bail};
 use pt_core::knobs;
 use pt_core::settings::{Knob, Knobs, apply_profile, apply_sets, apply_toml};
-use pt_denoise::Background;
 use pt_post::BloomMode;
+use pt_shaders::records::Background;
 use std::path::Path;
 
 knobs! {

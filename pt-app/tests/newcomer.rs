@@ -267,3 +267,32 @@ fn a_second_interrupt_stops_at_once() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(!at.join("a.exr").exists());
 }
+
+/// A mirror with a coat: the real-time frame, which leaves the coat out, says so; the path tracer has it, and says nothing.
+#[test]
+fn lobes_that_mirrors_do_not_show_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    fs::write(at.join("t.bin"), corners.map(f32::to_le_bytes).concat()).unwrap();
+    let text = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+        "buffers":[{"uri":"t.bin","byteLength":36}],"bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+        "materials":[{"name":"lacquer","pbrMetallicRoughness":{"roughnessFactor":0},
+            "extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":1}}}],
+        "extensionsUsed":["KHR_materials_clearcoat"]}"#;
+    fs::write(at.join("t.gltf"), text).unwrap();
+    let notices = |line: &str| {
+        let (out, said) = succeeds(at, &format!("{line} --backend compute"));
+        is_plain(line, &said);
+        let count = |text: &str| text.lines().filter(|line| line.contains("lacquer (clearcoat): ")).count();
+        [count(&out), count(&said)]
+    };
+    assert_eq!(notices("render t.gltf --size 8x8 -o a.png"), [0, 1]);
+    assert_eq!(notices("capture t.gltf --size 8x8 -o c"), [0, 1]);
+    assert_eq!(notices("render t.gltf --size 8x8 --set gbuffer.reflect_refract=0 -o a.png"), [0, 0]);
+    assert_eq!(notices("reference t.gltf --size 8x8 --spp 1 --no-aov -o a.exr"), [0, 0]);
+    let (out, _) = succeeds(at, "scenes t.gltf");
+    assert_eq!(out.matches("lacquer (clearcoat): ").count(), 1, "{out}");
+}

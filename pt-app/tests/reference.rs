@@ -1,6 +1,6 @@
 //! The contract of `pt reference` and `pt merge`.
 
-use pt_image::image_file::{LayeredImage, LinearImage};
+use pt_image::image_file::{Layer, LayeredImage, LinearImage};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -128,4 +128,74 @@ fn refusals() {
     );
     refused(path, "merge c.exr -o x.exr", &["c.exr", "pt reference"]);
     assert!(!path.join("b.exr").exists() && !path.join("x.exr").exists());
+}
+
+/// From outside of the box, before a sky of one radiance.
+const OUTSIDE: &str =
+    "cornell --look 0.5,0.6,1.2,-0.278,0.27,-0.28 --env sky.exr --size 24x16 --backend compute";
+
+fn rgba(path: &Path) -> [Vec<f32>; 4] {
+    let image = LayeredImage::read_exr(path).unwrap();
+    ["R", "G", "B", "A"].map(|name| image.channel("", name).map_or(Vec::new(), |samples| samples.to_f32()))
+}
+
+#[test]
+fn a_transparent_background_has_alpha_and_resumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut sky = LayeredImage::new(4, 2).unwrap();
+    sky.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &[3.0; 24]));
+    sky.write_exr(&at.join("sky.exr")).unwrap();
+    let render = format!("reference {OUTSIDE} --max-bounces 1 --no-aov");
+    let transparent = format!("{render} --background transparent");
+    succeeds(at, &format!("{render} --spp 32 -o opaque.exr"));
+    succeeds(at, &format!("{transparent} --spp 32 -o whole.exr"));
+    let (opaque, found) = (rgba(&at.join("opaque.exr")), rgba(&at.join("whole.exr")));
+    let alpha = &found[3];
+    assert!(opaque[3].is_empty());
+    let count = |test: &dyn Fn(f32) -> bool| alpha.iter().filter(|&&a| test(a)).count();
+    let counts = [count(&|a| a == 0.0), count(&|a| a == 1.0), count(&|a| a > 0.0 && a < 1.0)];
+    assert!(counts[0] > 50 && counts[1] > 20 && counts[2] > 20, "sky, surfaces, edges: {counts:?}");
+    for (found, opaque) in found[..3].iter().zip(&opaque[..3]) {
+        for (i, (found, opaque)) in found.iter().zip(opaque).enumerate() {
+            let over = found + (1.0 - alpha[i]) * 3.0;
+            assert!((over - opaque).abs() <= 1e-5 * opaque.max(1.0), "pixel {i}: {over} and {opaque}");
+            assert!(alpha[i] > 0.0 || *found == 0.0, "pixel {i}");
+        }
+    }
+    // The frame of the same view has the same coverage. Four standard errors of the difference of 32 samples each.
+    let frame = render.replace("reference", "render").replace(" --max-bounces 1 --no-aov", "");
+    succeeds(at, &format!("{frame} --background transparent --frames 32 --accumulate -o frame.exr"));
+    for (i, (a, b)) in alpha.iter().zip(&rgba(&at.join("frame.exr"))[3]).enumerate() {
+        let mean = 0.5 * (a + b);
+        let error = (2.0 * mean * (1.0 - mean) / 32.0).sqrt();
+        assert!((a - b).abs() <= 4.0 * error, "pixel {i}: alpha {a} and {b}");
+    }
+
+    // Interrupted, in tiles, in slices: the same bits.
+    let resumed = format!("{transparent} --tile 13x9 --checkpoint c.exr --resume");
+    succeeds(at, &format!("{resumed} --spp 9 -o part.exr"));
+    succeeds(at, &format!("{resumed} --spp 32 -o resumed.exr"));
+    let read = |name: &str| fs::read(at.join(name)).unwrap();
+    assert!(read("resumed.exr") == read("whole.exr"));
+    succeeds(at, &format!("{resumed} --spp 100000 --time-limit 0.3 -o limited.exr"));
+    assert_eq!(rgba(&at.join("limited.exr"))[3].len(), alpha.len());
+    succeeds(at, &format!("{transparent} --spp-range 0..16 -o a.exr"));
+    succeeds(at, &format!("{transparent} --spp-range 16..32 -o b.exr"));
+    succeeds(at, "merge b.exr a.exr -o merged.exr --no-aov");
+    for (merged, whole) in rgba(&at.join("merged.exr")).iter().zip(&found) {
+        assert!(merged.iter().zip(whole).all(|(a, b)| (a - b).abs() <= 1e-6 * b.abs()));
+    }
+
+    // Another background is another render.
+    let differs = ["c.exr", "params.background is transparent there and environment here"];
+    refused(at, &format!("{render} --spp 64 --checkpoint c.exr --resume -o x.exr"), &differs);
+    refused(at, "merge a.exr opaque.exr -o x.exr", &["different renders", "params.background"]);
+    refused(at, &format!("{transparent} --spp 2 -o x.png"), &["x.png", ".exr"]);
+    refused(at, &format!("{render} --background white -o x.exr"), &["white", "environment", "transparent"]);
+    assert!(!at.join("x.exr").exists());
+    // The ground truth of a recorded frame has the background of the frame.
+    let capture = frame.replace("render", "capture");
+    succeeds(at, &format!("{capture} --background transparent --reference-spp 4 -o c"));
+    assert_eq!(rgba(&at.join("c/reference_000000.exr"))[3].len(), alpha.len());
 }

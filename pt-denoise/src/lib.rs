@@ -16,18 +16,8 @@ use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, k
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
-use pt_shaders::named_enum;
+use pt_shaders::records::Background;
 use records::CompositePush;
-
-named_enum! {
-    /// What is seen where a camera ray meets no surface.
-    pub enum Background {
-        /// The environment.
-        Environment = "environment",
-        /// Nothing: radiance 0, alpha 0. Mirrors and glass show the environment all the same.
-        Transparent = "transparent",
-    }
-}
 
 knobs! {
     /// Knobs of the composite. They show parts of the light by themselves; every value but the default changes energy; a transparent background leaves out the environment that the camera sees.

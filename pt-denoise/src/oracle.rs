@@ -1,7 +1,7 @@
 //! The composite on the CPU: what `composite.comp` is tested against.
 
-use crate::{Background, DenoiseParams};
-use pt_shaders::records::FLAG_PRIMARY;
+use crate::DenoiseParams;
+use pt_shaders::records::{Background, FLAG_PRIMARY};
 
 /// The inputs of the composite at one pixel, in the units of the channels of the same names.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -7,7 +7,7 @@ use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::oracle::{Pixel, composite};
-use pt_denoise::{Background, Composite, DenoiseParams};
+use pt_denoise::{Composite, DenoiseParams};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
     TRANSPARENT, VIEW_DIRECTION,

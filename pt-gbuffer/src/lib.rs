@@ -7,6 +7,7 @@
 //! * [`oracle`]: the same mathematics on the CPU.
 #![forbid(unsafe_code)]
 
+mod hidden_lobes;
 mod jitter;
 pub mod oracle;
 mod params;
@@ -14,6 +15,7 @@ mod primary;
 pub mod records;
 mod reflect_refract;
 
+pub use hidden_lobes::hidden_lobes;
 pub use jitter::{frame_jitter, halton, r2};
 pub use params::{GbufferParams, Jitter};
 pub use primary::PrimaryRays;

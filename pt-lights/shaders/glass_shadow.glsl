@@ -21,7 +21,7 @@ vec3 glass_shadow(Ray ray, uvec2 ray_coverage) {
         Hit hit = trace_closest(ray, unseen_mask(MASK_TRANSMISSIVE), ray_coverage);
         if (hit.instance == NONE) return passed;
         Surface s = load_surface(hit.instance, hit.triangle, hit.barycentrics);
-        MaterialSample m = load_material(s, Footprint(vec2(0.0), vec2(0.0), 0.0), 1.0);
+        MaterialSample m = load_material(s, NO_FOOTPRINT, 1.0);
         MaterialRecord record = MaterialTable(scene.materials).at[s.material];
         float cos_theta = -dot(s.face_normal, ray.direction);
         bool leaves = is_solid(record) && cos_theta < 0.0;

@@ -10,8 +10,10 @@
 
 layout(local_size_x = SHADE_GROUP) in;
 
-// The path's ray has left the scene.
+// The path's ray has left the scene. A camera ray brings nothing from a transparent background; its pixel counts it as not covered, because
+// add_first_hit() has not been called for it.
 void handle_miss(inout PathState path) {
+    if (background == BACKGROUND_TRANSPARENT && path.segment == 1u) return;
     path.radiance += path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path);
 }
 

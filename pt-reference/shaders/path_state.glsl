@@ -12,6 +12,7 @@ layout(constant_id = 9) const uint sampler_kind = 1u;  // SAMPLER_*
 layout(constant_id = 10) const bool energy_compensation = false;
 layout(constant_id = 11) const bool ray_cones = false;
 layout(constant_id = 12) const bool sort_materials = false;
+layout(constant_id = 13) const uint background = BACKGROUND_ENVIRONMENT;
 
 #include "path_random.glsl"
 

@@ -14,9 +14,6 @@ struct PathVertex {
     Bsdf bsdf;
 };
 
-// Textures at their finest level, unless ray_cones: what the pixel's own samples do not average is not averaged.
-const Footprint NO_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 0.0);
-
 // After light has passed the surface.
 void cross_interface(inout PathState path, PathVertex v) {
     if ((v.bsdf.flags & BSDF_SOLID) == 0u) return;
@@ -43,6 +40,7 @@ PathVertex load_vertex(PathState path, Hit hit, uint channel) {
     v.front = dot(s.face_normal, path.direction) < 0.0;
     v.face_normal = v.front ? s.face_normal : -s.face_normal;
     v.twice_area = length(cross(s.e1, s.e2));
+    // What the pixel's own samples do not average is not averaged.
     Footprint footprint = NO_FOOTPRINT;
     if (ray_cones) footprint = cone_footprint(s, path.direction, path.cone.x);
     v.sampled = load_material(s, footprint, 1.0);

@@ -5,6 +5,7 @@ use crate::identity::Identity;
 use crate::records::{FilmPixel, FirstHitPixel};
 use glam::{Vec2, Vec3};
 use pt_image::image_file::{Channel, ImageFileError, Layer, LayeredImage, Samples};
+use pt_shaders::records::Background;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -42,6 +43,8 @@ pub struct EstimateFile {
     pub estimate: Estimate,
     /// Sample indices that went in, in increasing order.
     pub ranges: Vec<Range<u32>>,
+    /// Whether the image has alpha.
+    pub background: Background,
     /// The identity of the render.
     pub identity: Identity,
 }
@@ -59,7 +62,8 @@ pub struct Checkpoint {
 
 impl EstimateFile {
     /// The layers: radiance (unnamed), `variance` of the mean, and what camera rays see first: `albedo`, `normal` (world
-    /// space), `depth` (metres), `motion` (UV), `coverage`.
+    /// space), `depth` (metres), `motion` (UV), `coverage`. With a transparent background the coverage is the alpha of the radiance too,
+    /// which is premultiplied: the camera rays that see no surface have brought nothing.
     ///
     /// # Errors
     /// A size that no image may have.
@@ -67,8 +71,15 @@ impl EstimateFile {
         let Estimate { size, samples, dropped, pixels } = &self.estimate;
         let mut image = LayeredImage::new(size[0], size[1])?;
         let rgb = ["R", "G", "B"];
+        let radiance = match self.background {
+            Background::Environment => layer("", &rgb, pixels.iter().map(|p| p.mean.to_array())),
+            Background::Transparent => {
+                let rgba = pixels.iter().map(|p| p.mean.extend(p.coverage).to_array());
+                layer("", &["R", "G", "B", "A"], rgba)
+            }
+        };
         image.layers = vec![
-            layer("", &rgb, pixels.iter().map(|p| p.mean.to_array())),
+            radiance,
             layer("variance", &rgb, pixels.iter().map(|p| p.variance.to_array())),
             layer("albedo", &rgb, pixels.iter().map(|p| p.albedo.to_array())),
             layer("normal", &["X", "Y", "Z"], pixels.iter().map(|p| p.normal.to_array())),
@@ -116,6 +127,10 @@ impl EstimateFile {
                 pixels: pixels.collect(),
             },
             ranges: source.ranges()?,
+            background: match image.channel("", "A") {
+                Some(_) => Background::Transparent,
+                None => Background::Environment,
+            },
             identity: Identity::from_metadata(&image.metadata),
         })
     }
@@ -200,7 +215,8 @@ impl Checkpoint {
 }
 
 /// Files beside `path` as the tools of Open Image Denoise take them: `NAME_0016spp.hdr.exr` (radiance), `.alb.exr` (albedo) and
-/// `.nrm.exr` (world-space normal), each with the channels R, G, B.
+/// `.nrm.exr` (world-space normal), each with the channels R, G, B. Radiance is that of the estimate: premultiplied where the background is
+/// transparent.
 ///
 /// # Errors
 /// A size that no image may have.

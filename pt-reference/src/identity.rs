@@ -1,5 +1,6 @@
 //! The identity of a reference render: slices can be merged, and checkpoints resumed, only if it agrees.
 
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
 /// Names and values of everything that determines the samples: scene, view, size, seed, parameters, program version.
@@ -16,12 +17,13 @@ impl Identity {
         self
     }
 
-    /// The first difference from `expected` in words; `None` when they agree.
+    /// The first difference from `expected` in words; `None` when they agree. Of values that are JSON objects it names the member.
     pub fn difference(&self, expected: &Self) -> Option<String> {
-        let names = self.0.keys().chain(expected.0.keys());
-        let name = names.filter(|name| self.0.get(*name) != expected.0.get(*name)).min()?;
-        let show = |identity: &Self| identity.0.get(name).map_or("nothing".into(), |value| short(value));
-        Some(format!("{name} is {} there and {} here", show(self), show(expected)))
+        let entries = |identity: &Self| -> Map<String, Value> {
+            identity.0.iter().map(|(name, value)| (name.clone(), object_or_text(value))).collect()
+        };
+        let (name, [there, here]) = first_difference(&entries(self), &entries(expected))?;
+        Some(format!("{name} is {there} there and {here} here"))
     }
 
     /// Entries for a file's metadata.
@@ -33,6 +35,33 @@ impl Identity {
     pub fn from_metadata(metadata: &BTreeMap<String, String>) -> Self {
         let entries = metadata.iter().filter_map(|(key, value)| Some((key.strip_prefix(PREFIX)?, value)));
         Self(entries.map(|(name, value)| (name.to_owned(), value.clone())).collect())
+    }
+}
+
+fn object_or_text(value: &str) -> Value {
+    match serde_json::from_str(value) {
+        Ok(Value::Object(members)) => Value::Object(members),
+        _ => Value::String(value.into()),
+    }
+}
+
+/// The first member in which two objects differ, by its path, and its two values in words.
+fn first_difference(a: &Map<String, Value>, b: &Map<String, Value>) -> Option<(String, [String; 2])> {
+    let name = a.keys().chain(b.keys()).filter(|name| a.get(*name) != b.get(*name)).min()?;
+    let values = [a.get(name), b.get(name)];
+    if let [Some(Value::Object(a)), Some(Value::Object(b))] = values
+        && let Some((inner, values)) = first_difference(a, b)
+    {
+        return Some((format!("{name}.{inner}"), values));
+    }
+    Some((name.clone(), values.map(text)))
+}
+
+fn text(value: Option<&Value>) -> String {
+    match value {
+        None => "nothing".into(),
+        Some(Value::String(text)) => short(text),
+        Some(value) => short(&value.to_string()),
     }
 }
 
@@ -57,6 +86,15 @@ mod tests {
         assert_eq!(b.difference(&a).unwrap(), "seed is 4 there and 3 here");
         let c = a.clone().with("camera", "x");
         assert_eq!(a.difference(&c).unwrap(), "camera is nothing there and x here");
+        let knobs = |params: &str| a.clone().with("params", params);
+        let [plain, other, less] = [
+            r#"{"a": 1, "t": {"x": true, "y": false}, "z": "on"}"#,
+            r#"{"a": 1, "t": {"x": true, "y": true}, "z": "off"}"#,
+            r#"{"a": 1, "t": {"x": true, "y": false}}"#,
+        ]
+        .map(knobs);
+        assert_eq!(plain.difference(&other).unwrap(), "params.t.y is false there and true here");
+        assert_eq!(less.difference(&plain).unwrap(), "params.z is nothing there and on here");
         let mut file: BTreeMap<String, String> = a.metadata().collect();
         file.insert("other".into(), "1".into());
         assert_eq!(Identity::from_metadata(&file), a);

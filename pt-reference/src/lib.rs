@@ -26,7 +26,7 @@ pub use identity::Identity;
 pub use params::{LightTypes, ReferenceParams};
 pub use path_tracer::{Iterations, PathTracer, Tile};
 pub use progressive::Progressive;
-pub use pt_shaders::records::SamplerKind;
+pub use pt_shaders::records::{Background, SamplerKind};
 pub use records::{Heuristic, Strategy};
 
 mod kernels {

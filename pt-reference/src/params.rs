@@ -2,7 +2,7 @@
 
 use crate::records::{Heuristic, Strategy};
 use pt_core::knobs;
-use pt_shaders::records::{Culling, SamplerKind};
+use pt_shaders::records::{Background, Culling, SamplerKind};
 
 knobs! {
     /// Which light counts.
@@ -30,6 +30,8 @@ knobs! {
         pub light_types: LightTypes;
         /// Which rays go through the back faces of single-sided materials.
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
+        /// What is seen where a camera ray meets no surface.
+        pub background: Background = Background::Environment => structural;
         /// Weights of multiple importance sampling.
         pub heuristic: Heuristic = Heuristic::Power, source "Veach 1997, section 9.2.2";
         /// Sampling strategies: both, or one alone, to see what the other one contributes.

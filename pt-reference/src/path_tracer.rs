@@ -100,6 +100,7 @@ impl PathTracer {
             ("sampler_kind", params.sampler.code().into()),
             ("energy_compensation", params.energy_compensation.into()),
             ("ray_cones", params.ray_cones.into()),
+            ("background", params.background.code().into()),
             ("sort_materials", sorts_by_material(device, scene).into()),
         ];
         let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);

@@ -48,6 +48,9 @@ struct Footprint {
     float depth_range; // along the ray, metres; 0: no footprint
 };
 
+// Textures at their finest level.
+const Footprint NO_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 0.0);
+
 // Where the same point of the object was in the last frame.
 vec3 previous_position(uint instance_index, uint triangle, vec2 barycentrics) {
     InstanceRecord instance = scene_instance(instance_index);
@@ -127,8 +130,7 @@ vec4 sample_texture(TextureSlot slot, Surface s, Footprint f, float lod_scale) {
     bool first = is_first_uv(slot.uv_set);
     vec2 uv = transform_uv(slot, first ? s.uv[0] : s.uv[1]);
     vec2 duv1 = first ? s.duv1[0] : s.duv1[1], duv2 = first ? s.duv2[0] : s.duv2[1];
-    // No footprint: the finest level.
-    if (f.depth_range == 0.0) return textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0);
+    if (f.depth_range == NO_FOOTPRINT.depth_range) return textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0);
     mat2 linear = mat2(slot.transform[0][0], slot.transform[1][0], slot.transform[0][1], slot.transform[1][1]);
     vec2 dx = linear * (duv1 * f.bary_x.x + duv2 * f.bary_x.y) * lod_scale;
     vec2 dy = linear * (duv1 * f.bary_y.x + duv2 * f.bary_y.y) * lod_scale;

@@ -58,15 +58,21 @@ vec3 triangle_intersection(Ray ray, vec3 v0, vec3 e1, vec3 e2) {
     return uvt;
 }
 
-// The hit of a world-space ray on a triangle that a driver's traversal named.
-Hit triangle_hit(Ray ray, uint instance, uint triangle) {
-    InstanceRecord placed = scene_instance(instance);
-    MeshRecord mesh = scene_mesh(placed.mesh);
+// A triangle in its object's space: a vertex and two edges.
+struct ObjectTriangle { vec3 v0, e1, e2; };
+
+ObjectTriangle object_triangle(MeshRecord mesh, uint triangle) {
     uvec3 index = IndexTable(mesh.indices).at[triangle];
     PositionTable position = PositionTable(mesh.positions);
     vec3 v0 = position.at[index.x];
-    Ray local = object_space_ray(ray, placed.object_from_world);
-    vec3 uvt = triangle_intersection(local, v0, position.at[index.y] - v0, position.at[index.z] - v0);
+    return ObjectTriangle(v0, position.at[index.y] - v0, position.at[index.z] - v0);
+}
+
+// The hit of a world-space ray on a triangle that a driver's traversal named.
+Hit triangle_hit(Ray ray, uint instance, uint triangle) {
+    InstanceRecord placed = scene_instance(instance);
+    ObjectTriangle t = object_triangle(scene_mesh(placed.mesh), triangle);
+    vec3 uvt = triangle_intersection(object_space_ray(ray, placed.object_from_world), t.v0, t.e1, t.e2);
     return Hit(instance, triangle, uvt.xy, uvt.z);
 }
 
@@ -83,11 +89,9 @@ bool is_single_sided(InstanceRecord instance, MeshRecord mesh, uint triangle) {
 bool is_culled(uint instance, uint triangle, vec3 direction) {
     InstanceRecord placed = scene_instance(instance);
     MeshRecord mesh = scene_mesh(placed.mesh);
-    uvec3 index = IndexTable(mesh.indices).at[triangle];
-    PositionTable position = PositionTable(mesh.positions);
-    vec3 v0 = position.at[index.x];
+    ObjectTriangle t = object_triangle(mesh, triangle);
     Ray local = object_space_ray(Ray(vec3(0.0), 0.0, direction, 0.0), placed.object_from_world);
-    bool back = is_back_face(local.direction, position.at[index.y] - v0, position.at[index.z] - v0);
+    bool back = is_back_face(local.direction, t.e1, t.e2);
     return back && is_single_sided(placed, mesh, triangle);
 }
 

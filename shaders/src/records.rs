@@ -442,6 +442,16 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// What is seen where a camera ray meets no surface; `BACKGROUND_*` in GLSL.
+    pub enum Background: "BACKGROUND" {
+        /// The environment.
+        Environment = "environment",
+        /// Nothing: radiance 0, alpha 0. Mirrors and glass show the environment all the same.
+        Transparent = "transparent",
+    }
+}
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {
@@ -628,6 +638,7 @@ pub fn glsl() -> String {
     text.push_str(&LightSampler::glsl());
     text.push_str(&RisSource::glsl());
     text.push_str(&AreaSampling::glsl());
+    text.push_str(&Background::glsl());
     text.push_str(&declarations());
     text
 }

@@ -14,8 +14,9 @@ use pt_core::Recorder;
 use pt_core::capture::folder::{CaptureWriter, Index, history_names, read_histories};
 use pt_core::capture::sidecar::{Sidecar, to_hex};
 use pt_core::console::print_warning;
+use pt_gbuffer::hidden_lobes;
 use pt_image::image_file::encode_exr_parts;
-use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
+use pt_reference::{Background, EstimateFile, Identity, Progressive, ReferenceParams};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
@@ -47,7 +48,7 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
     let params = args.frame.params()?;
     let range = &args.frames.0;
     let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
-    for notice in &scene.notices {
+    for notice in scene.notices.iter().chain(&hidden_lobes(&scene, &params.gbuffer)) {
         print_warning(notice);
     }
     let index = Index {
@@ -93,7 +94,7 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
                 ..sidecar(&session, time, moment, &params)?
             };
             let reference = match args.reference_spp {
-                Some(spp) => Some(reference(&mut session, moment, spp)?),
+                Some(spp) => Some(reference(&mut session, moment, spp, params.denoise.background)?),
                 None => None,
             };
             writer.add(full.images(), std::mem::take(&mut histories), &sidecar, reference.as_deref())?;
@@ -153,16 +154,17 @@ fn sidecar(session: &Session, time: f64, moment: Moment, params: &FrameParams) -
     })
 }
 
-/// Path traces the scene at its current time; returns the bytes of an EXR.
-fn reference(session: &mut Session, moment: Moment, spp: u32) -> Result<Vec<u8>> {
+/// Path traces the scene at its current time, over the background of the frame; returns the bytes of an EXR.
+fn reference(session: &mut Session, moment: Moment, spp: u32, background: Background) -> Result<Vec<u8>> {
     let Session { device, scene, gpu, lights, .. } = session;
-    let params = ReferenceParams { spp, ..ReferenceParams::default() };
+    let params = ReferenceParams { spp, background, ..ReferenceParams::default() };
     let identity = Identity::default().with("scene", &scene.name).with("frame", moment.record.frame_index);
     let mut render = Progressive::new(device, gpu, lights, moment.record, params, None, 0)?;
     while render.next_sample() < spp {
         render.step(scene, gpu, lights, spp)?;
     }
     let estimate = render.state()?.estimate(spp);
-    let image = EstimateFile { estimate, ranges: std::iter::once(0..spp).collect(), identity }.to_image()?;
+    let ranges = std::iter::once(0..spp).collect();
+    let image = EstimateFile { estimate, ranges, background, identity }.to_image()?;
     encode_exr_parts(&[(String::new(), image)]).map_err(anyhow::Error::msg)
 }

@@ -60,7 +60,7 @@ pub fn run(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
             b.end
         );
     }
-    let identity = first.identity.clone();
+    let (background, identity) = (first.background, first.identity.clone());
     let mut joined: Vec<Range<u32>> = Vec::new();
     for (range, _) in ranges {
         match joined.last_mut() {
@@ -70,7 +70,7 @@ pub fn run(args: &MergeArgs, out: &mut impl Write) -> Result<bool> {
     }
     let parts: Vec<Estimate> = files.into_iter().map(|(_, file)| file.estimate).collect();
     let estimate = Estimate::merge(&parts).context("cannot merge")?;
-    let file = EstimateFile { estimate, ranges: joined, identity };
+    let file = EstimateFile { estimate, ranges: joined, background, identity };
     // Of one render, so that they show the same.
     let mut metadata = LayeredImage::read_metadata(&args.inputs[0]);
     metadata

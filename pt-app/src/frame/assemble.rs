@@ -7,14 +7,15 @@ use crate::session::Session;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
-use pt_denoise::{Background, Composite};
+use pt_denoise::Composite;
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
+use pt_shaders::records::Background;
 
 impl FullFrame {
-    /// Compiles the kernels for a session's scene, prepares its lights for the light sampler, and allocates the images for a picture of `output_size` pixels. Structural knobs of `params`
-    /// decide which stages and kernels there are, and the size of the frame. With `accumulate` the frames are averaged (the photo mode).
+    /// Prepares the session's lights for the light sampler, compiles the kernels and allocates the images for a picture of `output_size`
+    /// pixels. Structural knobs of `params` decide which stages and kernels there are, and the size of the frame. With `accumulate` the frames are averaged (the photo mode).
     ///
     /// # Errors
     /// When the device refuses.

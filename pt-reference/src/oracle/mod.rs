@@ -2,7 +2,9 @@
 //!
 //! Names are those of the GLSL functions: `ggx` is bsdf/ggx.glsl, `dielectric` is bsdf/fresnel.glsl and bsdf/refraction.glsl,
 //! `layers` is bsdf/coat.glsl, bsdf/sheen.glsl and bsdf/compensation.glsl, `bsdf` is bsdf.glsl, `interior` is interior.glsl, `sampler` is sampler.glsl.
+//! `airy` is what bsdf/thin_film.glsl approximates.
 
+pub mod airy;
 pub mod albedo;
 pub mod bsdf;
 pub mod dielectric;

@@ -34,7 +34,7 @@ vec3 thin_film_fresnel(vec3 f0, float film_ior, float thickness, float cos_theta
     vec3 shift = vec3(ior < 1.0 ? 0.0 : PI) + mix(vec3(0.0), vec3(PI), lessThan(base_ior, vec3(ior)));
     float way = 2.0 * ior * thickness * 1e-9 * cos_film;
 
-    vec3 both = clamp(outer * inner, 1e-5, 0.9999), amplitude = sqrt(both);
+    vec3 both = min(outer * inner, 0.9999), amplitude = sqrt(both);
     vec3 series = passed * inner / (1.0 - both);
     vec3 sum = outer + series;
     vec3 term = series - (1.0 - outer);

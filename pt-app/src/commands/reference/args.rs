@@ -45,9 +45,9 @@ pub struct ReferenceArgs {
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Image")]
     pub size: ImageSize,
-    /// Samples per pixel.
+    /// Samples per pixel and background.
     #[command(flatten)]
-    pub samples: Flags<Samples>,
+    pub image: Flags<Image>,
     /// Only the samples A to B - 1: a slice of the render. `pt merge` joins slices, which may come from different machines.
     #[arg(long, value_name = "A..B", help_heading = "Image")]
     pub spp_range: Option<SampleRange>,
@@ -76,15 +76,21 @@ pub struct ReferenceArgs {
     pub device: DeviceArgs,
 }
 
-/// The flag for the number of samples.
-pub struct Samples;
+/// The flags for samples and background.
+pub struct Image;
 
-impl FlagSet for Samples {
+impl FlagSet for Image {
     const HEADING: &'static str = "Image";
-    const FLAGS: &'static [Flag] = &[Flag {
-        note: "; with --spp-range those of the whole render",
-        ..Flag::new("spp", "reference.spp", "N")
-    }];
+    const FLAGS: &'static [Flag] = &[
+        Flag {
+            note: "; with --spp-range those of the whole render",
+            ..Flag::new("spp", "reference.spp", "N")
+        },
+        Flag {
+            note: "; transparent writes alpha, and radiance premultiplied by it",
+            ..Flag::new("background", "reference.background", "WHAT")
+        },
+    ];
 
     fn knobs() -> Vec<Knob> {
         ReferenceSettings::knobs()
@@ -120,7 +126,7 @@ impl ReferenceArgs {
     /// An unknown profile, key or value; slices of a render whose sampler needs to know all its samples, without their number.
     pub fn params(&self) -> Result<ReferenceParams> {
         let over = |base| {
-            let sets = [&self.samples.sets[..], &self.transport.sets, &self.set].concat();
+            let sets = [&self.image.sets[..], &self.transport.sets, &self.set].concat();
             Ok::<_, anyhow::Error>(resolve_reference(base, self.profile.as_deref(), &sets)?.reference)
         };
         let default = ReferenceSettings::default();

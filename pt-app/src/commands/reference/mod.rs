@@ -102,7 +102,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     let (paths, rays) =
         (estimate.pixels.len() as f64 * f64::from(done.end - resumed), (rays + shadow_rays) as f64);
     let share = f64::from(done.end - resumed) / f64::from(done.end - done.start).max(1.0);
-    let file = EstimateFile { estimate, ranges: vec![done], identity };
+    let file = EstimateFile { estimate, ranges: vec![done], background: params.background, identity };
     write(&args.output, &file, metadata, args.no_aov)?;
     interrupt.report(file.estimate.samples as u32, samples.end - samples.start, "samples a pixel");
     writeln!(out, "light: {}", origin.light())?;

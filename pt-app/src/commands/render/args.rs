@@ -8,9 +8,9 @@ use crate::output::Output;
 use crate::params::FrameParams;
 use anyhow::bail;
 use clap::Args;
-use pt_denoise::Background;
 use pt_image::atomic_file::check_writable;
 use pt_image::image_file::OutputFormat;
+use pt_shaders::records::Background;
 use std::path::PathBuf;
 
 /// `pt render`

@@ -18,6 +18,7 @@ use pt_core::Recorder;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
+use pt_gbuffer::hidden_lobes;
 use pt_image::image_file::{LayeredImage, OutputFormat};
 use pt_post::Upscale;
 use pt_shaders::channels::ChannelId;
@@ -38,7 +39,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
         encoding.check_file(path)?;
     }
     let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
-    for notice in &scene.notices {
+    for notice in scene.notices.iter().chain(&hidden_lobes(&scene, &params.gbuffer)) {
         print_warning(notice);
     }
     let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;

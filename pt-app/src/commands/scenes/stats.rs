@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use pt_gbuffer::{GbufferParams, hidden_lobes};
 use pt_import::support;
 use pt_light_sampling::{LightPower, light_powers};
 use pt_scene::{AlphaMode, Clusters, Material, Projection, Scene, Support, Texels, Texture};
@@ -44,7 +45,7 @@ pub struct SceneStats {
     pub extensions: Vec<ExtensionStats>,
     /// The division into clusters.
     pub clusters: ClusterStats,
-    /// What the importer left out or changed.
+    /// What the importer left out or changed, and what the real-time frame leaves out.
     pub notices: Vec<String>,
 }
 
@@ -200,7 +201,12 @@ impl SceneStats {
                 cell_size_m: clusters.cell_size,
                 histogram: clusters.histogram,
             },
-            notices: scene.notices.clone(),
+            notices: scene
+                .notices
+                .iter()
+                .cloned()
+                .chain(hidden_lobes(scene, &GbufferParams::default()))
+                .collect(),
         }
     }
 }
