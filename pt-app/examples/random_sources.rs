@@ -29,7 +29,7 @@ const RADIUS: usize = 2;
 fn render(session: &mut Session, source: RandomSource, seed: u32, frames: u32) -> Result<LinearImage> {
     let mut params = FrameParams::default();
     params.gbuffer.random = source;
-    let mut full = FullFrame::new(&mut session, SIZE, true, &params)?;
+    let mut full = FullFrame::new(session, SIZE, true, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
     for _ in 0..frames {
         let mut frame = recorder.begin()?;

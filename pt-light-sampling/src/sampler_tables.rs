@@ -1,10 +1,10 @@
-use crate::LightLists;
 use crate::cluster_lists::{ClusterLists, ListLimits, ListUpdate, changing_lights, cluster_boxes};
 use crate::records::StatisticsTable;
 use crate::statistics::ShadowStatistics;
+use crate::{LightBvh, LightLists, NO_TRAIL};
 use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
 use pt_scene::{Clusters, Scene};
-use pt_shaders::records::{ClusterListRecord, LightSampler, RisSource, SceneRecord};
+use pt_shaders::records::{ClusterListRecord, LightBvhNode, LightSampler, RisSource, SceneRecord};
 
 /// A light sampler, as far as its tables depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,8 +34,17 @@ impl From<LightSampler> for SamplerChoice {
 /// What a light sampler needs besides the lights: the lists of the clusters, and statistics.
 pub struct SamplerTables {
     lists: Option<DeviceLists>,
+    tree: Option<DeviceTree>,
     statistics: Option<ShadowStatistics>,
     statistics_frames: u32,
+}
+
+/// The light tree on the device.
+struct DeviceTree {
+    host: Option<LightBvh>,
+    nodes: Buffer,
+    trails: Buffer,
+    uploaded: bool,
 }
 
 /// The lists of all clusters on the device.
@@ -61,16 +70,18 @@ impl SamplerTables {
         lights: &LightLists,
         choice: SamplerChoice,
     ) -> Result<Self> {
-        let (listed, counted) = match choice.sampler {
-            LightSampler::ClusterCdf => (true, false),
-            LightSampler::ClusterStats => (true, true),
-            LightSampler::Ris => (choice.ris_source == RisSource::Cluster, false),
-            LightSampler::Uniform | LightSampler::Power => (false, false),
+        let counted = choice.sampler == LightSampler::ClusterStats;
+        let listed = match choice.sampler {
+            LightSampler::ClusterCdf | LightSampler::ClusterStats => true,
+            LightSampler::Ris => choice.ris_source == RisSource::Cluster,
+            LightSampler::Uniform | LightSampler::Power | LightSampler::LightBvh => false,
         };
+        let tree = choice.sampler == LightSampler::LightBvh;
         let statistics =
             || ShadowStatistics::new(device, clusters.count(), lights.local.len(), choice.statistics_table);
         Ok(Self {
             lists: listed.then(|| DeviceLists::new(device, scene, clusters, lights)).transpose()?,
+            tree: tree.then(|| DeviceTree::new(device, lights)).transpose()?,
             statistics: counted.then(statistics).transpose()?,
             statistics_frames: choice.statistics_frames,
         })
@@ -93,7 +104,8 @@ impl SamplerTables {
 
     pub(crate) fn buffers(&self) -> Vec<&Buffer> {
         let lists = self.lists.iter().flat_map(|l| [&l.records, &l.fixed, &l.changing]);
-        lists.chain(self.statistics.iter().flat_map(|s| s.buffers())).collect()
+        let tree = self.tree.iter().flat_map(|t| [&t.nodes, &t.trails]);
+        lists.chain(tree).chain(self.statistics.iter().flat_map(|s| s.buffers())).collect()
     }
 
     pub(crate) fn fill(&self, record: &mut SceneRecord) {
@@ -102,16 +114,23 @@ impl SamplerTables {
             record.cluster_entries = lists.fixed.address();
             record.cluster_moving_entries = lists.changing.address();
         }
+        if let Some(tree) = &self.tree {
+            record.light_bvh = tree.nodes.address();
+            record.light_bvh_trails = tree.trails.address();
+        }
         record.shadow_count_slots = 0;
         if let Some(statistics) = &self.statistics {
             statistics.fill(record);
         }
     }
 
-    /// Brings the lists to where the lights are now.
-    pub(crate) fn update(&mut self, frame: &mut Frame<'_>, lights: &LightLists) -> Result<()> {
-        match &mut self.lists {
-            Some(lists) => lists.update(frame, lights),
+    /// Brings lists and tree to where the lights are now.
+    pub(crate) fn update(&mut self, frame: &mut Frame<'_>, lights: &LightLists, moved: bool) -> Result<()> {
+        if let Some(lists) = &mut self.lists {
+            lists.update(frame, lights)?;
+        }
+        match &mut self.tree {
+            Some(tree) => tree.update(frame, lights, moved),
             None => Ok(()),
         }
     }
@@ -122,6 +141,38 @@ impl SamplerTables {
             Some(statistics) => statistics.record(frame, scene, self.statistics_frames),
             None => Ok(()),
         }
+    }
+}
+
+impl DeviceTree {
+    fn new(device: &Device, lights: &LightLists) -> Result<Self> {
+        let count = lights.local.len();
+        let buffer = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Location::Device);
+        Ok(Self {
+            host: LightBvh::new(&lights.local),
+            nodes: buffer("light tree", LightBvh::max_nodes(count).max(1) * size_of::<LightBvhNode>())?,
+            trails: buffer("trails of the light tree", count.max(1) * size_of::<u64>())?,
+            uploaded: false,
+        })
+    }
+
+    /// Refits the tree, and builds another one when that does not do: lights that were dark are not in it.
+    fn update(&mut self, frame: &mut Frame<'_>, lights: &LightLists, moved: bool) -> Result<()> {
+        if !moved && self.uploaded {
+            return Ok(());
+        }
+        if !self.host.as_mut().is_some_and(|tree| tree.refit(&lights.local)) {
+            self.host = LightBvh::new(&lights.local);
+        }
+        self.uploaded = true;
+        let Some(tree) = &self.host else {
+            // More lights than the links of a tree can tell apart: nothing is picked.
+            frame.upload(&self.trails, bytemuck::cast_slice(&vec![NO_TRAIL; lights.local.len()]))?;
+            return frame
+                .upload(&self.nodes, bytemuck::bytes_of(&<LightBvhNode as bytemuck::Zeroable>::zeroed()));
+        };
+        frame.upload(&self.nodes, bytemuck::cast_slice(tree.nodes()))?;
+        frame.upload(&self.trails, bytemuck::cast_slice(tree.trails()))
     }
 }
 

@@ -104,7 +104,7 @@ impl LightTables {
             frame.upload(&self.local_alias, bytemuck::cast_slice(table.entries()))?;
         }
         if let Some(sampler) = &mut self.sampler {
-            sampler.update(frame, &self.lists)?;
+            sampler.update(frame, &self.lists, change.moved)?;
         }
         self.fill(gpu.record_mut());
         gpu.update(frame, scene)?;

@@ -5,8 +5,8 @@ use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::StatisticsTable;
 use pt_shaders::channels;
 use pt_shaders::records::{
-    AreaSampling, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
-    MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
+    AreaSampling, BvhImportance, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN,
+    LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {
@@ -39,8 +39,10 @@ knobs! {
         pub statistics_frames: u32 = 8, in 1..=64;
         /// How shadow statistics are stored.
         pub statistics_table: StatisticsTable = StatisticsTable::Auto => structural;
+        /// How important a node of the tree of `sampler=light-bvh` is for a shading point.
+        pub bvh_importance: BvhImportance = BvhImportance::SphericalGaussian, source "Conty Estevez and Kulla 2018; Tokuyoshi et al. 2024" => structural;
         /// Where the candidates of `sampler=ris` come from.
-        pub ris_source: RisSource = RisSource::Cluster;
+        pub ris_source: RisSource = RisSource::Cluster => structural;
         /// Candidates of `sampler=ris`.
         pub ris_candidates: u32 = 8, in 1..=16, source "Talbot, Cline and Egbert 2005";
         /// Whether the random numbers that choose these candidates are spread evenly over the lights.
@@ -118,6 +120,7 @@ impl DirectLighting {
         constants.extend([
             ("light_sampler", sampler.code().into()),
             ("area_sampling", params.area_sampling.code().into()),
+            ("bvh_importance", params.bvh_importance.code().into()),
             ("merged_rays", merged.into()),
         ]);
         let kernel =

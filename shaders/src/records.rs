@@ -101,6 +101,10 @@ gpu_struct! {
         pub cluster_entries: u64,
         /// `uint[]`: those that move.
         pub cluster_moving_entries: u64,
+        /// `LightBvhNode[]`: the light tree, the root first.
+        pub light_bvh: u64,
+        /// `uint64_t[]`: for each local light its branches from the root.
+        pub light_bvh_trails: u64,
         /// `uvec2[]`: shadow rays of this frame that reached a light, and that did not; see `lights/statistics.glsl`.
         pub shadow_counts: u64,
         /// `uint[]`: the same of the frames before, two half floats.
@@ -503,8 +507,20 @@ named_enum! {
         ClusterCdf = "cluster-cdf",
         /// As `cluster-cdf`, times the share of last frames' shadow rays of the cluster that reached the light.
         ClusterStats = "cluster-stats",
+        /// By a random descent through a tree over the lights, with their bounds and the cones of their normals.
+        LightBvh = "light-bvh",
         /// Resampled importance sampling: several candidates, of which the estimate of their light chooses one.
         Ris = "ris",
+    }
+}
+
+named_enum! {
+    /// How important a node of the light tree is for a shading point.
+    pub enum BvhImportance: "BVH_IMPORTANCE" {
+        /// By bounds of distance and angles.
+        Bounds = "bounds",
+        /// By products of spherical Gaussians of the lights and of the BRDF.
+        SphericalGaussian = "spherical-gaussian",
     }
 }
 
@@ -637,6 +653,7 @@ pub fn glsl() -> String {
     text.push_str(&Culling::glsl());
     text.push_str(&LightSampler::glsl());
     text.push_str(&RisSource::glsl());
+    text.push_str(&BvhImportance::glsl());
     text.push_str(&AreaSampling::glsl());
     text.push_str(&Background::glsl());
     text.push_str(&declarations());

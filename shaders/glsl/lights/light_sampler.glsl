@@ -9,6 +9,12 @@
 #include "lights.glsl"
 
 layout(constant_id = 3) const uint light_sampler = LIGHT_SAMPLER_POWER;
+layout(constant_id = 5) const uint bvh_importance = BVH_IMPORTANCE_BOUNDS;
+
+#define LIGHT_BVH_NODES scene.light_bvh
+#define LIGHT_BVH_TRAILS scene.light_bvh_trails
+#define LIGHT_BVH_GAUSSIAN (bvh_importance == BVH_IMPORTANCE_SPHERICAL_GAUSSIAN)
+#include "lights/light_bvh.glsl"
 
 uint pick_by_power(uvec4 bits) {
     if (scene.local_light_count == 0u) return NONE;
@@ -27,6 +33,7 @@ float light_pmf(LightContext c, uint light) {
     case LIGHT_SAMPLER_UNIFORM: return 1.0 / float(scene.local_light_count);
     case LIGHT_SAMPLER_CLUSTER_CDF: return cluster_pmf(c, light, false);
     case LIGHT_SAMPLER_CLUSTER_STATS: return cluster_pmf(c, light, true);
+    case LIGHT_SAMPLER_LIGHT_BVH: return light_bvh_pmf(c.position, c.normal, c.view, c.roughness, light);
     default: return power_pmf(light);
     }
 }
@@ -38,6 +45,7 @@ uint pick_light(LightContext c, uvec4 bits, uint by_power, out float pmf) {
     switch (light_sampler) {
     case LIGHT_SAMPLER_CLUSTER_CDF: return cluster_pick(c, unit_from_bits(bits).xy, by_power, false, pmf);
     case LIGHT_SAMPLER_CLUSTER_STATS: return cluster_pick(c, unit_from_bits(bits).xy, by_power, true, pmf);
+    case LIGHT_SAMPLER_LIGHT_BVH: return light_bvh_pick(c.position, c.normal, c.view, c.roughness, bits.xy, pmf);
     case LIGHT_SAMPLER_UNIFORM: light = pick_uniformly(bits.x); break;
     default: light = by_power; break;
     }
