@@ -1,0 +1,158 @@
+//! The scene on the device, seen by one camera: what all samplers light.
+
+use super::Args;
+use anyhow::{Context, Result, ensure};
+use pt_core::capture::folder::CaptureFolder;
+use pt_core::frame::Uniforms;
+use pt_core::{ChannelImages, Device, DeviceOptions, FrameSizes, SplitLight, StageInputs, console};
+use pt_core::{Frame, FramePlan};
+use pt_denoise::{Composite, DenoiseParams};
+use pt_gbuffer::{GbufferParams, PrimaryRays};
+use pt_import::LoadOptions;
+use pt_light_sampling::LightTables;
+use pt_lights::{Counted, DirectLighting, DirectParams};
+use pt_scene::gpu::{GpuScene, camera_record};
+use pt_scene::{BadTexels, Scene};
+use pt_shaders::records::{CameraRecord, FrameRecord};
+use std::path::Path;
+
+/// A scene and a camera.
+pub struct View {
+    pub device: Device,
+    pub scene: Scene,
+    pub gpu: GpuScene,
+    pub lights: LightTables,
+    pub images: ChannelImages,
+    size: [u32; 2],
+    camera: CameraRecord,
+    uniforms: Uniforms<FrameRecord>,
+    primary: PrimaryRays,
+    composite: Composite,
+    gbuffer: GbufferParams,
+}
+
+impl View {
+    /// Loads the scene, and the camera of the capture if there is one.
+    pub fn open(args: &Args) -> Result<Self> {
+        let folder = Path::new(&args.scene);
+        let recorded = folder.is_dir().then(|| recorded_view(folder)).transpose()?;
+        let name = match (&recorded, &args.scene_file) {
+            (Some(_), Some(file)) => file,
+            (Some(capture), None) => &capture.scene,
+            (None, _) => &args.scene,
+        };
+        let options = LoadOptions {
+            environment: args.env.clone(),
+            bad_texels: BadTexels::clamp_if(args.env_clamp),
+            ..LoadOptions::default()
+        };
+        let scene = pt_import::open(name, &options).with_context(|| {
+            if recorded.is_some() { "the capture's scene; --scene-file names it" } else { "the scene" }
+        })?;
+        scene.notices.iter().for_each(|notice| console::print_warning(notice));
+        let gbuffer = GbufferParams::default();
+        let (camera, size) = match recorded {
+            Some(Recorded { camera, size, .. }) => (camera, size),
+            None => {
+                let size = [args.width, (args.width * 9 / 16).max(1)];
+                let camera = match args.camera {
+                    Some(index) => {
+                        let count = scene.cameras.len();
+                        scene
+                            .cameras
+                            .get(index)
+                            .cloned()
+                            .with_context(|| format!("--camera {index}: the scene has {count} cameras"))?
+                    }
+                    None => scene.default_camera(),
+                };
+                (gbuffer.with_lens(camera_record(&camera, size)), size)
+            }
+        };
+        let device =
+            Device::open(&DeviceOptions { device: args.device.clone(), ..DeviceOptions::default() })?;
+        let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
+        let lights = LightTables::new(&device, &scene)?;
+        lights.attach(&mut gpu);
+        let mut plan = FramePlan::new(FrameSizes::same(size));
+        for io in [PrimaryRays::IO, DirectLighting::IO, SplitLight::UNFILTERED, Composite::IO] {
+            plan.stage(&io)?;
+        }
+        Ok(Self {
+            images: plan.allocate(&device)?,
+            uniforms: Uniforms::new(&device, "frame_uniforms")?,
+            primary: PrimaryRays::new(&device, gbuffer.variant(gpu.variant()))?,
+            composite: Composite::new(&device)?,
+            device,
+            scene,
+            gpu,
+            lights,
+            size,
+            camera,
+            gbuffer,
+        })
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// A line for people.
+    pub fn describe(&self) -> String {
+        let lists = self.lights.lists();
+        let info = self.device.info();
+        format!(
+            "{}, {}x{}: {} directional lights, {} positional lights, {} emissive triangles, {}; {}, {}, {}",
+            self.scene.name,
+            self.size[0],
+            self.size[1],
+            lists.sun_count,
+            lists.lights.len() - lists.sun_count as usize,
+            lists.emissives.len(),
+            if lists.environment_alias.is_some() { "an environment" } else { "no environment" },
+            info.name,
+            info.driver_line(),
+            self.gpu.backend(),
+        )
+    }
+
+    /// The uniforms of a frame of a run.
+    pub fn frame_record(&self, index: u32, seed: u32) -> FrameRecord {
+        FrameRecord::new(self.camera, self.camera, self.size, index, seed)
+    }
+
+    /// Records a frame up to its radiance.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        record: &FrameRecord,
+        stage: &DirectLighting,
+        params: &DirectParams,
+        counted: Option<&Counted>,
+    ) -> Result<()> {
+        self.images.begin_frame();
+        self.lights.update(frame, &self.scene, &mut self.gpu)?;
+        self.uniforms.upload(frame, record)?;
+        let inputs =
+            StageInputs { scene: Some(&self.gpu), uniforms: Some(&self.uniforms), images: &self.images };
+        self.primary.record(frame, &inputs, &self.gbuffer)?;
+        stage.record_counted(frame, &inputs, params, 0.0, counted)?;
+        let light = SplitLight::unfiltered(&self.images);
+        Ok(self.composite.record(frame, &inputs, light, &DenoiseParams::default())?)
+    }
+}
+
+struct Recorded {
+    scene: String,
+    camera: CameraRecord,
+    size: [u32; 2],
+}
+
+fn recorded_view(folder: &Path) -> Result<Recorded> {
+    let reader = CaptureFolder::open(folder)?;
+    let range = reader.range();
+    ensure!(!range.is_empty(), "{}: the capture has no frame", folder.display());
+    let record = reader.frame(range.start)?.sidecar.record();
+    Ok(Recorded { scene: reader.index.scene.clone(), camera: record.camera, size: record.size.into() })
+}
