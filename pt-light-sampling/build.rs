@@ -8,7 +8,11 @@ mod records;
 mod test_records;
 
 fn main() {
-    let tables = [records::LocalLightsPush::glsl(), records::ShadowStatisticsPush::glsl()];
+    let tables = [
+        records::LocalLightsPush::glsl(),
+        records::ShadowStatisticsPush::glsl(),
+        records::ClusterSubsetsPush::glsl(),
+    ];
     let kernels = pt_shaders::compiler::Kernels::new().header("local_lights_records.glsl", tables.concat());
     let test_header = [
         test_records::SamplerPush::glsl(),

@@ -1,4 +1,4 @@
-// Adds the shadow rays that the last frame counted to the history and begins new counts. Extent: one thread an entry.
+// Adds the shadow rays that have been counted since the last time to the history and begins new counts. Extent: one thread an entry.
 #include "lights/statistics.glsl"
 #include "local_lights_records.glsl"
 
@@ -11,8 +11,9 @@ layout(push_constant, scalar) uniform Push { ShadowStatisticsPush push; };
 const float MAX_COUNT = 6e4;
 
 void main() {
-    uint slot = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
-    if (gl_GlobalInvocationID.x >= push.width || slot >= scene.shadow_count_slots) return;
+    uint i = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
+    if (gl_GlobalInvocationID.x >= push.width || i >= push.count) return;
+    uint slot = push.first + i;
     ShadowCountTable counts = ShadowCountTable(scene.shadow_counts);
     HistoryTable history = HistoryTable(scene.shadow_history);
     uvec2 counted = counts.at[slot];

@@ -27,9 +27,25 @@ pt_shaders::gpu_struct! {
 pt_shaders::gpu_struct! {
     /// Of `shadow_statistics.comp`.
     pub struct ShadowStatisticsPush {
-        /// Share of the history that a frame keeps.
+        /// Share of the history that is kept.
         pub keep: f32,
         /// Threads in a row.
         pub width: u32,
+        /// First entry.
+        pub first: u32,
+        /// Number of entries.
+        pub count: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Of `cluster_subsets.comp`.
+    pub struct ClusterSubsetsPush {
+        /// `vec4[]`: centre and radius of each cluster's box.
+        pub balls: u64,
+        /// The first cluster of this frame.
+        pub first: u32,
+        /// Number of clusters.
+        pub clusters: u32,
     }
 }

@@ -17,16 +17,19 @@ pub struct SamplerChoice {
     pub statistics_table: StatisticsTable,
     /// Frames that they reach back, from 1 on.
     pub statistics_frames: u32,
+    /// Frames between two visits of a cluster.
+    pub statistics_interval: u32,
 }
 
 impl From<LightSampler> for SamplerChoice {
-    /// With eight frames of statistics, and candidates from the cluster.
+    /// With sixteen frames of statistics, and candidates from the cluster.
     fn from(sampler: LightSampler) -> Self {
         Self {
             sampler,
             ris_source: RisSource::Cluster,
             statistics_table: StatisticsTable::Auto,
-            statistics_frames: 8,
+            statistics_frames: 16,
+            statistics_interval: 4,
         }
     }
 }
@@ -77,8 +80,11 @@ impl SamplerTables {
             LightSampler::Uniform | LightSampler::Power | LightSampler::LightBvh => false,
         };
         let tree = choice.sampler == LightSampler::LightBvh;
-        let statistics =
-            || ShadowStatistics::new(device, clusters.count(), lights.local.len(), choice.statistics_table);
+        let statistics = || {
+            let boxes = cluster_boxes(scene, clusters);
+            let SamplerChoice { statistics_table: table, statistics_interval: interval, .. } = choice;
+            ShadowStatistics::new(device, &boxes, lights.local.len(), table, interval)
+        };
         Ok(Self {
             lists: listed.then(|| DeviceLists::new(device, scene, clusters, lights)).transpose()?,
             tree: tree.then(|| DeviceTree::new(device, lights)).transpose()?,
@@ -136,8 +142,8 @@ impl SamplerTables {
     }
 
     /// Begins the statistics of a frame.
-    pub(crate) fn record(&self, frame: &mut Frame<'_>, scene: &dyn SceneResources) -> Result<()> {
-        match &self.statistics {
+    pub(crate) fn record(&mut self, frame: &mut Frame<'_>, scene: &dyn SceneResources) -> Result<()> {
+        match &mut self.statistics {
             Some(statistics) => statistics.record(frame, scene, self.statistics_frames),
             None => Ok(()),
         }

@@ -1,4 +1,6 @@
-use crate::records::{ShadowStatisticsPush, StatisticsTable};
+use crate::cluster_lists::ClusterBox;
+use crate::records::{ClusterSubsetsPush, ShadowStatisticsPush, StatisticsTable};
+use glam::Vec4;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_shaders::records::SceneRecord;
 
@@ -9,6 +11,10 @@ const AUTO_ENTRIES: u64 = 1 << 22;
 /// Bytes of an entry: two counts, the history as two half floats, the key of a hash table.
 const COUNT_BYTES: u64 = 8;
 const WORD_BYTES: u64 = 4;
+/// Words of a row of `lights/subsets.glsl`.
+const SUBSET_ROW: u64 = 257;
+/// Threads of a group of `cluster_subsets.comp`.
+const WEIGH_GROUP: u32 = 32;
 /// Threads in a row of a dispatch.
 const ROW: u32 = 1 << 16;
 
@@ -20,15 +26,29 @@ pub struct ShadowStatistics {
     keys: Buffer,
     slots: u32,
     hashed: bool,
+    weigh: Kernel,
+    subsets: Buffer,
+    balls: Buffer,
+    clusters: u32,
+    /// Frames between two visits of an entry and of a cluster.
+    interval: u32,
+    frame: u32,
 }
 
 impl ShadowStatistics {
-    /// Empty statistics.
+    /// Empty statistics of clusters, of which each is worked on in every `interval`th frame.
     ///
     /// # Errors
     /// When the device has no memory left.
-    pub fn new(device: &Device, clusters: usize, lights: usize, table: StatisticsTable) -> Result<Self> {
-        let dense = clusters as u64 * lights.max(1) as u64 * SIDES;
+    pub fn new(
+        device: &Device,
+        boxes: &[ClusterBox],
+        lights: usize,
+        table: StatisticsTable,
+        interval: u32,
+    ) -> Result<Self> {
+        let clusters = boxes.len() as u64;
+        let dense = clusters * lights.max(1) as u64 * SIDES;
         let hashed = match table {
             StatisticsTable::Dense => false,
             StatisticsTable::Sparse => true,
@@ -47,12 +67,22 @@ impl ShadowStatistics {
             keys: zeros("shadow keys", if hashed { slots * WORD_BYTES } else { WORD_BYTES })?,
             slots: u32::try_from(slots).unwrap_or(u32::MAX),
             hashed,
+            weigh: Kernel::compute::<ClusterSubsetsPush>(device, &crate::kernels::CLUSTER_SUBSETS, &[])?,
+            subsets: zeros("subsets of cluster lists", clusters * SIDES * SUBSET_ROW * WORD_BYTES)?,
+            balls: Buffer::from_slice(
+                device,
+                "clusters as balls",
+                &boxes.iter().map(ball).collect::<Vec<_>>(),
+            )?,
+            clusters: boxes.len() as u32,
+            interval: interval.max(1),
+            frame: 0,
         })
     }
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        self.counts.size() + self.history.size() + self.keys.size()
+        self.buffers().iter().map(|buffer| buffer.size()).sum()
     }
 
     /// Whether they are a hash table.
@@ -60,29 +90,54 @@ impl ShadowStatistics {
         self.hashed
     }
 
-    pub(crate) fn buffers(&self) -> [&Buffer; 3] {
-        [&self.counts, &self.history, &self.keys]
+    pub(crate) fn buffers(&self) -> [&Buffer; 5] {
+        [&self.counts, &self.history, &self.keys, &self.subsets, &self.balls]
     }
 
     pub(crate) fn fill(&self, record: &mut SceneRecord) {
         record.shadow_counts = self.counts.address();
         record.shadow_history = self.history.address();
         record.shadow_keys = self.keys.address();
+        record.cluster_subsets = self.subsets.address();
         record.shadow_count_slots = self.slots;
         record.shadow_counts_hashed = u32::from(self.hashed);
     }
 
-    /// Adds the last frame's counts to the history, of which `frames` frames count.
+    /// Adds what has been counted to the history, of which `frames` frames count, and weighs the subsets of the lists.
     pub(crate) fn record(
-        &self,
+        &mut self,
         frame: &mut Frame<'_>,
         scene: &dyn SceneResources,
         frames: u32,
     ) -> Result<()> {
-        let width = self.slots.min(ROW);
-        let pass = scene.bind(frame.pass("shadow statistics", &self.kernel));
-        let pass = self.buffers().into_iter().fold(pass, |pass, buffer| pass.addresses_updated(buffer));
-        let push = ShadowStatisticsPush { keep: 1.0 - 1.0 / frames.max(1) as f32, width };
-        pass.push(&push).dispatch([width, self.slots.div_ceil(width.max(1)), 1])
+        let (turn, every) = (self.frame % self.interval, self.interval);
+        let fresh = self.frame == 0;
+        self.frame += 1;
+        let part = |total: u32| {
+            let size = total.div_ceil(every);
+            let first = (turn * size).min(total);
+            (first, size.min(total - first))
+        };
+        if !fresh {
+            let (first, count) = part(self.slots);
+            let width = count.min(ROW);
+            // A visit stands for `every` frames.
+            let keep = (1.0 - 1.0 / frames.max(1) as f32).powi(every as i32);
+            let pass = scene.bind(frame.pass("shadow statistics", &self.kernel));
+            let written = [&self.counts, &self.history, &self.keys];
+            let pass = written.into_iter().fold(pass, |pass, buffer| pass.addresses_updated(buffer));
+            let push = ShadowStatisticsPush { keep, width, first, count };
+            pass.push(&push).dispatch([width, count.div_ceil(width.max(1)), 1])?;
+        }
+        let (first, count) = if fresh { (0, self.clusters) } else { part(self.clusters) };
+        let push = ClusterSubsetsPush { balls: self.balls.address(), first, clusters: first + count };
+        let pass = scene.bind(frame.pass("subsets of light lists", &self.weigh));
+        pass.addresses_written(&self.subsets).push(&push).dispatch([SIDES as u32 * WEIGH_GROUP, count, 1])
     }
+}
+
+/// Centre and radius of a cluster's box.
+fn ball(cluster: &ClusterBox) -> Vec4 {
+    let bounds = cluster.bounds;
+    bounds.center().extend(0.5 * bounds.size().length())
 }

@@ -108,13 +108,13 @@ impl LightTables {
         }
         self.fill(gpu.record_mut());
         gpu.update(frame, scene)?;
-        if let Some(sampler) = &self.sampler {
-            sampler.record(frame, gpu)?;
-        }
         if change.moved || !std::mem::replace(&mut self.placed, true) {
             self.place(frame, gpu)?;
         }
-        Ok(())
+        match &mut self.sampler {
+            Some(sampler) => sampler.record(frame, gpu),
+            None => Ok(()),
+        }
     }
 
     /// Makes the records of the local lights from the scene on the device.

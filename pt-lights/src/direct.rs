@@ -36,7 +36,9 @@ knobs! {
         /// Light samples a pixel, each with its own shadow rays.
         pub samples: u32 = 1, in 1..=64;
         /// Frames that shadow statistics reach back: 1 counts the last frame alone, more are an exponential mean of about that length.
-        pub statistics_frames: u32 = 8, in 1..=64;
+        pub statistics_frames: u32 = 16, in 1..=256, unit "frames" => structural;
+        /// Frames between two visits of a cluster, in which its counts join the statistics and the subsets of its list get their weights.
+        pub statistics_interval: u32 = 4, in 1..=64, unit "frames" => structural;
         /// How shadow statistics are stored.
         pub statistics_table: StatisticsTable = StatisticsTable::Auto => structural;
         /// How important a node of the tree of `sampler=light-bvh` is for a shading point.
@@ -53,9 +55,16 @@ knobs! {
 impl DirectParams {
     /// What [`LightTables::prepare`](pt_light_sampling::LightTables::prepare) takes.
     pub fn sampler_choice(&self) -> Option<SamplerChoice> {
-        let Self { sampler, ris_source, statistics_table, statistics_frames, .. } = *self;
+        let Self { sampler, ris_source, statistics_table, statistics_frames, statistics_interval, .. } =
+            *self;
         let merged = self.rays == LightRays::Merged;
-        merged.then_some(SamplerChoice { sampler, ris_source, statistics_table, statistics_frames })
+        merged.then_some(SamplerChoice {
+            sampler,
+            ris_source,
+            statistics_table,
+            statistics_frames,
+            statistics_interval,
+        })
     }
 
     /// The kernel's push constants.

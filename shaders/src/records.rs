@@ -101,6 +101,8 @@ gpu_struct! {
         pub cluster_entries: u64,
         /// `uint[]`: those that move.
         pub cluster_moving_entries: u64,
+        /// `float[]`: for each cluster and side the weights of the subsets of its list; see `lights/subsets.glsl`.
+        pub cluster_subsets: u64,
         /// `LightBvhNode[]`: the light tree, the root first.
         pub light_bvh: u64,
         /// `uint64_t[]`: for each local light its branches from the root.
@@ -145,6 +147,8 @@ gpu_struct! {
         pub shadow_count_slots: u32,
         /// 1 = `shadow_counts` is a hash table, 0 = it has an entry for every cluster, light and direction.
         pub shadow_counts_hashed: u32,
+        /// Alignment.
+        pub pad: [u32; 2],
     }
 }
 

@@ -1,8 +1,10 @@
 // Choice of a local light among those that the point's cluster may see, as in Quake II RTX: the list is divided into subsets of at most
-// 8 lights with a stride, one subset is picked uniformly, and one of its lights in proportion to light_mass(). Lights that the
+// 8 lights with a stride, one subset is picked, and one of its lights in proportion to light_mass(). Without statistics the subsets are
+// picked uniformly, else they have their weights too (subsets.glsl). Lights that the
 // list leaves out are found by the catch-all: with its probability the light is picked by power among all.
 #include "lights/local_lights.glsl"
 #include "lights/statistics.glsl"
+#include "lights/subsets.glsl"
 
 const uint CLUSTER_CANDIDATES = 8u;
 
@@ -67,6 +69,10 @@ uint pick_of_subset(LightContext c, ClusterListRecord list, uint first, uint str
 
 uint cluster_stride(ClusterListRecord list) { return max((cluster_list_size(list) + CLUSTER_CANDIDATES - 1u) / CLUSTER_CANDIDATES, 1u); }
 
+Subsets subsets_of(LightContext c, uint count, bool statistics) {
+    return statistics ? cluster_subsets(c.cluster, normal_side(c.normal), count) : uniform_subsets(count);
+}
+
 // Probability with which cluster_pick() returns a light.
 float cluster_pmf(LightContext c, uint light, bool statistics) {
     ClusterListRecord list = cluster_list(c.cluster);
@@ -77,7 +83,8 @@ float cluster_pmf(LightContext c, uint light, bool statistics) {
     float sum = 0.0;
     for (uint at = place % stride; at < size; at += stride) sum += cluster_mass(c, cluster_list_light(list, at), statistics);
     float mass = cluster_mass(c, light, statistics);
-    return sum > 0.0 ? pmf + (1.0 - list.catch_all) * mass / (sum * float(stride)) : pmf;
+    if (sum <= 0.0) return pmf;
+    return pmf + (1.0 - list.catch_all) * subset_pmf(subsets_of(c, stride, statistics), place % stride) * mass / sum;
 }
 
 // A light, NONE: none, and its probability. `xi`: for the catch-all and the subset, and for the light. `by_power`: a light picked by power.
@@ -90,10 +97,11 @@ uint cluster_pick(LightContext c, vec2 xi, uint by_power, bool statistics, out f
     pmf = 0.0;
     if (cluster_list_size(list) == 0u) return NONE;
     uint stride = cluster_stride(list);
-    uint subset = min(uint((xi.x - list.catch_all) / (1.0 - list.catch_all) * float(stride)), stride - 1u);
+    Subsets subsets = subsets_of(c, stride, statistics);
+    uint subset = pick_subset(subsets, (xi.x - list.catch_all) / (1.0 - list.catch_all));
     uint light = pick_of_subset(c, list, subset, stride, xi.y, statistics, pmf);
     if (light == NONE) return NONE;
-    pmf *= (1.0 - list.catch_all) / float(stride);
+    pmf *= (1.0 - list.catch_all) * subset_pmf(subsets, subset);
     if (list.catch_all > 0.0) pmf += list.catch_all * power_pmf(light);
     return light;
 }
