@@ -15,6 +15,7 @@ impl Scene {
             hash.text(&(texture.width, texture.height, texture.usage, texture.sampler));
             match &texture.texels {
                 Texels::Rgba8(texels) => hash.words(texels),
+                Texels::Rgba16(texels) => hash.words(texels),
                 Texels::Blocks { format, levels } => {
                     hash.text(format);
                     levels.iter().for_each(|level| hash.words(level));
