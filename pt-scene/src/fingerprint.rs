@@ -89,4 +89,14 @@ mod tests {
             assert_ne!(print, other.fingerprint());
         }
     }
+
+    #[test]
+    fn the_low_byte_of_16_bits_counts() {
+        let print = |low: u16| {
+            let texels = vec![0x1200 | low; 4];
+            let texture = crate::Texture::rgba16("wide", [1, 1], crate::TextureUsage::Data, texels);
+            crate::Scene { textures: vec![texture], ..crate::Scene::default() }.fingerprint()
+        };
+        assert_ne!(print(1), print(2));
+    }
 }
