@@ -62,6 +62,7 @@ impl SrgbTables {
         [r, g, b, unorm(a)]
     }
 
+    #[inline]
     fn bytes(&self, [r, g, b, a]: [f32; 4]) -> [u8; 4] {
         [self.byte(r), self.byte(g), self.byte(b), byte(a)]
     }
@@ -108,21 +109,24 @@ pub fn decode_texel_16(usage: TextureUsage, texel: [u16; 4]) -> [f32; 4] {
     [r, g, b, unorm_16(a)]
 }
 
-/// RGBA of a normal map's texel that points along `n`; what has no direction points straight up.
-fn normal_texel(n: [f32; 3]) -> [f32; 4] {
+/// RGB of a normal map's texel that points along `n`; what has no direction points straight up.
+#[inline]
+fn normal_texel(n: [f32; 3]) -> [f32; 3] {
     let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
     let n = if length > 1e-6 { n.map(|x| x / length) } else { [0.0, 0.0, 1.0] };
-    [0.5 * n[0] + 0.5, 0.5 * n[1] + 0.5, 0.5 * n[2] + 0.5, 1.0]
+    [0.5 * n[0] + 0.5, 0.5 * n[1] + 0.5, 0.5 * n[2] + 0.5]
 }
 
 /// The bytes of a normal map's texel that points along `n`; what has no direction points straight up.
 pub fn encode_normal(n: [f32; 3]) -> [u8; 4] {
-    normal_texel(n).map(byte)
+    let [x, y, z] = normal_texel(n);
+    [byte(x), byte(y), byte(z), 255]
 }
 
 /// As [`encode_normal`], with 16 bits per channel.
 pub fn encode_normal_16(n: [f32; 3]) -> [u16; 4] {
-    normal_texel(n).map(code_16)
+    let [x, y, z] = normal_texel(n);
+    [code_16(x), code_16(y), code_16(z), u16::MAX]
 }
 
 /// Added to alpha where it is a weight, so that wholly transparent regions keep a colour.
@@ -197,8 +201,14 @@ fn coarser<T: Copy, U>(
         TextureUsage::Normal => chain(
             extent,
             texels,
-            |t| decode(t).map(|x| 2.0 * x - 1.0),
-            |[x, y, z, _]| encode(normal_texel([x, y, z])),
+            |t| {
+                let [x, y, z, a] = decode(t);
+                [2.0 * x - 1.0, 2.0 * y - 1.0, 2.0 * z - 1.0, a]
+            },
+            |[x, y, z, _]| {
+                let [x, y, z] = normal_texel([x, y, z]);
+                encode([x, y, z, 1.0])
+            },
         ),
     }
 }
