@@ -30,8 +30,14 @@ pub enum TextureFormat {
         /// Decode colour from sRGB.
         srgb: bool,
     },
+    /// Four 16-bit codes, linear. Needs [`crate::device::Capabilities::texture_16_bit_unorm`].
+    Rgba16Unorm,
+    /// Two 16-bit codes, linear; the rest reads as 0 and 1. Needs [`crate::device::Capabilities::texture_16_bit_unorm`].
+    Rg16Unorm,
     /// Four half floats.
     Rgba16F,
+    /// Two half floats; the rest reads as 0 and 1.
+    Rg16F,
     /// Four floats.
     Rgba32F,
 }
@@ -43,7 +49,10 @@ impl TextureFormat {
             Self::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
             Self::Rg8Unorm => vk::Format::R8G8_UNORM,
             Self::Block { format, srgb } => format.vk(srgb),
+            Self::Rgba16Unorm => vk::Format::R16G16B16A16_UNORM,
+            Self::Rg16Unorm => vk::Format::R16G16_UNORM,
             Self::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
+            Self::Rg16F => vk::Format::R16G16_SFLOAT,
             Self::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
         }
     }
@@ -52,10 +61,10 @@ impl TextureFormat {
     fn level_bytes(self, extent: [u32; 2]) -> usize {
         let texels = extent[0] as usize * extent[1] as usize;
         match self {
-            Self::Rgba8Srgb | Self::Rgba8Unorm => 4 * texels,
+            Self::Rgba8Srgb | Self::Rgba8Unorm | Self::Rg16Unorm | Self::Rg16F => 4 * texels,
             Self::Rg8Unorm => 2 * texels,
             Self::Block { format, .. } => format.level_bytes(extent),
-            Self::Rgba16F => 8 * texels,
+            Self::Rgba16Unorm | Self::Rgba16F => 8 * texels,
             Self::Rgba32F => 16 * texels,
         }
     }

@@ -27,6 +27,14 @@ named_enum! {
     }
 }
 
+/// The content of a baked file.
+pub(crate) struct BakedFile {
+    pub dds: DdsTexture,
+    pub quality: Quality,
+    /// The image has 16 bits per channel: without compression it would take twice the memory.
+    pub is_16_bit: bool,
+}
+
 /// A folder of baked textures.
 #[derive(Clone, Debug)]
 pub struct BakedFolder {
@@ -70,7 +78,7 @@ impl BakedFolder {
         usage: TextureUsage,
         extent: [u32; 2],
     ) -> Result<Option<Texels>, String> {
-        let Some((dds, _)) = self.lookup(image, usage)? else { return Ok(None) };
+        let Some(BakedFile { dds, .. }) = self.lookup(image, usage)? else { return Ok(None) };
         if [dds.width, dds.height] != extent {
             let path = self.path.join(Self::file_name(image, usage));
             return Err(format!(
@@ -85,11 +93,7 @@ impl BakedFolder {
         Ok(Some(Texels::Blocks { format: dds.format, levels: dds.levels }))
     }
 
-    pub(crate) fn lookup(
-        &self,
-        image: &[u8],
-        usage: TextureUsage,
-    ) -> Result<Option<(DdsTexture, Quality)>, String> {
+    pub(crate) fn lookup(&self, image: &[u8], usage: TextureUsage) -> Result<Option<BakedFile>, String> {
         let path = self.path.join(Self::file_name(image, usage));
         if !path.exists() {
             return Ok(None);
@@ -98,9 +102,9 @@ impl BakedFolder {
         unseal(&bytes).map(Some).map_err(|what| format!("{}: {what}", path.display()))
     }
 
-    pub(crate) fn store(&self, name: &str, dds: &DdsTexture, quality: Quality) -> Result<(), SceneError> {
+    pub(crate) fn store(&self, name: &str, file: &BakedFile) -> Result<(), SceneError> {
         let path = self.path.join(name);
-        let bytes = seal(dds, quality).map_err(|what| SceneError::file(&path, what))?;
+        let bytes = seal(file).map_err(|what| SceneError::file(&path, what))?;
         write_atomic(&path, &bytes).map_err(|e| SceneError::file(&path, one_line(&e.to_string())))
     }
 }
@@ -115,22 +119,23 @@ fn checksum(bytes: &[u8]) -> [u8; 16] {
     sum
 }
 
-/// The file, with mark, quality and checksum in the reserved words of its header.
-fn seal(dds: &DdsTexture, quality: Quality) -> Result<Vec<u8>, String> {
-    let mut bytes = dds.to_bytes()?;
+/// The file, with mark, quality, depth of the image and checksum in the reserved words of its header.
+fn seal(file: &BakedFile) -> Result<Vec<u8>, String> {
+    let mut bytes = file.dds.to_bytes()?;
     let sum = checksum(&bytes);
     let reserved = &mut bytes[RESERVED];
     reserved[..4].copy_from_slice(MARK);
-    reserved[4] = quality as u8;
+    reserved[4] = file.quality as u8;
+    reserved[5] = u8::from(file.is_16_bit);
     reserved[8..24].copy_from_slice(&sum);
     Ok(bytes)
 }
 
-fn unseal(bytes: &[u8]) -> Result<(DdsTexture, Quality), String> {
+fn unseal(bytes: &[u8]) -> Result<BakedFile, String> {
     let reserved = bytes.get(RESERVED).ok_or("the baked texture is cut short")?;
     if reserved[..4] != *MARK || reserved[8..24] != checksum(bytes) {
         return Err("the baked texture is damaged".into());
     }
     let quality = if reserved[4] == Quality::Fast as u8 { Quality::Fast } else { Quality::Best };
-    Ok((DdsTexture::from_bytes(bytes)?, quality))
+    Ok(BakedFile { dds: DdsTexture::from_bytes(bytes)?, quality, is_16_bit: reserved[5] == 1 })
 }

@@ -3,7 +3,7 @@
 
 use std::io::Cursor;
 
-use image::{ImageDecoder, ImageFormat};
+use image::{DynamicImage, ImageDecoder, ImageFormat};
 
 use crate::dds::DdsTexture;
 #[cfg(feature = "codecs")]
@@ -11,7 +11,7 @@ use crate::ktx2;
 use pt_scene::Texels;
 use pt_scene::one_line;
 use pt_scene::{MAX_TEXTURE_SIDE, TextureUsage};
-use pt_scene::{decode_texel, encode_normal};
+use pt_scene::{decode_texel, decode_texel_16, encode_normal, encode_normal_16};
 
 const KTX2_MAGIC: &[u8] = &[0xab, b'K', b'T', b'X', b' ', b'2', b'0', 0xbb, 0x0d, 0x0a, 0x1a, 0x0a];
 
@@ -79,8 +79,15 @@ impl<'a> Header<'a> {
             #[cfg(not(feature = "codecs"))]
             Kind::Ktx2 => return Err("is a KTX2 file; the feature codecs of pt-import decodes it".into()),
             Kind::Pixels(decoder) => {
-                let image = image::DynamicImage::from_decoder(BoxedDecoder(decoder))
+                let image = DynamicImage::from_decoder(BoxedDecoder(decoder))
                     .map_err(|e| one_line(&e.to_string()))?;
+                if needs_16_bits(&image) {
+                    let mut texels = image.into_rgba16().into_raw();
+                    if usage == TextureUsage::Normal {
+                        texels.as_chunks_mut().0.iter_mut().for_each(normalize_16);
+                    }
+                    return Ok(Texels::Rgba16(texels));
+                }
                 image.into_rgba8().into_raw()
             }
         };
@@ -127,6 +134,18 @@ fn decoder<'a>(bytes: &'a [u8]) -> Result<Box<dyn ImageDecoder + 'a>, String> {
     Ok(Box::new(reader.into_decoder().map_err(|e| one_line(&e.to_string()))?))
 }
 
+/// Whether an image has 16 bits per channel that 8 bits do not hold. An 8-bit image in a 16-bit file has every byte twice.
+fn needs_16_bits(image: &DynamicImage) -> bool {
+    let samples = match image {
+        DynamicImage::ImageLuma16(pixels) => pixels.as_raw(),
+        DynamicImage::ImageLumaA16(pixels) => pixels.as_raw(),
+        DynamicImage::ImageRgb16(pixels) => pixels.as_raw(),
+        DynamicImage::ImageRgba16(pixels) => pixels.as_raw(),
+        _ => return false,
+    };
+    samples.iter().any(|&sample| sample >> 8 != sample & 0xff)
+}
+
 /// Maps made by hand or by a lossy codec are off by more than rounding; those that are not stay as they are.
 fn normalize(texel: &mut [u8; 4]) {
     // In units of 1/255, which are whole numbers: most texels are well and cost no more than this.
@@ -134,5 +153,13 @@ fn normalize(texel: &mut [u8; 4]) {
     if (square - 255 * 255).abs() > 255 * 255 / 50 {
         let [x, y, z, _] = decode_texel(TextureUsage::Normal, *texel).map(|t| 2.0 * t - 1.0);
         *texel = encode_normal([x, y, z]);
+    }
+}
+
+/// As [`normalize`], with 16 bits per channel.
+fn normalize_16(texel: &mut [u16; 4]) {
+    let [x, y, z, _] = decode_texel_16(TextureUsage::Normal, *texel).map(|t| 2.0 * t - 1.0);
+    if (x * x + y * y + z * z - 1.0).abs() > 1.0 / 50.0 {
+        *texel = encode_normal_16([x, y, z]);
     }
 }

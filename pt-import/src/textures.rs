@@ -224,14 +224,23 @@ impl<'a> Uses<'a> {
     }
 }
 
-/// A texture with glossiness in alpha as one with roughness in G.
+/// A texture with glossiness in alpha as one with roughness in G, with as many bits as the image has.
 fn roughness_of(texture: Texture, factor: f32) -> Texture {
     let mut texture = texture.decoded().into_owned();
-    if let Texels::Rgba8(texels) = &mut texture.texels {
-        for texel in texels.as_chunks_mut().0 {
-            let [_, _, _, glossiness] = *texel;
-            *texel = [0, (255.0 - factor * f32::from(glossiness)).round() as u8, 0, 255];
+    match &mut texture.texels {
+        Texels::Rgba8(texels) => {
+            for texel in texels.as_chunks_mut().0 {
+                let [_, _, _, glossiness] = *texel;
+                *texel = [0, (255.0 - factor * f32::from(glossiness)).round() as u8, 0, 255];
+            }
         }
+        Texels::Rgba16(texels) => {
+            for texel in texels.as_chunks_mut().0 {
+                let [_, _, _, glossiness] = *texel;
+                *texel = [0, (65535.0 - factor * f32::from(glossiness)).round() as u16, 0, 65535];
+            }
+        }
+        Texels::Blocks { .. } => {}
     }
     texture
 }

@@ -175,3 +175,35 @@ fn another_quality_replaces_the_file() {
     let limited = bake(&scene, temp.path(), Quality::Fast, &limit(10), |_, _| {}).unwrap_err().to_string();
     assert!(limited.contains("--max-texture-pixels"), "{limited}");
 }
+
+/// A 16-bit image is baked like an 8-bit one: blocks hold 8 bits. What it takes without compression counts all of its bits, also when
+/// the file is there already.
+#[test]
+fn images_of_16_bits_are_baked_with_8() {
+    let temp = tempfile::tempdir().unwrap();
+    let [width, height] = SIZE;
+    let image = image::ImageBuffer::from_fn(width, height, |x, y| {
+        image::Rgb([0x4001 + 300 * x as u16, 0x8003 + 500 * y as u16, 0x1234])
+    });
+    image.save(temp.path().join("wide.png")).unwrap();
+    let material = r#"{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0}},
+        "normalTexture": {"index": 0}}"#;
+    let scene = gltf(temp.path(), r#"{"uri": "wide.png"}"#, r#"{"source": 0}"#, material);
+    let out = temp.path().join("baked");
+    let first = run(&scene, &out, Quality::Best);
+    let again = run(&scene, &out, Quality::Best);
+    let (plain, baked) = (load_with(&scene, None), load_with(&scene, Some(&out)));
+    assert_eq!((plain.textures.len(), first.len()), (3, 3));
+    for (i, (plain, baked)) in plain.textures.iter().zip(&baked.textures).enumerate() {
+        assert!(plain.is_16_bit() && matches!(baked.texels, Texels::Blocks { .. }), "{:?}", plain.usage);
+        assert_eq!((first[i].outcome, again[i].outcome), (Outcome::Baked, Outcome::Unchanged));
+        let bytes = [first[i].bytes_before, again[i].bytes_before];
+        assert_eq!(bytes, [plain.uncompressed_bytes(); 2]);
+        let channels = if plain.usage == TextureUsage::Normal { 2 } else { 3 };
+        let db = psnr(&plain.mips()[0].texels, &baked.mips()[0].texels, channels);
+        assert!(db > 40.0, "{:?}: {db} dB", plain.usage);
+        let (exact, read) = (plain.texel(30, 20), baked.texel(30, 20));
+        let near = (0..channels).all(|c| (exact[c] - read[c]).abs() < 0.02);
+        assert!(near, "{:?}: {exact:?}, {read:?}", plain.usage);
+    }
+}

@@ -26,7 +26,7 @@ fn texture(name: &str, bytes: &[u8]) -> Texture {
 }
 
 fn rgba8(texture: &Texture) -> &[u8] {
-    let Texels::Rgba8(texels) = &texture.texels else { panic!("{} is compressed", texture.name) };
+    let Texels::Rgba8(texels) = &texture.texels else { panic!("{} has not 8 bits", texture.name) };
     texels
 }
 
@@ -75,6 +75,7 @@ fn png_of_every_channel_count_and_depth() {
         bytes.into_inner()
     };
     let (w, h) = (3, 2);
+    // An 8-bit image in a 16-bit file takes 8 bits.
     for (image, expected) in [
         (DynamicImage::ImageLuma8(ImageBuffer::from_pixel(w, h, Luma([77]))), [77, 77, 77, 255]),
         (DynamicImage::ImageLumaA8(ImageBuffer::from_pixel(w, h, LumaA([77, 9]))), [77, 77, 77, 9]),
@@ -86,14 +87,38 @@ fn png_of_every_channel_count_and_depth() {
             DynamicImage::ImageRgb16(ImageBuffer::from_pixel(w, h, Rgb([0x0101, 0x0202, 0xffff]))),
             [1, 2, 255, 255],
         ),
-        // 16 bits are rounded, not cut off.
-        (DynamicImage::ImageRgb16(ImageBuffer::from_pixel(w, h, Rgb([255, 128, 0xfeff]))), [1, 0, 254, 255]),
         (DynamicImage::ImageRgba16(ImageBuffer::from_pixel(w, h, Rgba([257, 514, 771, 1028]))), [1, 2, 3, 4]),
     ] {
         let t = texture("image.png", &encoded(image));
         assert!(rgba8(&t).chunks_exact(4).all(|texel| texel == expected), "{expected:?}: {:?}", rgba8(&t));
         assert_eq!(t.usage, TextureUsage::Color);
     }
+}
+
+/// One texel is enough that needs its low byte. Normals that are no unit vectors are normalised, the others keep their bits.
+#[test]
+fn png_of_16_bits_keeps_what_8_bits_do_not_hold() {
+    use image::{DynamicImage, ImageBuffer, ImageFormat, Rgba};
+    let encoded = |pixels: [[u16; 4]; 2]| {
+        let image = ImageBuffer::from_fn(2, 1, |x, _| Rgba(pixels[x as usize]));
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        DynamicImage::ImageRgba16(image).write_to(&mut bytes, ImageFormat::Png).unwrap();
+        bytes.into_inner()
+    };
+    let pixels = [[0x0101, 0, 0xffff, 0x8080], [0xfefe, 0x7e7f, 0x3333, 0xffff]];
+    let wide = texture("image.png", &encoded(pixels));
+    assert_eq!(wide.texels, Texels::Rgba16(pixels.concat()));
+    let narrow = texture("image.png", &encoded([pixels[0]; 2]));
+    assert_eq!(narrow.texels, Texels::Rgba8([1, 0, 255, 128].repeat(2)));
+    // The second points along (1, 0, 1) with length 0.5.
+    let normals = [[0xcccd, 0x8000, 0xe666, 0xffff], [0xad41, 0x8000, 0xad41, 0xffff]];
+    let texture =
+        pt_import::decode_texture("normals", &encoded(normals), TextureUsage::Normal, 1 << 20).unwrap();
+    let Texels::Rgba16(texels) = &texture.texels else { panic!("8 bits") };
+    assert_eq!(texels[..4], normals[0]);
+    let [x, y, z, _] = texture.texel(1, 0).map(|t| f64::from(2.0 * t - 1.0));
+    // Half a code.
+    assert!((x - 0.5f64.sqrt()).abs() < 2e-5 && y.abs() < 6e-5 && (z - x).abs() < 2e-5, "{x} {y} {z}");
 }
 
 /// A PNG that declares `width` x `height` and holds next to nothing.

@@ -98,6 +98,24 @@ fn textures_hold_colour_and_roughness() {
 }
 
 #[test]
+fn roughness_has_the_16_bits_of_its_image() {
+    let temp = tempfile::tempdir().unwrap();
+    let glossiness = |i: u32| 0x8000 + i as u16;
+    let image = image::ImageBuffer::from_fn(16, 16, |x, y| image::Rgba([1u16, 2, 3, glossiness(16 * y + x)]));
+    image.save(temp.path().join("sg.png")).unwrap();
+    let extension = json!({"glossinessFactor": 0.75, "specularGlossinessTexture": {"index": 0}});
+    let materials = json!({"extensions": {NAME: extension}}).to_string();
+    let file = textured::gltf(temp.path(), r#"{"uri": "sg.png"}"#, r#"{"source": 0}"#, &materials);
+    let scene = load(&file, &plain()).unwrap_or_else(|e| panic!("{e}"));
+    let slot = scene.materials[0].metallic_roughness_texture.unwrap();
+    for i in 0..256 {
+        let [metallic, roughness, ..] = scene.textures[slot.texture as usize].texel(i % 16, i / 16);
+        let exact = 1.0 - 0.75 * f32::from(glossiness(i)) / 65535.0;
+        assert!(metallic == 0.0 && (roughness - exact).abs() < 0.51 / 65535.0, "{roughness} is not {exact}");
+    }
+}
+
+#[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn the_sample_of_blender_loads() {
     let folder = pt_test_data::shared("scenes");

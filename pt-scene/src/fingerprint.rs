@@ -15,6 +15,7 @@ impl Scene {
             hash.text(&(texture.width, texture.height, texture.usage, texture.sampler));
             match &texture.texels {
                 Texels::Rgba8(texels) => hash.words(texels),
+                Texels::Rgba16(texels) => hash.words(texels),
                 Texels::Blocks { format, levels } => {
                     hash.text(format);
                     levels.iter().for_each(|level| hash.words(level));
@@ -87,5 +88,15 @@ mod tests {
             change(&mut other);
             assert_ne!(print, other.fingerprint());
         }
+    }
+
+    #[test]
+    fn the_low_byte_of_16_bits_counts() {
+        let print = |low: u16| {
+            let texels = vec![0x1200 | low; 4];
+            let texture = crate::Texture::rgba16("wide", [1, 1], crate::TextureUsage::Data, texels);
+            crate::Scene { textures: vec![texture], ..crate::Scene::default() }.fingerprint()
+        };
+        assert_ne!(print(1), print(2));
     }
 }

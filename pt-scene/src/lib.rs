@@ -50,7 +50,10 @@ pub use light::{Light, LightKind, shines};
 pub use limits::MAX_RADIANCE;
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef, media};
 pub use mesh::Mesh;
-pub use mips::{MipLevel, decode_texel, encode_normal, linear_from_srgb, srgb_from_linear};
+pub use mips::{
+    MipLevel, decode_texel, decode_texel_16, encode_normal, encode_normal_16, linear_from_srgb,
+    srgb_from_linear,
+};
 pub use motion::{Blink, LightMotion, Motion};
 pub use scene::{Attachment, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};

@@ -4,14 +4,14 @@ use crate::TextureUsage;
 use std::borrow::Cow;
 use std::sync::LazyLock;
 
-/// One level of a mip chain, in the encoding of its texture.
+/// One level of a mip chain with 8 bits per channel, in the encoding of its texture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MipLevel<'a> {
     /// Texels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// RGBA8; those of an uncompressed texture's finest level are the texture's own.
+    /// RGBA8; those of the finest level of a [`crate::Texels::Rgba8`] are the texture's own.
     pub texels: Cow<'a, [u8]>,
 }
 
@@ -61,7 +61,16 @@ impl SrgbTables {
         let [r, g, b] = [r, g, b].map(|t| self.linear[usize::from(t)]);
         [r, g, b, unorm(a)]
     }
+
+    #[inline]
+    fn bytes(&self, [r, g, b, a]: [f32; 4]) -> [u8; 4] {
+        [self.byte(r), self.byte(g), self.byte(b), byte(a)]
+    }
 }
+
+/// Linear value of each 16-bit sRGB code.
+static LINEAR_16: LazyLock<Box<[f32]>> =
+    LazyLock::new(|| (0..=u16::MAX).map(|code| linear_from_srgb(unorm_16(code))).collect());
 
 fn unorm(t: u8) -> f32 {
     f32::from(t) / 255.0
@@ -71,16 +80,53 @@ fn byte(x: f32) -> u8 {
     (x * 255.0 + 0.5) as u8
 }
 
+fn unorm_16(t: u16) -> f32 {
+    f32::from(t) / 65535.0
+}
+
+/// The 16-bit code of a value 0..1, rounded; what is outside is clamped.
+pub(crate) fn code_16(x: f32) -> u16 {
+    (x * 65535.0 + 0.5) as u16
+}
+
+/// The 8-bit code that is nearest to a 16-bit one.
+fn narrow(code: u16) -> u8 {
+    ((u32::from(code) + 128) / 257) as u8
+}
+
 /// Linear RGBA of four bytes.
 pub fn decode_texel(usage: TextureUsage, texel: [u8; 4]) -> [f32; 4] {
     if usage.is_srgb() { SRGB.linear(texel) } else { texel.map(unorm) }
 }
 
-/// The bytes of a normal map's texel that points along `n`; what has no direction points straight up.
-pub fn encode_normal(n: [f32; 3]) -> [u8; 4] {
+/// Linear RGBA of four 16-bit codes.
+pub fn decode_texel_16(usage: TextureUsage, texel: [u16; 4]) -> [f32; 4] {
+    if !usage.is_srgb() {
+        return texel.map(unorm_16);
+    }
+    let [r, g, b, a] = texel;
+    let [r, g, b] = [r, g, b].map(|code| LINEAR_16[usize::from(code)]);
+    [r, g, b, unorm_16(a)]
+}
+
+/// RGB of a normal map's texel that points along `n`; what has no direction points straight up.
+#[inline]
+fn normal_texel(n: [f32; 3]) -> [f32; 3] {
     let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
     let n = if length > 1e-6 { n.map(|x| x / length) } else { [0.0, 0.0, 1.0] };
-    [byte(0.5 * n[0] + 0.5), byte(0.5 * n[1] + 0.5), byte(0.5 * n[2] + 0.5), 255]
+    [0.5 * n[0] + 0.5, 0.5 * n[1] + 0.5, 0.5 * n[2] + 0.5]
+}
+
+/// The bytes of a normal map's texel that points along `n`; what has no direction points straight up.
+pub fn encode_normal(n: [f32; 3]) -> [u8; 4] {
+    let [x, y, z] = normal_texel(n);
+    [byte(x), byte(y), byte(z), 255]
+}
+
+/// As [`encode_normal`], with 16 bits per channel.
+pub fn encode_normal_16(n: [f32; 3]) -> [u16; 4] {
+    let [x, y, z] = normal_texel(n);
+    [code_16(x), code_16(y), code_16(z), u16::MAX]
 }
 
 /// Added to alpha where it is a weight, so that wholly transparent regions keep a colour.
@@ -89,57 +135,101 @@ const LEAST_WEIGHT: f32 = 1e-3;
 /// The whole chain of RGBA8 `texels`; see [`crate::Texture::mips`].
 pub(crate) fn mips(usage: TextureUsage, extent: [u32; 2], texels: &[u8]) -> Vec<MipLevel<'_>> {
     let srgb = &*SRGB;
+    let quads = texels.as_chunks().0;
+    let coarser = if usage.is_srgb() {
+        coarser(usage, extent, quads, |t| srgb.linear(t), |linear| srgb.bytes(linear))
+    } else {
+        coarser(usage, extent, quads, |t| t.map(unorm), |linear| linear.map(byte))
+    };
+    rgba8_levels(extent, texels.into(), coarser)
+}
+
+/// The whole chain of RGBA16 `texels`, rounded to 8 bits.
+pub(crate) fn narrow_mips(usage: TextureUsage, extent: [u32; 2], texels: &[u16]) -> Vec<MipLevel<'static>> {
+    let srgb = &*SRGB;
+    let encode = |linear: [f32; 4]| {
+        if usage.is_srgb() { srgb.bytes(linear) } else { linear.map(byte) }
+    };
+    let decode = |t| decode_texel_16(usage, t);
+    let finest: Vec<u8> = texels.iter().map(|&code| narrow(code)).collect();
+    rgba8_levels(extent, finest.into(), coarser(usage, extent, texels.as_chunks().0, decode, encode))
+}
+
+/// Linear RGBA of the levels of RGBA16 `texels`, without the finest one.
+pub(crate) fn coarser_linear(usage: TextureUsage, extent: [u32; 2], texels: &[u16]) -> Vec<Vec<[f32; 4]>> {
+    let decode = |t| decode_texel_16(usage, t);
+    let levels = coarser(usage, extent, texels.as_chunks().0, decode, |linear| linear);
+    levels.into_iter().map(|(_, texels)| texels).collect()
+}
+
+fn rgba8_levels(
+    [width, height]: [u32; 2],
+    finest: Cow<'_, [u8]>,
+    coarser: Vec<([u32; 2], Vec<[u8; 4]>)>,
+) -> Vec<MipLevel<'_>> {
+    let coarser = coarser.into_iter().map(|([width, height], texels)| MipLevel {
+        width,
+        height,
+        texels: texels.into_flattened().into(),
+    });
+    std::iter::once(MipLevel { width, height, texels: finest }).chain(coarser).collect()
+}
+
+/// The levels without the finest one: `decode` makes linear RGBA of a texel, `encode` makes a texel of it.
+fn coarser<T: Copy, U>(
+    usage: TextureUsage,
+    extent: [u32; 2],
+    texels: &[[T; 4]],
+    decode: impl Fn([T; 4]) -> [f32; 4],
+    encode: impl Fn([f32; 4]) -> U,
+) -> Vec<([u32; 2], Vec<U>)> {
     match usage {
-        TextureUsage::Color => chain(
-            extent,
-            texels,
-            |t| srgb.linear(t),
-            |[r, g, b, a]| [srgb.byte(r), srgb.byte(g), srgb.byte(b), byte(a)],
-        ),
+        TextureUsage::Color | TextureUsage::Data => chain(extent, texels, decode, encode),
         TextureUsage::Cutout => chain(
             extent,
             texels,
             |t| {
-                let [r, g, b, a] = srgb.linear(t);
+                let [r, g, b, a] = decode(t);
                 let w = a + LEAST_WEIGHT;
                 [r * w, g * w, b * w, a]
             },
             |[r, g, b, a]| {
                 let w = a + LEAST_WEIGHT;
-                [srgb.byte(r / w), srgb.byte(g / w), srgb.byte(b / w), byte(a)]
+                encode([r / w, g / w, b / w, a])
             },
         ),
-        TextureUsage::Data => chain(extent, texels, |t| t.map(unorm), |t| t.map(byte)),
         TextureUsage::Normal => chain(
             extent,
             texels,
             |t| {
-                let [x, y, z, a] = t.map(unorm);
+                let [x, y, z, a] = decode(t);
                 [2.0 * x - 1.0, 2.0 * y - 1.0, 2.0 * z - 1.0, a]
             },
-            |[x, y, z, _]| encode_normal([x, y, z]),
+            |[x, y, z, _]| {
+                let [x, y, z] = normal_texel([x, y, z]);
+                encode([x, y, z, 1.0])
+            },
         ),
     }
 }
 
-/// Averages what `value` makes of the texels; `encode` brings averages back to bytes.
-fn chain(
+/// Averages what `value` makes of the texels; `encode` makes texels of averages.
+fn chain<T: Copy, U>(
     [mut width, mut height]: [u32; 2],
-    texels: &[u8],
-    value: impl Fn([u8; 4]) -> [f32; 4],
-    encode: impl Fn([f32; 4]) -> [u8; 4],
-) -> Vec<MipLevel<'_>> {
-    let mut levels = vec![MipLevel { width, height, texels: texels.into() }];
+    texels: &[[T; 4]],
+    value: impl Fn([T; 4]) -> [f32; 4],
+    encode: impl Fn([f32; 4]) -> U,
+) -> Vec<([u32; 2], Vec<U>)> {
+    let mut levels = Vec::new();
     let mut averages: Vec<[f32; 4]> = Vec::new();
     while width > 1 || height > 1 {
-        averages = if levels.len() == 1 {
-            halve([width, height], texels.as_chunks().0, &value)
+        averages = if levels.is_empty() {
+            halve([width, height], texels, &value)
         } else {
             halve([width, height], &averages, |average| average)
         };
         (width, height) = ((width / 2).max(1), (height / 2).max(1));
-        let encoded: Vec<[u8; 4]> = averages.iter().map(|&average| encode(average)).collect();
-        levels.push(MipLevel { width, height, texels: encoded.into_flattened().into() });
+        levels.push(([width, height], averages.iter().map(|&average| encode(average)).collect()));
     }
     levels
 }

@@ -1,6 +1,6 @@
 use std::borrow::Cow;
 
-use crate::mips::{MipLevel, decode_texel, mips};
+use crate::mips::{MipLevel, decode_texel, decode_texel_16, mips, narrow_mips};
 use crate::usage::TextureUsage;
 pub use pt_core::texture::BlockFormat;
 
@@ -61,6 +61,9 @@ pub struct Sampler {
 pub enum Texels {
     /// The finest level, `width` x `height` x 4 bytes.
     Rgba8(Vec<u8>),
+    /// The finest level with 16 bits per channel, `width` x `height` x 4 codes in the encoding that the usage asks for. Only for images
+    /// that 8 bits do not hold: it takes twice the memory.
+    Rgba16(Vec<u16>),
     /// Compressed mip levels from the finest on, each as long as [`BlockFormat::level_bytes`] says.
     Blocks {
         /// How they are compressed.
@@ -94,14 +97,18 @@ impl Texture {
         Self { name: name.into(), width, height, usage, texels, sampler }
     }
 
+    /// As [`Texture::rgba8`], with 16 bits per channel.
+    pub fn rgba16(name: &str, extent: [u32; 2], usage: TextureUsage, texels: Vec<u16>) -> Self {
+        Self { texels: Texels::Rgba16(texels), ..Self::rgba8(name, extent, usage, Vec::new()) }
+    }
+
     /// The linear RGBA value of one texel of the finest level. A compressed texture decodes a whole block for it; to read many
     /// texels use [`Texture::decoded`] first.
     pub fn texel(&self, x: u32, y: u32) -> [f32; 4] {
+        let index = y as usize * self.width as usize + x as usize;
         match &self.texels {
-            Texels::Rgba8(texels) => {
-                let at = 4 * (y as usize * self.width as usize + x as usize);
-                decode_texel(self.usage, [texels[at], texels[at + 1], texels[at + 2], texels[at + 3]])
-            }
+            Texels::Rgba8(texels) => decode_texel(self.usage, texels.as_chunks().0[index]),
+            Texels::Rgba16(texels) => decode_texel_16(self.usage, texels.as_chunks().0[index]),
             Texels::Blocks { format, levels } => {
                 let across = self.width.div_ceil(4) as usize;
                 let at = ((y / 4) as usize * across + (x / 4) as usize) * format.block_bytes();
@@ -122,15 +129,23 @@ impl Texture {
     pub fn bytes(&self) -> usize {
         match &self.texels {
             Texels::Rgba8(texels) => texels.len(),
+            Texels::Rgba16(texels) => size_of_val(&texels[..]),
             Texels::Blocks { levels, .. } => levels.iter().map(Vec::len).sum(),
         }
     }
 
-    /// What the texture takes with its mips when it is not compressed: two bytes a texel for normal maps, else four.
+    /// What the texture takes with its mips when it is not compressed: two channels per texel for normal maps, else four, of one byte or, with 16
+    /// bits per channel, two.
     pub fn uncompressed_bytes(&self) -> u64 {
-        let texel = if self.usage == TextureUsage::Normal { 2 } else { 4 };
+        let channels = if self.usage == TextureUsage::Normal { 2 } else { 4 };
+        let texel = if self.is_16_bit() { 2 * channels } else { channels };
         let side = |side: u32, level: usize| u64::from((side >> level).max(1));
         (0..self.full_level_count()).map(|i| texel * side(self.width, i) * side(self.height, i)).sum()
+    }
+
+    /// Whether its texels have 16 bits per channel.
+    pub fn is_16_bit(&self) -> bool {
+        matches!(self.texels, Texels::Rgba16(_))
     }
 
     /// Number of levels of a whole mip chain, down to 1x1.
@@ -150,7 +165,8 @@ impl Texture {
             return Err("it has no texels".into());
         }
         match &self.texels {
-            Texels::Rgba8(texels) => fits(texels.len(), self.width as usize * self.height as usize * 4),
+            Texels::Rgba8(_) => fits(self.bytes(), self.width as usize * self.height as usize * 4),
+            Texels::Rgba16(_) => fits(self.bytes(), self.width as usize * self.height as usize * 8),
             Texels::Blocks { levels, .. } if levels.is_empty() || levels.len() > self.full_level_count() => {
                 Err(format!("{} mip levels", levels.len()))
             }
@@ -161,13 +177,14 @@ impl Texture {
         }
     }
 
-    /// The whole mip chain without compression, from the finest level to 1x1. Each level halves both sides, rounding
+    /// The whole mip chain with 8 bits per channel and without compression, from the finest level to 1x1. Each level halves both sides, rounding
     /// down, by an exact area average of linear values: the mean is kept for sizes that are no power of two as well.
     /// Rounding to 8 bits happens once per level and does not add up. [`TextureUsage`] says what is averaged. A
     /// compressed texture gives the levels that it has.
     pub fn mips(&self) -> Vec<MipLevel<'_>> {
         match &self.texels {
             Texels::Rgba8(texels) => mips(self.usage, [self.width, self.height], texels),
+            Texels::Rgba16(texels) => narrow_mips(self.usage, [self.width, self.height], texels),
             Texels::Blocks { format, levels } => {
                 let levels = levels.iter().enumerate().map(|(i, level)| {
                     let [width, height] = [self.width, self.height].map(|side| (side >> i).max(1));

@@ -21,6 +21,8 @@ pub struct Capabilities {
     pub max_image_side: u32,
     /// Sampled images may hold compressed blocks (BC1 to BC7).
     pub texture_compression_bc: bool,
+    /// Sampled images of 16-bit unorm codes are filtered linearly.
+    pub texture_16_bit_unorm: bool,
     /// Size of the bindless texture table.
     pub max_textures: u32,
     /// Size of a shader group handle in bytes (ray tracing pipelines).
@@ -224,6 +226,7 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
             max_storage_buffer_range: core.limits.max_storage_buffer_range,
             max_image_side: core.limits.max_image_dimension2_d,
             texture_compression_bc: supported.core.features.texture_compression_bc != 0,
+            texture_16_bit_unorm: filters_16_bit_unorm(instance, physical),
             max_textures: MAX_TEXTURES
                 .min(core.limits.max_per_stage_descriptor_samplers)
                 .min(core.limits.max_per_stage_descriptor_sampled_images)
@@ -236,6 +239,16 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
         unusable,
     };
     Ok(Candidate { physical, queue_family: queue_family.unwrap_or(0), info })
+}
+
+/// Vulkan leaves the filter of these formats to the device.
+fn filters_16_bit_unorm(instance: &ash::Instance, physical: vk::PhysicalDevice) -> bool {
+    let needed = vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR | vk::FormatFeatureFlags::TRANSFER_DST;
+    [vk::Format::R16G16_UNORM, vk::Format::R16G16B16A16_UNORM].into_iter().all(|format| {
+        // SAFETY: valid handles.
+        let properties = unsafe { instance.get_physical_device_format_properties(physical, format) };
+        properties.optimal_tiling_features.contains(needed)
+    })
 }
 
 fn query_features(instance: &ash::Instance, physical: vk::PhysicalDevice, out: &mut Features) {

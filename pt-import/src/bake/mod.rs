@@ -8,7 +8,7 @@ mod encode;
 
 use std::path::Path;
 
-use crate::baked_folder::{BakedFolder, Quality};
+use crate::baked_folder::{BakedFile, BakedFolder, Quality};
 use crate::dds::DdsTexture;
 use crate::options::LoadOptions;
 use crate::scene_images;
@@ -46,7 +46,7 @@ pub struct BakedTexture {
     /// Bytes with mips compressed.
     pub bytes_after: u64,
     /// Peak signal-to-noise ratio of the finest level in dB over the channels that count, of the encoded (not linear)
-    /// values; `None` unless it was encoded now.
+    /// values with 8 bits; `None` unless it was encoded now.
     pub psnr: Option<f64>,
 }
 
@@ -95,11 +95,11 @@ fn one(
         bytes_after: 0,
         psnr: None,
     };
-    if let Ok(Some((dds, known_quality))) = &known
-        && *known_quality == quality
-        && [dds.width, dds.height] == extent
+    if let Ok(Some(file)) = &known
+        && file.quality == quality
+        && [file.dds.width, file.dds.height] == extent
     {
-        baked.count(dds);
+        baked.count(file);
         return Ok(baked);
     }
     baked.outcome = if matches!(known, Ok(None)) { Outcome::Baked } else { Outcome::Rebuilt };
@@ -107,25 +107,26 @@ fn one(
     if let Texels::Blocks { format, levels } = &texture.texels {
         let levels = levels.clone();
         baked.outcome = Outcome::AlreadyCompressed;
-        baked.count(&DdsTexture {
-            width: extent[0],
-            height: extent[1],
-            format: *format,
-            srgb: false,
-            levels,
-        });
+        let dds = DdsTexture { width: extent[0], height: extent[1], format: *format, srgb: false, levels };
+        baked.count(&BakedFile { dds, quality, is_16_bit: false });
         return Ok(baked);
     }
     let (dds, psnr) = encode::encode(&texture, quality);
-    folder.store(&baked.file, &dds, quality)?;
-    baked.count(&dds);
+    let file = BakedFile { dds, quality, is_16_bit: texture.is_16_bit() };
+    folder.store(&baked.file, &file)?;
+    baked.count(&file);
     baked.psnr = Some(psnr);
     Ok(baked)
 }
 
 impl BakedTexture {
-    fn count(&mut self, dds: &DdsTexture) {
-        self.bytes_after = dds.levels.iter().map(|level| level.len() as u64).sum();
-        self.bytes_before = Texture::rgba8("", self.extent, self.usage, Vec::new()).uncompressed_bytes();
+    fn count(&mut self, file: &BakedFile) {
+        self.bytes_after = file.dds.levels.iter().map(|level| level.len() as u64).sum();
+        let like = if file.is_16_bit {
+            Texture::rgba16("", self.extent, self.usage, Vec::new())
+        } else {
+            Texture::rgba8("", self.extent, self.usage, Vec::new())
+        };
+        self.bytes_before = like.uncompressed_bytes();
     }
 }

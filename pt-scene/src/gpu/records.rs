@@ -97,8 +97,9 @@ fn lobe(m: &Material) -> LobeRecord {
     }
 }
 
-/// An alpha that equals the cutoff is opaque, also when interpolation and filtering round it down. Far less than a step of 8 bits.
-const ALPHA_ROUNDING: f32 = 1e-5;
+/// An alpha that equals the cutoff is opaque, also when interpolation, filtering and the half floats that textures may be stored in (1/2048)
+/// round it down. Far less than a step of 8 bits.
+const ALPHA_ROUNDING: f32 = 1.0 / 2000.0;
 
 fn material(m: &Material, lobes: u32, medium: u32, exterior: Option<u32>) -> MaterialRecord {
     let mut flags = 0;
@@ -185,5 +186,22 @@ pub(super) fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Mat
         [] | [false] => 0,
         [true] => MASK_SINGLE_SIDED,
         _ => MASK_MIXED_SIDES,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use half::f16;
+
+    #[test]
+    fn a_cutoff_lies_between_its_alpha_and_the_next_one() {
+        for alpha in 1..=255u8 {
+            let held = |alpha: u8| f16::from_f32(f32::from(alpha) / 255.0).to_f32();
+            let alpha_mode = AlphaMode::Mask { cutoff: f32::from(alpha) / 255.0 };
+            let (records, _) = materials(&[Material { alpha_mode, ..Material::default() }]);
+            let cutoff = records[0].alpha_cutoff;
+            assert!(held(alpha) >= cutoff && held(alpha - 1) < cutoff, "{alpha}: {cutoff}");
+        }
     }
 }

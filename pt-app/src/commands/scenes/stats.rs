@@ -67,7 +67,7 @@ pub struct Triangles {
 pub struct Textures {
     /// How many.
     pub count: usize,
-    /// How many of each format: RGBA8 or a block format, with " sRGB" where colours are sRGB-encoded.
+    /// How many of each format: RGBA8, RGBA16 (16 bits per channel) or a block format, with " sRGB" where colours are sRGB-encoded.
     pub formats: BTreeMap<String, usize>,
     /// Texels as they are held on the host, bytes.
     pub host_bytes: u64,
@@ -240,6 +240,7 @@ fn textures(textures: &[Texture]) -> Textures {
     for t in textures {
         let (format, gpu_bytes) = match &t.texels {
             Texels::Rgba8(_) => ("RGBA8".into(), t.uncompressed_bytes()),
+            Texels::Rgba16(_) => ("RGBA16".into(), t.uncompressed_bytes()),
             Texels::Blocks { format, .. } => (format!("{format:?}").to_uppercase(), t.bytes() as u64),
         };
         let encoding = if t.usage.is_srgb() { " sRGB" } else { "" };
@@ -279,5 +280,15 @@ mod tests {
         for word in ["kinds", "clearcoat", "sun", "camera", "clusters", "64"] {
             assert!(text.contains(word), "no {word} in\n{text}");
         }
+    }
+
+    #[test]
+    fn textures_of_16_bits_count_twice() {
+        use pt_scene::TextureUsage::{Color, Normal};
+        let texture = |usage| Texture::rgba16("wide", [2, 2], usage, vec![7; 16]);
+        let sum = textures(&[texture(Color), texture(Normal)]);
+        assert_eq!((sum.formats["RGBA16 sRGB"], sum.formats["RGBA16"]), (1, 1));
+        // 2x2 and 1x1 texels of four and of two channels.
+        assert_eq!((sum.host_bytes, sum.gpu_bytes), (2 * 32, 5 * 8 + 5 * 4));
     }
 }
