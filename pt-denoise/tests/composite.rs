@@ -12,6 +12,7 @@ use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
     TRANSPARENT, VIEW_DIRECTION,
 };
+use pt_shaders::records::Background;
 
 /// Runs the kernel over `pixels`, one frame of the given size; returns colours in the order of the split image.
 fn run(device: &TestDevice, size: [u32; 2], pixels: &mut [Pixel], params: &DenoiseParams) -> Vec<[f32; 4]> {

@@ -225,7 +225,12 @@ fn random_cases(count: u32) -> Vec<BsdfCase> {
                 coat_normal: direction(1.0 - 0.03 * r[5][3], TAU * r[6][0]),
                 sheen_color: if r[6][1] < 0.3 { color(7) } else { Vec3::ZERO },
                 sheen_alpha: pick(6, 2, &[0.01, 0.1, 1.0]),
-                film: Vec3::new(if r[6][3] < 0.3 { r[5][3] } else { 0.0 }, 1.1 + r[5][2], 1000.0 * r[5][1]),
+                // A tenth of the films is not there.
+                film: Vec3::new(
+                    if r[6][3] < 0.3 { r[5][3] } else { 0.0 },
+                    1.1 + r[5][2],
+                    1000.0 * (r[5][1] - 0.1).max(0.0),
+                ),
                 flags: u32::from(solid) * SOLID + u32::from(r[6][3] < 0.5) * ENERGY_COMPENSATION,
                 face_normal: direction(1.0 - 0.05 * r[7][3], TAU * r[8][0]),
                 wo,
