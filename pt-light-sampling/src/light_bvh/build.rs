@@ -66,8 +66,8 @@ impl Item {
 /// block of the first, the block of the second.
 pub(super) fn topology(lights: &[LightBounds]) -> Vec<LightBvhNode> {
     let usable = (0..).zip(lights).filter(|(_, light)| Summary::of(light, 1.0).is_some());
-    let mut items: Vec<Item> =
-        usable.map(|(light, bounds)| Item { group: Group::of(bounds), light }).collect();
+    let mut items = Vec::with_capacity(lights.len());
+    items.extend(usable.map(|(light, bounds)| Item { group: Group::of(bounds), light }));
     if items.is_empty() {
         return vec![summary::dark(NONE)];
     }

@@ -74,7 +74,8 @@ fn check_bounds(bvh: &LightBvh, lights: &[LightBounds]) {
         let axis = unpack_unit_vector(node.axis);
         for light in &lit {
             assert!(
-                angle(axis, light.axis) + light.cos_spread.acos() <= spread + 3e-4 || spread > 3.141,
+                angle(axis, light.axis) + light.cos_spread.acos() <= spread + 3e-4
+                    || spread > std::f32::consts::PI - 1e-3,
                 "{node:?} {light:?}"
             );
             assert!(emission >= light.cos_emission.acos());
