@@ -193,7 +193,7 @@ impl Group {
 
     fn estimate(&self, receiver: &Receiver, most: &mut [f32; LANES], typical: &mut [f32; LANES]) {
         let (center, half) = (receiver.center.to_array(), receiver.half.to_array());
-        let zero = [0.0; LANES];
+        let zero = [0.0f32; LANES];
         let (mut near2, mut far2, mut size, mut along) = (zero, zero, zero, self.offset);
         for k in 0..3 {
             for i in 0..LANES {
