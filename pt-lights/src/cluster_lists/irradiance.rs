@@ -227,9 +227,6 @@ impl Cone {
         let of_light = |values: &[[f32; LANES]; 3]| Vec3::from(values.map(|v| v[lane])).as_dvec3();
         let center = receiver.center.as_dvec3() - of_light(&group.center);
         let half = receiver.half.as_dvec3() + of_light(&group.half);
-        if center.abs().cmple(half).all() {
-            return true;
-        }
         if self.cos >= 0.0 {
             // The plane that touches the cone on the side of the box, and the one across its axis.
             let aside = center - center.dot(self.axis) * self.axis;
