@@ -67,11 +67,12 @@ impl Left {
     }
 
     pub(super) fn catch_all(&self, is_empty: bool) -> f32 {
+        let total = self.total.max(self.out);
+        let share = if total > 0.0 { self.out / total } else { 1.0 };
         match (self.any, is_empty) {
             (false, _) => 0.0,
             (true, true) => 1.0,
-            // A total of 0 gives NaN, which `min` replaces.
-            _ => ((self.out / self.total.max(self.out)) as f32).min(MAX_CATCH_ALL).max(MIN_CATCH_ALL),
+            (true, false) => (share as f32).clamp(MIN_CATCH_ALL, MAX_CATCH_ALL),
         }
     }
 
@@ -86,6 +87,13 @@ struct Entry {
     light: u32,
     most: f32,
     typical: f32,
+}
+
+/// The lists of some clusters.
+struct Chunk {
+    entries: Vec<Entry>,
+    /// Length of each.
+    lists: Vec<(usize, Left)>,
 }
 
 /// Memory that a thread uses for one cluster after the other.
@@ -111,7 +119,7 @@ pub(super) struct Builder<'a> {
 
 impl Builder<'_> {
     pub(super) fn build(&self) -> (IndexLists, Vec<Left>) {
-        let chunks: Vec<(Vec<Entry>, Vec<(usize, Left)>)> = self
+        let chunks: Vec<Chunk> = self
             .boxes
             .par_chunks(CHUNK)
             .enumerate()
@@ -123,14 +131,14 @@ impl Builder<'_> {
                     (entries.len() - before, left)
                 });
                 let lists = lists.collect();
-                (entries, lists)
+                Chunk { entries, lists }
             })
             .collect();
         let (mut entries, mut lengths, mut left) = (Vec::new(), Vec::new(), Vec::new());
-        for (part, lists) in chunks {
-            entries.extend(part);
-            lengths.extend(lists.iter().map(|(length, _)| *length));
-            left.extend(lists.iter().map(|(_, left)| *left));
+        for chunk in chunks {
+            entries.extend(chunk.entries);
+            lengths.extend(chunk.lists.iter().map(|(length, _)| *length));
+            left.extend(chunk.lists.iter().map(|(_, left)| *left));
         }
         self.limit_all(&mut entries, &mut lengths, &mut left);
         let mut end = 0;

@@ -193,7 +193,7 @@ impl Group {
 
     fn estimate(&self, receiver: &Receiver, most: &mut [f32; LANES], typical: &mut [f32; LANES]) {
         let (center, half) = (receiver.center.to_array(), receiver.half.to_array());
-        let zero = [0.0; LANES];
+        let zero = [0.0f32; LANES];
         let (mut near2, mut far2, mut size, mut along) = (zero, zero, zero, self.offset);
         for k in 0..3 {
             for i in 0..LANES {
@@ -227,9 +227,6 @@ impl Cone {
         let of_light = |values: &[[f32; LANES]; 3]| Vec3::from(values.map(|v| v[lane])).as_dvec3();
         let center = receiver.center.as_dvec3() - of_light(&group.center);
         let half = receiver.half.as_dvec3() + of_light(&group.half);
-        if center.abs().cmple(half).all() {
-            return true;
-        }
         if self.cos >= 0.0 {
             // The plane that touches the cone on the side of the box, and the one across its axis.
             let aside = center - center.dot(self.axis) * self.axis;

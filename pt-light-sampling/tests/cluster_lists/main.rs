@@ -179,7 +179,7 @@ fn threads_do_not_matter() {
     let boxes = random_boxes(&mut r, 200);
     let may_change: Vec<bool> = (0..500).map(|i| i % 3 == 0).collect();
     let limits = ListLimits { min_share: 1e-3, max_per_cluster: 40, max_entries: 4000 };
-    let visible = |cluster: u32, light: u32| (cluster + light) % 5 > 0;
+    let visible = |cluster: u32, light: u32| !(cluster + light).is_multiple_of(5);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| ClusterLists::new(boxes.clone(), &lights, &may_change, limits, Some(&visible)))
