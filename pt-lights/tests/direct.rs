@@ -11,6 +11,7 @@ use pt_core::{FrameSizes, StageInputs};
 use pt_light_sampling::oracle::brdf::Brdf;
 use pt_light_sampling::oracle::sampling::basis_around;
 use pt_light_sampling::test_support::{Uploaded, polygon};
+use pt_lights::records::LightRays;
 use pt_lights::{DirectLighting, DirectParams};
 use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::{Environment, EnvironmentImage, Light, Material, Scene};
@@ -18,7 +19,8 @@ use pt_shaders::channels::{
     BASE_COLOR, CLUSTER, COLOR_HF, COLOR_SPEC, METALLIC_ROUGHNESS, NORMAL, RNG_SEED, SHADING_POSITION,
     VERTEX_NORMAL, VIEW_DIRECTION,
 };
-use pt_shaders::records::FrameRecord;
+use pt_shaders::named_enum::NamedEnum;
+use pt_shaders::records::{AreaSampling, BvhImportance, FrameRecord, LightSampler, RisSource};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -411,5 +413,54 @@ fn kinds_add_up() {
     for (i, whole) in light(&DirectParams::default()).iter().enumerate() {
         let sum: DVec3 = parts.iter().map(|part| part[i]).sum();
         assert!((*whole - sum).abs().max_element() <= 1e-5 * sum.max_element(), "{whole} {sum}");
+    }
+}
+
+/// Every sampler of local lights, also while it learns, has the mean that one ray for each kind of light has; the wrong probability of one light
+/// would be found. Points are spread under lamps that a board hides in part.
+#[test]
+fn samplers_agree() {
+    let device = TestDevice::open();
+    let scene = || {
+        let mut scene = pt_light_sampling::test_support::all_kinds();
+        let board = [(-0.5, 0.5), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)].map(|(x, z)| Vec3::new(x, 1.2, z));
+        polygon(&mut scene, &board, Affine3A::IDENTITY, Material::lambertian("board", Vec3::ONE));
+        scene
+    };
+    let point = |i: usize| {
+        let at = |k: f32| (i as f32 * k).fract() * 4.0 - 2.0;
+        Point { position: Vec3::new(at(0.618_034), 0.0, at(0.754_877_7)), ..LAMBERTIAN }
+    };
+    let only_local = DirectParams { sun: false, environment: false, ..DirectParams::default() };
+    // Mean and its standard error over frames: points differ, frames don't.
+    let mean = |params: &DirectParams| {
+        let light = render(&device, scene(), TraceBackend::Compute, params, FRAMES, point).hf;
+        let per_frame = light.len() / FRAMES as usize;
+        let means: Vec<f64> =
+            light.chunks(per_frame).map(|f| f.iter().map(|c| c.y).sum::<f64>() / per_frame as f64).collect();
+        let mean = means.iter().sum::<f64>() / means.len() as f64;
+        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
+        (mean, (variance / means.len() as f64 / (means.len() as f64 - 1.0)).sqrt())
+    };
+    const FRAMES: u32 = 64;
+    let (expected, spread) = mean(&DirectParams { rays: LightRays::PerKind, ..only_local.clone() });
+    assert!(spread < 0.01 * expected);
+    let samplers = LightSampler::VALUES.iter().map(|&sampler| DirectParams { sampler, ..only_local.clone() });
+    let variants = [
+        DirectParams { sampler: LightSampler::Ris, ris_source: RisSource::Power, ..only_local.clone() },
+        DirectParams { area_sampling: AreaSampling::Projected, ..only_local.clone() },
+        DirectParams { area_sampling: AreaSampling::Uniform, samples: 3, ..only_local.clone() },
+        DirectParams {
+            bvh_importance: BvhImportance::Bounds,
+            sampler: LightSampler::LightBvh,
+            ..only_local.clone()
+        },
+    ];
+    for params in samplers.chain(variants) {
+        let params = DirectParams { rays: LightRays::Merged, ..params };
+        let (found, error) = mean(&params);
+        let allowed = 4.0 * error.hypot(spread);
+        assert!((found - expected).abs() < allowed, "{params:?}: {found} +- {error}, {expected} +- {spread}");
+        assert!(allowed < 0.05 * expected, "{params:?}: the test is too noisy to tell");
     }
 }
