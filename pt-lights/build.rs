@@ -2,6 +2,8 @@
 
 use pt_shaders::GpuStruct;
 
+#[path = "src/images.rs"]
+mod images;
 #[path = "src/records.rs"]
 mod records;
 #[path = "tests/common/records.rs"]
@@ -9,8 +11,14 @@ mod test_records;
 
 fn main() {
     let tables = [records::LocalLightsPush::glsl(), records::ShadowStatisticsPush::glsl()];
+    let direct = [
+        records::RestirWeights::glsl(),
+        records::RestirVisibility::glsl(),
+        records::DirectPush::glsl(),
+    ];
     let kernels = pt_shaders::compiler::Kernels::new()
-        .header("lights_records.glsl", records::DirectPush::glsl())
+        .header("lights_records.glsl", direct.concat())
+        .header("lights_images.glsl", images::glsl())
         .header("local_lights_records.glsl", tables.concat());
     let test_header = [
         test_records::SamplerPush::glsl(),

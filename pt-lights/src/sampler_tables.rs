@@ -37,7 +37,7 @@ impl SamplerTables {
         let (listed, counted) = match params.sampler {
             LightSampler::ClusterCdf => (true, false),
             LightSampler::ClusterStats => (true, true),
-            LightSampler::Ris => (params.ris_source == RisSource::Cluster, false),
+            LightSampler::Ris | LightSampler::RestirDi => (params.ris_source == RisSource::Cluster, false),
             LightSampler::Uniform | LightSampler::Power => (false, false),
         };
         let statistics =
