@@ -11,11 +11,8 @@ mod test_records;
 
 fn main() {
     let tables = [records::LocalLightsPush::glsl(), records::ShadowStatisticsPush::glsl()];
-    let direct = [
-        records::RestirWeights::glsl(),
-        records::RestirVisibility::glsl(),
-        records::DirectPush::glsl(),
-    ];
+    let direct =
+        [records::RestirWeights::glsl(), records::RestirVisibility::glsl(), records::DirectPush::glsl()];
     let kernels = pt_shaders::compiler::Kernels::new()
         .header("lights_records.glsl", direct.concat())
         .header("lights_images.glsl", images::glsl())

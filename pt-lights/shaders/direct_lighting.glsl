@@ -9,9 +9,6 @@ layout(push_constant, scalar) uniform Push { DirectPush push; };
 layout(constant_id = 8) const bool merged_rays = true;
 
 #include "lights/ris.glsl"
-#ifdef RESTIR
-#include "reservoir.glsl"
-#endif
 #include "pack.glsl"
 #include "glass_shadow.glsl"
 #include "shading_point.glsl"

@@ -1,7 +1,7 @@
+use crate::kernels;
 use crate::records::{
     DirectPush, GlassShadows, LightRays, PartialMetal, RestirVisibility, RestirWeights, StatisticsTable,
 };
-use crate::kernels;
 use crate::restir::Restir;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};

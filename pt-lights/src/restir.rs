@@ -188,7 +188,10 @@ mod tests {
         // a-a share a side; the third a touches neither; c and c do not touch; b and b do not.
         let points = to_split(&flat, [4, 3], none);
         assert_eq!(mean_duplicates(&points, [4, 3]), 2.0 / 7.0);
-        assert_eq!(mean_duplicates(&to_split(&[a; 9], [3, 3], none), [3, 3]), (4.0 * 3.0 + 4.0 * 5.0 + 8.0) / 9.0);
+        assert_eq!(
+            mean_duplicates(&to_split(&[a; 9], [3, 3], none), [3, 3]),
+            (4.0 * 3.0 + 4.0 * 5.0 + 8.0) / 9.0
+        );
         assert_eq!(mean_duplicates(&[none; 4], [2, 2]), 0.0);
     }
 }

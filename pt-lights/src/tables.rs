@@ -5,7 +5,7 @@ use crate::sampler_tables::SamplerTables;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
-use pt_shaders::records::{AliasRecord, LightRecord, LightSampler, LocalLightRecord, SceneRecord};
+use pt_shaders::records::{AliasRecord, LightRecord, LocalLightRecord, SceneRecord};
 
 /// Threads in a row of a dispatch.
 const ROW: u32 = 1 << 16;
@@ -89,9 +89,9 @@ impl LightTables {
                 Some(SamplerTables::new(device, scene, gpu.clusters(), &self.lists, params)?)
             }
         };
-        let reuses = params.rays == LightRays::Merged && params.sampler == LightSampler::RestirDi;
-        let room = || Buffer::new(device, "local lights of the last frame", self.local_lights.size(), Location::Device);
-        self.previous = reuses.then(room).transpose()?;
+        let bytes = self.local_lights.size();
+        let room = || Buffer::new(device, "local lights of the last frame", bytes, Location::Device);
+        self.previous = params.is_restir().then(room).transpose()?;
         self.settled = false;
         self.statistics_frames = params.statistics_frames;
         self.attach(gpu);

@@ -1,6 +1,7 @@
 //! What the test programs share.
 #![allow(dead_code, reason = "no test program uses all of it")]
 
+pub mod pixels;
 pub mod records;
 pub mod scene;
 
