@@ -62,7 +62,7 @@ LightSample local_candidate(LightContext c, ivec2 p, uint light_sample, uvec2 ke
 
 // A hidden sample is worth nothing to the next frame.
 void drop_hidden(ivec2 p) {
-    uint count = imageLoad(im_restir_weight, p).y;
+    uint count = imageLoad(im_restir_history_weight, p).y;
     imageStore(im_restir_history_weight, p, uvec4(0u, count, 0u, 0u));
 }
 #else

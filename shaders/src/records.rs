@@ -143,6 +143,8 @@ gpu_struct! {
         pub shadow_count_slots: u32,
         /// 1 = `shadow_counts` is a hash table, 0 = it has an entry for every cluster, light and direction.
         pub shadow_counts_hashed: u32,
+        /// Alignment.
+        pub pad: [u32; 2],
     }
 }
 
