@@ -26,6 +26,8 @@ fn local(sampler: LightSampler) -> DirectParams {
         sun: false,
         environment: false,
         rays: LightRays::Merged,
+        // The lists of clusters are made for the surfaces of the scene, which the pixels of these tests are not.
+        ris_source: RisSource::Power,
         ris_candidates: 4,
         ..DirectParams::default()
     }
@@ -143,8 +145,7 @@ fn run(
 
 /// The same without reuse, of the scene as it is in frame `last`.
 fn without_reuse(device: &TestDevice, scene: Scene, last: u32, step: &dyn Fn(u32, &mut Scene)) -> Means {
-    // By power: that does not depend on the lists of clusters.
-    let params = DirectParams { samples: 16, ris_source: RisSource::Power, ..local(LightSampler::Ris) };
+    let params = DirectParams { samples: 16, ..local(LightSampler::Ris) };
     run(device, scene, &params, 1, &|_, at| ground(at), &|_, scene| step(last, scene))
 }
 
@@ -250,8 +251,7 @@ fn lights_may_change() {
     };
     let expected = without_reuse(&device, scene(), FRAMES - 1, &step);
     for (weights, visibility) in UNBIASED {
-        // The lists of clusters leave out lights that were dark when they were made: those are found seldom.
-        let params = DirectParams { ris_source: RisSource::Power, ..restir(weights, visibility) };
+        let params = restir(weights, visibility);
         let means = run(&device, scene(), &params, FRAMES, &|_, at| ground(at), &step);
         let case = format!("{}, {}", weights.name(), visibility.name());
         means.assert_equal(&expected, 0.06, &case);
@@ -409,7 +409,8 @@ fn reuse_takes_noise_away() {
         (variance, sums.iter().map(|s| s.0 / n).sum::<f64>() / count, duplicates)
     };
     let ris_candidates = 8;
-    let sampler = |sampler| DirectParams { ris_candidates, ..local(sampler) };
+    let ris_source = RisSource::Cluster;
+    let sampler = |sampler| DirectParams { ris_candidates, ris_source, ..local(sampler) };
     let (ris, mean, _) = noise(&sampler(LightSampler::Ris), 1);
     let (cluster, _, _) = noise(&sampler(LightSampler::ClusterCdf), 1);
     println!("mean {mean:.4}; variance of ris {ris:.4}, of cluster-cdf {cluster:.4}");
@@ -424,7 +425,8 @@ fn reuse_takes_noise_away() {
         (RestirWeights::Pairwise, RestirVisibility::InWeight),
     ];
     for (weights, visibility) in settings {
-        let params = DirectParams { ris_candidates, restir_radius: 10.0, ..restir(weights, visibility) };
+        let params =
+            DirectParams { ris_candidates, ris_source, restir_radius: 10.0, ..restir(weights, visibility) };
         let (variance, mean, duplicates) = noise(&params, 8);
         let duplicates = duplicates.unwrap();
         println!(
