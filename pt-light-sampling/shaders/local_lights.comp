@@ -35,6 +35,7 @@ LocalLightRecord positional_light(uint i) {
 void main() {
     uint i = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
     if (gl_GlobalInvocationID.x >= push.width || i >= scene.local_light_count) return;
+    if (push.previous != 0ul) LocalLightsOut(push.previous).at[i] = LocalLightTable(push.local_lights).at[i];
     bool triangle = i < scene.emissive_count;
     LocalLightsOut(push.local_lights).at[i] = triangle ? triangle_light(i) : positional_light(i - scene.emissive_count);
 }

@@ -76,7 +76,7 @@ impl SamplerTables {
         let counted = choice.sampler == LightSampler::ClusterStats;
         let listed = match choice.sampler {
             LightSampler::ClusterCdf | LightSampler::ClusterStats => true,
-            LightSampler::Ris => choice.ris_source == RisSource::Cluster,
+            LightSampler::Ris | LightSampler::RestirDi => choice.ris_source == RisSource::Cluster,
             LightSampler::Uniform | LightSampler::Power | LightSampler::LightBvh => false,
         };
         let tree = choice.sampler == LightSampler::LightBvh;

@@ -4,7 +4,7 @@ use crate::sampler_tables::{SamplerChoice, SamplerTables};
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
-use pt_shaders::records::{AliasRecord, LightRecord, LocalLightRecord, SceneRecord};
+use pt_shaders::records::{AliasRecord, LightRecord, LightSampler, LocalLightRecord, SceneRecord};
 
 /// Threads in a row of a dispatch.
 const ROW: u32 = 1 << 16;
@@ -22,9 +22,13 @@ pub struct LightTables {
     environment_alias: Buffer,
     local_alias: Buffer,
     local_lights: Buffer,
+    /// `local_lights` of the last frame, for samplers that reuse its samples.
+    previous: Option<Buffer>,
     place: Kernel,
     /// Whether `local_lights` is as the scene was in the last frame.
     placed: bool,
+    /// Whether `previous` is as well.
+    settled: bool,
     sampler: Option<SamplerTables>,
 }
 
@@ -57,6 +61,8 @@ impl LightTables {
             local_lights: room("local lights", lists.local.len() * size_of::<LocalLightRecord>())?,
             place: Kernel::compute::<LocalLightsPush>(device, &crate::kernels::LOCAL_LIGHTS, &[])?,
             placed: false,
+            previous: None,
+            settled: false,
             sampler: None,
             lists,
         })
@@ -76,6 +82,11 @@ impl LightTables {
     ) -> Result<()> {
         let tables = |choice| SamplerTables::new(device, scene, gpu.clusters(), &self.lists, choice);
         self.sampler = choice.map(tables).transpose()?;
+        let bytes = self.local_lights.size();
+        let room = || Buffer::new(device, "local lights of the last frame", bytes, Location::Device);
+        let reuses = choice.is_some_and(|choice| choice.sampler == LightSampler::RestirDi);
+        self.previous = reuses.then(room).transpose()?;
+        self.settled = false;
         self.attach(gpu);
         Ok(())
     }
@@ -108,7 +119,9 @@ impl LightTables {
         }
         self.fill(gpu.record_mut());
         gpu.update(frame, scene)?;
-        if change.moved || !std::mem::replace(&mut self.placed, true) {
+        let changed = change.moved || !std::mem::replace(&mut self.placed, true);
+        let settled = std::mem::replace(&mut self.settled, !changed);
+        if changed || (!settled && self.previous.is_some()) {
             self.place(frame, gpu)?;
         }
         match &mut self.sampler {
@@ -124,9 +137,11 @@ impl LightTables {
             return Ok(());
         }
         let width = count.min(ROW);
-        let push = LocalLightsPush { local_lights: self.local_lights.address(), width, pad: 0 };
-        let pass = gpu.bind(frame.pass("local lights", &self.place));
-        pass.addresses_written(&self.local_lights).push(&push).dispatch([width, count.div_ceil(width), 1])
+        let previous = self.previous.as_ref().map_or(0, Buffer::address);
+        let push = LocalLightsPush { local_lights: self.local_lights.address(), previous, width, pad: 0 };
+        let pass = gpu.bind(frame.pass("local lights", &self.place)).addresses_updated(&self.local_lights);
+        let pass = self.previous.iter().fold(pass, |pass, buffer| pass.addresses_written(buffer));
+        pass.push(&push).dispatch([width, count.div_ceil(width), 1])
     }
 
     /// Sets the addresses and counts of lights, emissive triangles and environment, and the environment's size, rotation
@@ -140,6 +155,7 @@ impl LightTables {
         record.environment_alias = self.environment_alias.address();
         record.local_alias = self.local_alias.address();
         record.local_lights = self.local_lights.address();
+        record.local_lights_previous = self.previous.as_ref().map_or(0, Buffer::address);
         if let Some(sampler) = &self.sampler {
             sampler.fill(record);
         }
@@ -158,6 +174,6 @@ impl LightTables {
             &self.local_lights,
         ];
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
-        gpu.set_light_tables(tables.into_iter().chain(sampler).cloned().collect());
+        gpu.set_light_tables(tables.into_iter().chain(&self.previous).chain(sampler).cloned().collect());
     }
 }

@@ -28,7 +28,8 @@ fn scene(name: &str) -> Scene {
 
 /// Samplers that have a probability for each light.
 fn samplers() -> impl Iterator<Item = LightSampler> {
-    LightSampler::VALUES.iter().copied().filter(|&s| s != LightSampler::Ris)
+    let resamples = |s| matches!(s, LightSampler::Ris | LightSampler::RestirDi);
+    LightSampler::VALUES.iter().copied().filter(move |&s| !resamples(s))
 }
 
 struct Picks {

@@ -49,7 +49,26 @@ const uint CANDIDATE_DIMENSIONS[CANDIDATES] =
     uint[](DIM_SUN, DIM_POSITIONAL, DIM_EMISSIVE, DIM_LIGHT, DIM_ENVIRONMENT, DIM_REFLECTION);
 
 // A sample of one local light, `light`, by the kernel's sampler.
-LightSample local_candidate(LightContext c, uvec2 key, uvec4 bits, out uint light) {
+#ifdef RESTIR
+// What restir_spatial has kept; it stands for all light samples of the pixel, and is given to the first.
+LightSample local_candidate(LightContext c, ivec2 p, uint light_sample, uvec2 key, uvec4 bits, out uint light) {
+    light = NONE;
+    if (light_sample > 0u) return NO_LIGHT_SAMPLE;
+    Reservoir r = make_reservoir(imageLoad(im_restir_point, p).xy, imageLoad(im_restir_weight, p).xy);
+    if (r.weight <= 0.0 || !is_local_light(r.light, push.kinds)) return NO_LIGHT_SAMPLE;
+    light = r.light;
+    LightSample s = sample_local_light(c, light, unit_numbers(r.numbers));
+    s.pdf /= r.weight * float(push.samples);
+    return s;
+}
+
+// A hidden sample is worth nothing to the next frame.
+void drop_hidden(ivec2 p) {
+    uint count = imageLoad(im_restir_history_weight, p).y;
+    imageStore(im_restir_history_weight, p, uvec4(0u, count, 0u, 0u));
+}
+#else
+LightSample local_candidate(LightContext c, ivec2 p, uint light_sample, uvec2 key, uvec4 bits, out uint light) {
     vec4 xi = unit_from_bits(bits);
     if (light_sampler == LIGHT_SAMPLER_RIS) {
         return ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
@@ -61,8 +80,9 @@ LightSample local_candidate(LightContext c, uvec2 key, uvec4 bits, out uint ligh
     s.pdf *= pmf;
     return s;
 }
+#endif
 
-LightSample candidate_light(ShadingPoint s, LightContext c, uint candidate, uvec2 key, out uint local) {
+LightSample candidate_light(ShadingPoint s, LightContext c, ivec2 p, uint light_sample, uint candidate, uvec2 key, out uint local) {
     uvec4 bits = random_bits(key, CANDIDATE_DIMENSIONS[candidate]);
     LightSample light = NO_LIGHT_SAMPLE;
     local = NONE;
@@ -70,7 +90,7 @@ LightSample candidate_light(ShadingPoint s, LightContext c, uint candidate, uvec
     case CANDIDATE_SUN: light = sample_sun(bits); break;
     case CANDIDATE_POSITIONAL: if (!merged_rays) light = sample_positional(s.position, bits); break;
     case CANDIDATE_EMISSIVE: if (!merged_rays) light = sample_emissive(s.position, bits); break;
-    case CANDIDATE_LOCAL: if (merged_rays) light = local_candidate(c, key, bits, local); break;
+    case CANDIDATE_LOCAL: if (merged_rays) light = local_candidate(c, p, light_sample, key, bits, local); break;
     case CANDIDATE_ENVIRONMENT: light = sample_environment(bits); break;
     // Narrow lobes do not find the environment by chance: this ray goes where the surface reflects.
     case CANDIDATE_REFLECTION:
@@ -108,7 +128,7 @@ void direct_lighting(ivec2 p) {
         if ((push.kinds & CANDIDATE_KINDS[candidate]) == 0u || merged) continue;
         uvec2 key = uvec2(seed.x, seed.y * push.samples + i / candidates);
         uint local;
-        LightSample light = candidate_light(s, context, candidate, key, local);
+        LightSample light = candidate_light(s, context, p, i / candidates, candidate, key, local);
         float weight = 1.0;
         if (reflects && candidate >= CANDIDATE_ENVIRONMENT) {
             // Multiple importance sampling of the environment and of what the surface reflects.
@@ -127,6 +147,9 @@ void direct_lighting(ivec2 p) {
         }
         if (traced) rays += uvec2(1u, arrived ? 1u : 0u);
         if (local != NONE) choice = uvec2(local, pcg4d(uvec4(floatBitsToUint(light.target), local)).x);
+#ifdef RESTIR
+        if (push.restir_visibility == RESTIR_VISIBILITY_FINAL && traced && !arrived && local != NONE) drop_hidden(p);
+#endif
     }
     if (push.counts != 0ul) {
         atomicAdd(RayCountsOut(push.counts).rays.traced, rays.x);

@@ -1,4 +1,8 @@
-use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, RayCounts};
+use crate::kernels;
+use crate::records::{
+    DirectPush, GlassShadows, LightRays, PartialMetal, RayCounts, RestirVisibility, RestirWeights,
+};
+use crate::restir::Restir;
 use pt_core::trace::TraceVariant;
 use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_light_sampling::SamplerChoice;
@@ -49,6 +53,18 @@ knobs! {
         pub ris_candidates: u32 = 8, in 1..=16, source "Talbot, Cline and Egbert 2005";
         /// Whether the random numbers that choose these candidates are spread evenly over the lights.
         pub ris_stratified: bool = true;
+        /// Whether `sampler=restir-di` reuses the last frame's samples, where the surface was seen.
+        pub restir_temporal: bool = true, source "Bitterli et al. 2020, section 4.2";
+        /// How much the past of `sampler=restir-di` counts at most: more means less noise that changes more slowly.
+        pub restir_history: u32 = 20, in 1..=64, unit "times ris_candidates", source "Bitterli et al. 2020, section 5";
+        /// Neighbours whose samples `sampler=restir-di` reuses.
+        pub restir_spatial: u32 = 3, in 0..=8, source "Bitterli et al. 2020, section 4.1";
+        /// How far neighbours of `sampler=restir-di` are at most.
+        pub restir_radius: f32 = 30.0, in 1.0..=128.0, unit "pixels", source "Bitterli et al. 2020, section 5";
+        /// How `sampler=restir-di` weights the samples that it reuses; `one-over-m` is biased.
+        pub restir_weights: RestirWeights = RestirWeights::Pairwise, source "Lin et al. 2022, section 5";
+        /// Which shadow rays `sampler=restir-di` traces; `final` is biased.
+        pub restir_visibility: RestirVisibility = RestirVisibility::None, source "Bitterli et al. 2020, section 4.3" => structural;
     }
 }
 
@@ -65,6 +81,11 @@ impl DirectParams {
             statistics_frames,
             statistics_interval,
         })
+    }
+
+    /// Whether the stage keeps reservoirs.
+    pub(crate) fn is_restir(&self) -> bool {
+        self.rays == LightRays::Merged && self.sampler == LightSampler::RestirDi
     }
 
     /// The kernel's push constants.
@@ -91,6 +112,12 @@ impl DirectParams {
             ris_source: self.ris_source.code(),
             ris_candidates: self.ris_candidates,
             ris_stratified: u32::from(self.ris_stratified),
+            restir_history: if self.restir_temporal { self.restir_history } else { 0 },
+            restir_spatial: self.restir_spatial,
+            restir_radius: self.restir_radius,
+            restir_weights: self.restir_weights.code(),
+            restir_visibility: self.restir_visibility.code(),
+            pad: 0,
         }
     }
 }
@@ -98,10 +125,12 @@ impl DirectParams {
 /// The direct lighting stage: for each light sample of a pixel a shadow ray.
 pub struct DirectLighting {
     kernel: Kernel,
+    /// The passes before it, of `sampler=restir-di`.
+    restir: Option<Restir>,
 }
 
 impl DirectLighting {
-    /// The images that the stage accesses.
+    /// The images that the pass of every sampler accesses.
     pub const IO: StageIo = StageIo {
         reads: &[
             channels::RNG_SEED,
@@ -121,7 +150,16 @@ impl DirectLighting {
         ..StageIo::of("direct lighting")
     };
 
-    /// Compiles the kernel.
+    /// The images that the stage's passes access, in order.
+    pub fn io(params: &DirectParams) -> Vec<StageIo> {
+        if !params.is_restir() {
+            return vec![Self::IO];
+        }
+        let before = Restir::io(params);
+        before.into_iter().chain([Self::IO, Restir::SHADING]).collect()
+    }
+
+    /// Compiles the kernels.
     pub fn new(device: &Device, variant: TraceVariant, params: &DirectParams) -> Result<Self> {
         let merged = params.rays == LightRays::Merged;
         let sampler = if merged { params.sampler } else { LightSampler::Power };
@@ -132,10 +170,14 @@ impl DirectLighting {
             ("bvh_importance", params.bvh_importance.code().into()),
             ("merged_rays", merged.into()),
         ]);
-        let kernel =
-            Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, variant.backend, &constants)?;
+        let restir = params.is_restir().then(|| Restir::new(device, variant, params)).transpose()?;
+        let code = if restir.is_some() { &kernels::DIRECT_RESTIR } else { &kernels::DIRECT };
+        let kernel = Kernel::trace::<DirectPush>(device, code, variant.backend, &constants)?;
         Self::IO.check([&kernel])?;
-        Ok(Self { kernel })
+        if restir.is_some() {
+            Restir::SHADING.check([&kernel])?;
+        }
+        Ok(Self { kernel, restir })
     }
 
     /// Records the pass. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the G-buffer.
@@ -165,8 +207,17 @@ impl DirectLighting {
         counted: Option<&Counted>,
     ) -> Result<()> {
         let mut push = params.push(texture_lod_bias);
+        if !inputs.images.has_history() {
+            push.restir_history = 0;
+        }
+        if let Some(restir) = &self.restir {
+            restir.record(frame, inputs, &push)?;
+        }
         // Only surfaces with lobes are looked up again at the visible triangle.
         let mut pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO).touches_part();
+        if self.restir.is_some() {
+            pass = pass.touches(inputs.images, &Restir::SHADING);
+        }
         if let Some(counted) = counted {
             push.counts = counted.rays.address();
             push.choices = counted.choices.address();

@@ -3,10 +3,13 @@
 //! [`DirectLighting`] lights the surfaces of the G-buffer; how lights are chosen and sampled is pt-light-sampling's part.
 
 mod direct;
+pub mod images;
 pub mod records;
+mod restir;
 pub mod synthetic;
 
 pub use direct::{Counted, DirectLighting, DirectParams};
+pub use restir::duplicated_samples;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));

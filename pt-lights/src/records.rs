@@ -32,6 +32,31 @@ pt_shaders::named_enum! {
     }
 }
 
+pt_shaders::named_enum! {
+    /// How the samples of several reservoirs are weighted by `sampler=restir-di`; `RESTIR_WEIGHTS_*` in GLSL.
+    pub enum RestirWeights: "RESTIR_WEIGHTS" {
+        /// By their numbers of candidates alone: biased, loses light where not all of them could hold the sample. The cheapest.
+        OneOverM = "one-over-m",
+        /// Balance heuristic over all reservoirs: unbiased; its cost grows with the square of the number of neighbours.
+        Balance = "balance",
+        /// Each neighbour against the pixel itself: unbiased.
+        Pairwise = "pairwise",
+    }
+}
+
+pt_shaders::named_enum! {
+    /// Which shadow rays `sampler=restir-di` traces; `RESTIR_VISIBILITY_*` in GLSL.
+    pub enum RestirVisibility: "RESTIR_VISIBILITY" {
+        /// That of the sample which the pixel is shaded with; reservoirs do not know about it. Unbiased.
+        None = "none",
+        /// The same, and hidden samples are dropped before the next frame reuses them: biased, loses light where a point sees a lamp that its
+        /// neighbours or its past did not see.
+        Final = "final",
+        /// Also those that weights need: a target is 0 where the sample is hidden. Unbiased; the past is reused without.
+        InWeight = "in-weight",
+    }
+}
+
 pt_shaders::gpu_struct! {
     /// What the direct lighting pass has traced.
     pub struct RayCounts {
@@ -70,5 +95,17 @@ pt_shaders::gpu_struct! {
         pub ris_candidates: u32,
         /// 1 = the numbers that choose them are spread evenly.
         pub ris_stratified: u32,
+        /// Most that the past counts, in units of `ris_candidates`; 0: it is not reused.
+        pub restir_history: u32,
+        /// Neighbours.
+        pub restir_spatial: u32,
+        /// How far they are, pixels.
+        pub restir_radius: f32,
+        /// `RESTIR_WEIGHTS_*`.
+        pub restir_weights: u32,
+        /// `RESTIR_VISIBILITY_*`.
+        pub restir_visibility: u32,
+        /// Alignment.
+        pub pad: u32,
     }
 }

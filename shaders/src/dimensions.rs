@@ -22,6 +22,9 @@ pub const MAX_REFLECT_REFRACT: u32 = 10;
 /// Most candidates of resampled importance sampling.
 pub const MAX_RIS_CANDIDATES: u32 = 16;
 
+/// Most neighbours of spatiotemporal resampling.
+pub const MAX_RESTIR_NEIGHBOURS: u32 = 8;
+
 macro_rules! dimensions {
     ($($name:ident: $first:literal, $count:expr, $numbers:literal;)*) => {
         $(#[doc = $numbers] pub const $name: u32 = $first;)*
@@ -42,6 +45,8 @@ dimensions! {
     DIM_LIGHT: 6, 1, "A local light. x: which part of the list; y: which one of it; z, w: point on it.";
     DIM_LIGHT_BY_POWER: 7, 1, "A local light by its power. x, y: which one (alias table).";
     DIM_RIS: 8, MAX_RIS_CANDIDATES, "Candidate i of resampled importance sampling. x, y: which light; z, w: point on it.";
+    DIM_RESTIR: 24, 1, "Choices of spatiotemporal resampling. x: of a candidate; y: of now or the past; z: of a neighbour.";
+    DIM_RESTIR_NEIGHBOURS: 25, MAX_RESTIR_NEIGHBOURS / 2, "Places of the neighbours 2 i (x, y) and 2 i + 1 (z, w) of spatiotemporal resampling.";
     DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
     DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
 }

@@ -93,6 +93,8 @@ gpu_struct! {
         pub environment_alias: u64,
         /// `LocalLightRecord[local_light_count]`.
         pub local_lights: u64,
+        /// The same as they were in the last frame; only for samplers that reuse its samples.
+        pub local_lights_previous: u64,
         /// `AliasRecord[local_light_count]`: local lights by luminous power.
         pub local_alias: u64,
         /// `ClusterListRecord[]` of each cluster.
@@ -147,8 +149,6 @@ gpu_struct! {
         pub shadow_count_slots: u32,
         /// 1 = `shadow_counts` is a hash table, 0 = it has an entry for every cluster, light and direction.
         pub shadow_counts_hashed: u32,
-        /// Alignment.
-        pub pad: [u32; 2],
     }
 }
 
@@ -515,6 +515,8 @@ named_enum! {
         LightBvh = "light-bvh",
         /// Resampled importance sampling: several candidates, of which the estimate of their light chooses one.
         Ris = "ris",
+        /// As `ris`, then reuse of the samples of the last frame and of neighbours (spatiotemporal reservoir resampling).
+        RestirDi = "restir-di",
     }
 }
 

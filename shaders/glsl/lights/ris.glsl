@@ -12,16 +12,16 @@ float ris_target(LightContext c, LightSample s) {
     return luminance(s.radiance) * cos_theta * mix(1.0, lobe, c.specular);
 }
 
-// A candidate, its pdf with the choice of the light. `bits`: of the candidate's own.
-LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint light) {
-    vec4 xi = unit_from_bits(bits);
-    float pmf;
+// The light of a candidate, NONE: none, and its probability. `bits`: of the candidate's own, of which it takes the first two.
+uint ris_pick(LightContext c, uint source, uvec4 bits, out float pmf) {
+    vec2 xi = unit_from_bits(bits).xy;
+    pmf = 0.0;
+    uint light;
     if (source == RIS_SOURCE_CLUSTER) {
         ClusterListRecord list = cluster_list(c.cluster);
         uint size = cluster_list_size(list);
         bool all = xi.x < list.catch_all;
-        light = NONE;
-        if (!all && size == 0u) return NO_LIGHT_SAMPLE;
+        if (!all && size == 0u) return NONE;
         if (all) {
             light = alias_pick(scene.local_alias, scene.local_light_count, uint(xi.x / list.catch_all * 4294967040.0), xi.y);
         } else {
@@ -34,7 +34,15 @@ LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint ligh
         light = alias_pick(scene.local_alias, scene.local_light_count, bits.x, xi.y);
         pmf = power_pmf(light);
     }
-    LightSample s = sample_local_light(c, light, xi.zw);
+    return light;
+}
+
+// A candidate, its pdf with the choice of the light. `bits`: of the candidate's own.
+LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint light) {
+    float pmf;
+    light = ris_pick(c, source, bits, pmf);
+    if (light == NONE) return NO_LIGHT_SAMPLE;
+    LightSample s = sample_local_light(c, light, unit_from_bits(bits).zw);
     s.pdf *= pmf;
     return s;
 }

@@ -104,7 +104,8 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         bail!("--budget: {} is not a time", args.budget.unwrap_or_default());
     }
     let samplers = if args.samplers.is_empty() { LightSampler::VALUES } else { &args.samplers };
-    let mut view = view::View::open(args)?;
+    let of = |&sampler: &LightSampler| DirectParams { sampler, ..settings.lights.clone() };
+    let mut view = view::View::open(args, &samplers.iter().map(of).collect::<Vec<_>>())?;
     writeln!(out, "{}", view.describe())?;
     let truth = truth::Truth::trace(&mut view, args.reference_spp)?;
     let mask = bench::mask(&mut view)?;

@@ -32,8 +32,8 @@ pub struct View {
 }
 
 impl View {
-    /// Loads the scene, and the camera of the capture if there is one.
-    pub fn open(args: &Args) -> Result<Self> {
+    /// Loads the scene, and the camera of the capture if there is one. `stages`: the direct lighting that is to be recorded.
+    pub fn open(args: &Args, stages: &[DirectParams]) -> Result<Self> {
         let folder = Path::new(&args.scene);
         let recorded = folder.is_dir().then(|| recorded_view(folder)).transpose()?;
         let name = match (&recorded, &args.scene_file) {
@@ -75,9 +75,12 @@ impl View {
         let lights = LightTables::new(&device, &scene)?;
         lights.attach(&mut gpu);
         let mut plan = FramePlan::new(FrameSizes::same(size));
-        for io in [PrimaryRays::IO, DirectLighting::IO, SplitLight::UNFILTERED, Composite::IO] {
+        plan.stage(&PrimaryRays::IO)?;
+        for io in stages.iter().flat_map(DirectLighting::io) {
             plan.stage(&io)?;
         }
+        plan.stage(&SplitLight::UNFILTERED)?;
+        plan.stage(&Composite::IO)?;
         Ok(Self {
             images: plan.allocate(&device)?,
             uniforms: Uniforms::new(&device, "frame_uniforms")?,
