@@ -82,7 +82,8 @@ LightSample candidate_light(ShadingPoint s, LightContext c, uint candidate, uvec
 LightContext light_context(ShadingPoint s, ivec2 p) {
     float f0 = luminance(s.brdf.f0);
     float specular = clamp(f0 / max(f0 + luminance(s.brdf.albedo), 1e-6), 0.0, 0.9);
-    return LightContext(s.position, s.world_from_local[2], s.world_from_local * s.view, imageLoad(ch_cluster, p).x, s.roughness, specular);
+    return LightContext(s.position, s.world_from_local[2], s.world_from_local * s.view, imageLoad(ch_cluster, p).x, s.roughness, specular,
+                        nee_at_tile(push.nee_at_tiles, p, imageSize(ch_color_hf)));
 }
 
 void direct_lighting(ivec2 p) {
@@ -91,6 +92,7 @@ void direct_lighting(ivec2 p) {
     if (floatBitsToUint(position.w) == 0u) {
         imageStore(ch_color_hf, p, vec4(0.0));
         imageStore(ch_color_spec, p, vec4(0.0));
+        if (light_sampler == LIGHT_SAMPLER_NEE_AT) keep_feedback(push.nee_at_feedback, p, imageSize(ch_color_hf), NO_FEEDBACK);
         return;
     }
     ShadingPoint s = load_shading_point(p, position);
@@ -98,6 +100,7 @@ void direct_lighting(ivec2 p) {
     uvec2 seed = imageLoad(ch_rng_seed, p).xy;
     bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
     uint candidates = reflects ? CANDIDATES : CANDIDATES - 1u;
+    LightFeedback feedback = NO_FEEDBACK;
     // One loop over samples and candidates, so that the kernel has the BRDF and the traversal once.
     for (uint i = 0u; i < push.samples * candidates; i++) {
         uint candidate = i % candidates;
@@ -117,12 +120,18 @@ void direct_lighting(ivec2 p) {
                 weight = power_weight(light.pdf, pdf);
             }
         }
+        BrdfValue before = sum;
         bool traced;
         bool arrived = add_light(s, light, weight, random_coverage(key, CANDIDATE_DIMENSIONS[candidate]), sum, traced);
         if (light_sampler == LIGHT_SAMPLER_CLUSTER_STATS && traced && local != NONE) {
             count_shadow_ray(context.cluster, local, context.normal, arrived);
         }
+        if (light_sampler == LIGHT_SAMPLER_NEE_AT && arrived && local != NONE) {
+            vec3 arrival = (sum.diffuse - before.diffuse) * s.brdf.albedo + (sum.specular - before.specular);
+            insert_feedback(feedback, local, luminance(arrival), random_numbers(key, DIM_NEE_AT_FEEDBACK).x);
+        }
     }
+    if (light_sampler == LIGHT_SAMPLER_NEE_AT) keep_feedback(push.nee_at_feedback, p, imageSize(ch_color_hf), feedback);
     float share = 1.0 / float(push.samples);
     vec4 base = imageLoad(ch_base_color, p);
     imageStore(ch_color_hf, p, vec4(sum.diffuse * share, 0.0));

@@ -1,3 +1,4 @@
+use crate::nee_at::NeeAt;
 use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, StatisticsTable};
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
@@ -43,6 +44,14 @@ knobs! {
         pub ris_candidates: u32 = 8, in 1..=16, source "Talbot, Cline and Egbert 2005";
         /// Whether the random numbers that choose these candidates are spread evenly over the lights.
         pub ris_stratified: bool = true;
+        /// Share of the samples of `sampler=nee-at` that are drawn from what the pixel's tile has learned, once it has learned much.
+        pub nee_at_narrow: f32 = 0.8, in 0.0..=0.95;
+        /// Share of its other samples that are drawn uniformly from all lights; the rest by power.
+        pub nee_at_uniform: f32 = 0.0, in 0.0..=1.0;
+        /// Share of a tile's proxies that are drawn by power in every frame.
+        pub nee_at_global_share: f32 = 0.125, in 0.0..=1.0;
+        /// Share of its other proxies that are kept from the last frame, and so the length of the memory.
+        pub nee_at_history: f32 = 0.75, in 0.0..=0.95;
     }
 }
 
@@ -52,6 +61,8 @@ impl DirectParams {
         let bit = |on: bool, kind: u32| if on { kind } else { 0 };
         let merged = self.rays == LightRays::Merged;
         DirectPush {
+            nee_at_tiles: 0,
+            nee_at_feedback: 0,
             kinds: bit(self.sun, KIND_SUN)
                 | bit(self.positional, KIND_POSITIONAL)
                 | bit(self.emissive, KIND_EMISSIVE)
@@ -76,6 +87,7 @@ impl DirectParams {
 /// The direct lighting stage: for each light sample of a pixel a shadow ray.
 pub struct DirectLighting {
     kernel: Kernel,
+    nee_at: Option<NeeAt>,
 }
 
 impl DirectLighting {
@@ -99,7 +111,12 @@ impl DirectLighting {
         ..StageIo::of("direct lighting")
     };
 
-    /// Compiles the kernel.
+    /// Declarations of all that the stage records with these knobs, in order.
+    pub fn io(params: &DirectParams) -> Vec<StageIo> {
+        NeeAt::is_used(params).then_some(NeeAt::IO).into_iter().chain([Self::IO]).collect()
+    }
+
+    /// Compiles the kernels.
     pub fn new(device: &Device, variant: TraceVariant, params: &DirectParams) -> Result<Self> {
         let merged = params.rays == LightRays::Merged;
         let sampler = if merged { params.sampler } else { LightSampler::Power };
@@ -112,10 +129,16 @@ impl DirectLighting {
         let kernel =
             Kernel::trace::<DirectPush>(device, &crate::kernels::DIRECT, variant.backend, &constants)?;
         Self::IO.check([&kernel])?;
-        Ok(Self { kernel })
+        let nee_at = NeeAt::is_used(params).then(|| NeeAt::new(device)).transpose()?;
+        Ok(Self { kernel, nee_at })
     }
 
-    /// Records the pass. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the G-buffer.
+    /// What tiles of the screen have learned about the lights, with `sampler=nee-at`.
+    pub fn nee_at(&self) -> Option<&NeeAt> {
+        self.nee_at.as_ref()
+    }
+
+    /// Records the pass, or two. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the G-buffer.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
@@ -127,7 +150,13 @@ impl DirectLighting {
         texture_lod_bias: f32,
     ) -> Result<()> {
         // Only surfaces with lobes are looked up again at the visible triangle.
+        let mut push = params.push(texture_lod_bias);
+        if let Some(nee_at) = &self.nee_at {
+            nee_at.record(frame, inputs, params)?;
+            nee_at.fill(&mut push);
+        }
         let pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO).touches_part();
-        pass.push(&params.push(texture_lod_bias)).dispatch(inputs.split_threads())
+        let pass = self.nee_at.iter().fold(pass, |pass, nee_at| nee_at.bind(pass));
+        pass.push(&push).dispatch(inputs.split_threads())
     }
 }

@@ -67,8 +67,36 @@ pt_shaders::gpu_struct! {
 }
 
 pt_shaders::gpu_struct! {
+    /// Of `nee_at_proxies.comp`.
+    pub struct NeeAtPush {
+        /// `NeeAtTile[]` to make.
+        pub tiles: u64,
+        /// The same of the last frame.
+        pub tiles_before: u64,
+        /// `uvec2[]` of the split frame: a light and the bits of its weight, of the last frame.
+        pub feedback: u64,
+        /// Share of the samples that are drawn from the proxies.
+        pub narrow: f32,
+        /// Share of the other samples that are drawn uniformly.
+        pub uniform_share: f32,
+        /// Share of the evidence that outlives a frame.
+        pub history: f32,
+        /// Proxies of a tile that are lights by power.
+        pub global_proxies: u32,
+        /// Proxies of a tile that are kept from the last frame.
+        pub kept_proxies: u32,
+        /// 1 = there is no last frame.
+        pub reset: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
     /// Of `direct.trace`.
     pub struct DirectPush {
+        /// `NeeAtTile[]`, 0: none.
+        pub nee_at_tiles: u64,
+        /// `uvec2[]` of the split frame: a light and the bits of its weight, for the next frame; 0: none.
+        pub nee_at_feedback: u64,
         /// `KIND_*` bits.
         pub kinds: u32,
         /// Instances that cast shadows.

@@ -38,7 +38,7 @@ impl SamplerTables {
             LightSampler::ClusterCdf => (true, false),
             LightSampler::ClusterStats => (true, true),
             LightSampler::Ris => (params.ris_source == RisSource::Cluster, false),
-            LightSampler::Uniform | LightSampler::Power => (false, false),
+            LightSampler::Uniform | LightSampler::Power | LightSampler::NeeAt => (false, false),
         };
         let statistics =
             || ShadowStatistics::new(device, clusters.count(), lights.local.len(), params.statistics_table);

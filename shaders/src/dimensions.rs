@@ -42,6 +42,8 @@ dimensions! {
     DIM_LIGHT: 6, 1, "A local light. x: which part of the list; y: which one of it; z, w: point on it.";
     DIM_LIGHT_BY_POWER: 7, 1, "A local light by its power. x, y: which one (alias table).";
     DIM_RIS: 8, MAX_RIS_CANDIDATES, "Candidate i of resampled importance sampling. x, y: which light; z, w: point on it.";
+    DIM_NEE_AT: 24, 1, "The proxies of a tile (nee-at). x: which feedback; y: which proxies of the last frame; z, w: a light by its power.";
+    DIM_NEE_AT_FEEDBACK: 25, 1, "The light that a pixel keeps as feedback (nee-at). x: whether the new one replaces the old one.";
     DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
     DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
 }

@@ -495,6 +495,8 @@ named_enum! {
         ClusterStats = "cluster-stats",
         /// Resampled importance sampling: several candidates, of which the estimate of their light chooses one.
         Ris = "ris",
+        /// By what the samples of last frames found in the pixel's tile of the screen, else by luminous power.
+        NeeAt = "nee-at",
     }
 }
 
@@ -548,6 +550,22 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// What a tile of the screen has learned about the local lights (`lights/nee_at.glsl`).
+    pub struct NeeAtTile {
+        /// Share of the samples that are drawn from `lights`; 0: they mean nothing.
+        pub narrow: f32,
+        /// Share of the other samples that are drawn uniformly from all lights, not by power.
+        pub uniform_share: f32,
+        /// How many samples have found light, of which the older ones count less.
+        pub evidence: f32,
+        /// The proxies: local lights in ascending order, with repetition.
+        pub lights: [u32; NEE_AT_PROXIES as usize],
+    }
+}
+
+const _: () = assert!(size_of::<NeeAtTile>() == NEE_AT_TILE_BYTES as usize);
+
+gpu_struct! {
     /// Entry of an alias table (Walker 1977, construction of Vose 1991).
     pub struct AliasRecord {
         /// Probability of keeping this entry rather than taking `alias`.
@@ -593,6 +611,7 @@ table! {
     AliasRecord,
     LocalLightRecord,
     ClusterListRecord,
+    NeeAtTile,
 }
 
 /// GLSL declarations of this module (`records.glsl`), after the constants.

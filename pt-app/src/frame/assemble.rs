@@ -59,7 +59,7 @@ impl FullFrame {
         if traced.is_some() {
             stages.push(PrimaryRays::IO);
             stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
-            stages.push(DirectLighting::IO);
+            stages.extend(DirectLighting::io(&params.lights));
         }
         if Stage::Denoise.is_in(first) {
             stages.extend([SplitLight::UNFILTERED, Composite::IO]);

@@ -3,6 +3,7 @@
 
 pub mod records;
 pub mod scene;
+pub mod view;
 
 use glam::Vec3;
 use pt_core::SceneResources;

@@ -55,3 +55,15 @@ pt_shaders::gpu_struct! {
         pub pad: u32,
     }
 }
+
+pt_shaders::gpu_struct! {
+    /// Push constants of `nee_at_picks.comp`.
+    pub struct NeeAtPicksPush {
+        /// A `NeeAtTile`.
+        pub tile: u64,
+        /// 0: picks; 1: the probability of each light.
+        pub family: u32,
+        /// Number of them.
+        pub count: u32,
+    }
+}

@@ -1,0 +1,292 @@
+//! The light sampler nee-at: probabilities of what was learned, the mean while it learns, what it gains, and how it starts over.
+
+mod common;
+
+use common::records::{NeeAtPicksPush, SampleRecord};
+use common::view::{Surface, View, look};
+use common::{kernels, scene::polygon};
+use glam::{Affine3A, Vec3};
+use pt_core::test_support::TestDevice;
+use pt_core::test_support::statistics::{chi_squared, sidak};
+use pt_core::{Buffer, Kernel, Location, Recorder, SceneResources};
+use pt_lights::DirectParams;
+use pt_lights::records::LightRays;
+use pt_scene::{Light, Material, Scene, builtin};
+use pt_shaders::named_enum::NamedEnum;
+use pt_shaders::records::{LightSampler, NEE_AT_PROXIES, NeeAtTile};
+use std::collections::BTreeSet;
+
+const SIZE: [u32; 2] = [32, 18];
+
+fn params(sampler: LightSampler) -> DirectParams {
+    DirectParams { sampler, rays: LightRays::Merged, ..DirectParams::default() }
+}
+
+/// A built-in scene from its first camera.
+fn view<'d>(device: &'d TestDevice, name: &str, params: DirectParams, size: [u32; 2]) -> View<'d> {
+    let scene = builtin(name).unwrap();
+    let surfaces = look(&scene, &scene.cameras[0], size);
+    let mut view = View::new(device, scene, params, size);
+    view.show(&surfaces);
+    view
+}
+
+fn tiles(view: &View<'_>) -> Vec<NeeAtTile> {
+    view.stage.nee_at().unwrap().tiles().unwrap().read().unwrap()
+}
+
+fn tile_picks(view: &View<'_>, tile: usize, family: u32, count: u32) -> Vec<SampleRecord> {
+    let device = view.device();
+    let table = view.stage.nee_at().unwrap().tiles().unwrap();
+    let constants = [("light_sampler", LightSampler::NeeAt.code().into())];
+    let kernel = Kernel::compute::<NeeAtPicksPush>(device, &kernels::NEE_AT_PICKS, &constants).unwrap();
+    let size = u64::from(count) * size_of::<SampleRecord>() as u64;
+    let samples = Buffer::new(device, "samples", size, Location::Device).unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    let address = table.address() + (tile * size_of::<NeeAtTile>()) as u64;
+    let push = NeeAtPicksPush { tile: address, family, count };
+    let pass = frame.pass("picks", &kernel).write("samples", &samples).addresses(&table).push(&push);
+    view.uploaded.gpu.bind(pass).dispatch([count, 1, 1]).unwrap();
+    frame.submit().unwrap();
+    samples.read().unwrap()
+}
+
+#[test]
+fn lights_are_picked_as_often_as_their_probability_says() {
+    const PICKS: u32 = 100_000;
+    let device = TestDevice::open();
+    let learning = DirectParams { nee_at_uniform: 0.3, ..params(LightSampler::NeeAt) };
+    let cases = [("lamps", params(LightSampler::NeeAt)), ("lamps", learning)];
+    let tests = 2 * cases.len();
+    for (name, params) in cases {
+        let mut view = view(&device, name, params, SIZE);
+        (0..6).for_each(|_| drop(view.frame()));
+        let learned = tiles(&view);
+        let lights = view.uploaded.lights.lists().local.len() as u32;
+        for tile in [1, learned.len() - 2] {
+            assert!(learned[tile].narrow > 0.3, "tile {tile} has learned nothing: {}", learned[tile].narrow);
+            assert!(learned[tile].lights.is_sorted(), "{:?}", learned[tile].lights);
+            let expected: Vec<f64> =
+                tile_picks(&view, tile, 1, lights).iter().map(|l| f64::from(l.pdf)).collect();
+            let sum: f64 = expected.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-5, "probabilities add up to {sum}");
+            let mut observed = vec![0; expected.len()];
+            for pick in tile_picks(&view, tile, 0, PICKS) {
+                observed[pick.word as usize] += 1;
+                assert_eq!(pick.pdf, pick.pdf_again);
+            }
+            let mut expected: Vec<f64> = expected.iter().map(|p| p * f64::from(PICKS)).collect();
+            let p = chi_squared(&observed, &expected);
+            assert!(p > sidak(tests), "tile {tile}: p = {p}");
+            // A wrong probability is found.
+            let strongest = (0..expected.len()).max_by(|&a, &b| expected[a].total_cmp(&expected[b])).unwrap();
+            expected[(strongest + 1) % lights as usize] += 0.5 * expected[strongest];
+            expected[strongest] *= 0.5;
+            assert!(chi_squared(&observed, &expected) < 1e-6);
+        }
+    }
+}
+
+/// Means over the pixels of six parts of the picture.
+fn parts(picture: &[f64], size: [u32; 2]) -> [f64; 6] {
+    let mut sums = [0.0; 6];
+    for (i, value) in (0..).zip(picture) {
+        let part = (i % size[0] * 3 / size[0]) + 3 * (i / size[0] * 2 / size[1]);
+        sums[part as usize] += value;
+    }
+    sums.map(|sum| sum * 6.0 / f64::from(size[0] * size[1]))
+}
+
+/// Means and variances of the mean over independent runs: of the parts of the picture, over `frames` frames after a reset.
+fn runs(view: &mut View<'_>, runs: u32, frames: u32, mut step: impl FnMut(&mut Scene, u32)) -> [[f64; 2]; 6] {
+    let mut sums = [[0.0; 2]; 6];
+    for run in 0..runs {
+        view.seed = 100 + run;
+        view.reset();
+        let mut means = [0.0; 6];
+        for frame in 0..frames {
+            step(&mut view.uploaded.scene, frame);
+            let now = parts(&view.frame(), SIZE);
+            means.iter_mut().zip(now).for_each(|(mean, now)| *mean += now / f64::from(frames));
+        }
+        for (sum, mean) in sums.iter_mut().zip(means) {
+            *sum = [sum[0] + mean, sum[1] + mean * mean];
+        }
+    }
+    let n = f64::from(runs);
+    sums.map(|[sum, squares]| [sum / n, (squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0)])
+}
+
+/// Both samplers have the same mean over independent runs, within four standard errors of the difference.
+fn assert_same_means(name: &str, learned: [[f64; 2]; 6], expected: [[f64; 2]; 6], precision: f64) {
+    for (part, ([mean, variance], [expected, other])) in learned.into_iter().zip(expected).enumerate() {
+        let error = (variance + other).sqrt();
+        println!("{name}, part {part}: {mean:.5}, by power {expected:.5}, standard error {error:.5}");
+        assert!((mean - expected).abs() < 4.0 * error, "{name}, part {part}: {mean}, not {expected} +- {error}");
+        assert!(error < precision * expected, "{name}, part {part}: {expected} +- {error} tells nothing");
+    }
+}
+
+#[test]
+fn the_mean_is_right_while_it_learns() {
+    let device = TestDevice::open();
+    let [learned, expected] = [LightSampler::NeeAt, LightSampler::Power]
+        .map(|sampler| runs(&mut view(&device, "lamps", params(sampler), SIZE), 64, 8, |_, _| ()));
+    assert_same_means("lamps", learned, expected, 0.05);
+}
+
+/// A closed-off hall: a floor with point lights over it that are seen from everywhere.
+fn hall(lights: &[(Vec3, f32)]) -> (Scene, Vec<Option<Surface>>) {
+    let mut scene = Scene::default();
+    let corners = [(-9.0, 9.0), (9.0, 9.0), (9.0, -9.0), (-9.0, -9.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
+    polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::splat(0.5)));
+    for &(position, intensity) in lights {
+        scene.lights.push(Light::point("lamp", position, Vec3::splat(intensity)));
+    }
+    let surface = |i: u32| {
+        let position = Vec3::new((i % SIZE[0]) as f32 * 0.25 - 4.0, 0.0, (i / SIZE[0]) as f32 * 0.25 - 2.25);
+        Some(Surface { position, normal: Vec3::Y, to_viewer: Vec3::Y, material: 0 })
+    };
+    (scene, (0..SIZE[0] * SIZE[1]).map(surface).collect())
+}
+
+/// A lamp that is in another place in every frame, and two that blink in turn: what was learned of them is wrong in every frame.
+#[test]
+fn lights_that_move_and_blink_are_never_missing() {
+    let device = TestDevice::open();
+    let mut lights = vec![(Vec3::new(0.0, 0.5, 0.0), 3.0), (Vec3::new(-2.0, 1.0, 1.0), 4.0), (Vec3::Y, 0.0)];
+    lights.extend((0..12).map(|i| (Vec3::new(i as f32 - 6.0, 2.0, 0.5 * i as f32 - 3.0), 0.5)));
+    let (scene, surfaces) = hall(&lights);
+    let step = |scene: &mut Scene, frame: u32| {
+        let place = Vec3::new((frame * 5 % 8) as f32 - 3.5, 0.5, (frame * 3 % 4) as f32 - 1.5);
+        scene.lights[0].position = place;
+        scene.lights[1].intensity = Vec3::splat(4.0 * (frame % 2) as f32);
+        scene.lights[2].intensity = Vec3::splat(4.0 * ((frame + 1) % 2) as f32);
+    };
+    let [learned, expected] = [LightSampler::NeeAt, LightSampler::Power].map(|sampler| {
+        let mut view = View::new(&device, scene.clone(), params(sampler), SIZE);
+        view.show(&surfaces);
+        runs(&mut view, 64, 8, step)
+    });
+    assert_same_means("moving", learned, expected, 0.05);
+}
+
+/// Mean over the pixels of the variance of frame `frame` after a reset, over independent runs, relative to the squared mean.
+fn noise(view: &mut View<'_>, runs: u32, frame: u32) -> f64 {
+    let mut sums: Vec<[f64; 2]> = Vec::new();
+    for run in 0..runs {
+        view.seed = 900 + run;
+        view.reset();
+        (0..frame).for_each(|_| drop(view.frame()));
+        let picture = view.frame();
+        sums.resize(picture.len(), [0.0; 2]);
+        sums.iter_mut().zip(picture).for_each(|(s, v)| *s = [s[0] + v, s[1] + v * v]);
+    }
+    let n = f64::from(runs);
+    let mean = sums.iter().map(|s| s[0] / n).sum::<f64>() / sums.len() as f64;
+    let variance = sums.iter().map(|s| (s[1] - s[0] * s[0] / n) / (n - 1.0)).sum::<f64>() / sums.len() as f64;
+    variance / (mean * mean)
+}
+
+#[test]
+fn what_was_learned_lowers_the_variance() {
+    let device = TestDevice::open();
+    let size = [64, 36];
+    let noise_of = |params: DirectParams, frame| noise(&mut view(&device, "lamps", params, size), 48, frame);
+    let [power, cluster] =
+        [LightSampler::Power, LightSampler::ClusterCdf].map(|sampler| noise_of(params(sampler), 0));
+    let learned = noise_of(params(LightSampler::NeeAt), 8);
+    println!("relative variance: power {power:.3}, cluster-cdf {cluster:.3}, nee-at {learned:.3}");
+    println!("nee-at / power {:.3}, nee-at / cluster-cdf {:.3}", learned / power, learned / cluster);
+    assert!(learned < power && learned < cluster);
+}
+
+#[test]
+fn a_reset_gives_the_first_frame_and_a_seed_the_same_bits() {
+    let device = TestDevice::open();
+    let mut view = view(&device, "lamps", params(LightSampler::NeeAt), SIZE);
+    let sequence = |view: &mut View<'_>| -> Vec<Vec<f64>> { (0..5).map(|_| view.frame()).collect() };
+    let first = sequence(&mut view);
+    let learned = tiles(&view);
+    assert!(learned.iter().any(|tile| tile.narrow > 0.3));
+    view.reset();
+    assert!(sequence(&mut view) == first, "after a reset");
+    assert!(tiles(&view) == learned);
+    let mut again = self::view(&device, "lamps", params(LightSampler::NeeAt), SIZE);
+    assert!(sequence(&mut again) == first, "in another run");
+    again.seed = 2;
+    again.reset();
+    assert!(sequence(&mut again) != first, "with another seed");
+    // The first frame is that of the power sampler: nothing was learned.
+    let mut power = self::view(&device, "lamps", params(LightSampler::Power), SIZE);
+    assert!(power.frame() == first[0]);
+}
+
+/// Lists of other tiles or frames are other lists: none is drawn with the numbers of another, as those that scroll from frame to frame.
+#[test]
+fn tiles_and_frames_draw_their_own_proxies() {
+    let device = TestDevice::open();
+    let all_global =
+        DirectParams { nee_at_global_share: 1.0, nee_at_history: 0.0, ..params(LightSampler::NeeAt) };
+    let mut view = view(&device, "lamps", all_global, SIZE);
+    let mut lists = BTreeSet::new();
+    let mut count = 0;
+    for frame in 0..6 {
+        view.frame();
+        for tile in tiles(&view) {
+            // In the first frame there are none.
+            assert_eq!(tile.narrow > 0.0, frame > 0, "{}", tile.narrow);
+            if tile.narrow > 0.0 {
+                assert_eq!(tile.lights.len(), NEE_AT_PROXIES as usize);
+                lists.insert(tile.lights);
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 50, "{count}");
+    assert_eq!(lists.len(), count, "lists that are equal");
+}
+
+/// Two halves of a picture with a wall between them, each with a lamp of its own. The picture moves by half its width: what was learned
+/// moves with it. Tiles of the sky learn nothing.
+#[test]
+fn what_was_learned_moves_with_the_picture() {
+    let device = TestDevice::open();
+    let (mut scene, mut surfaces) =
+        hall(&[(Vec3::new(-2.0, 1.0, 0.0), 5.0), (Vec3::new(2.0, 1.0, 0.0), 5.0), (Vec3::new(0.0, 1.0, -30.0), 1.0)]);
+    let wall = [(-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0)].map(|(z, y)| Vec3::new(-0.06, y, z));
+    polygon(&mut scene, &wall, Affine3A::IDENTITY, Material::lambertian("wall", Vec3::ONE));
+    // All but the first four rows show the sky.
+    surfaces.iter_mut().skip((SIZE[0] * 4) as usize).for_each(|s| *s = None);
+    let params = DirectParams { nee_at_global_share: 0.0, nee_at_history: 0.25, ..params(LightSampler::NeeAt) };
+    let mut view = View::new(&device, scene, params, SIZE);
+    view.show(&surfaces);
+    let share = |tile: &NeeAtTile, light: u32| {
+        tile.lights.iter().filter(|&&l| l == light).count() as f64 / tile.lights.len() as f64
+    };
+    // A field is 16 texels wide: two tiles, of which the margin of 4 texels sees into the other half.
+    for _ in 0..5 {
+        view.frame();
+    }
+    let still = tiles(&view);
+    for field in [0, 2] {
+        let shares = [share(&still[field], 0), share(&still[field + 1], 1)];
+        assert!(shares.into_iter().all(|share| share > 0.6 && share < 0.99), "{shares:?}");
+    }
+    assert!(still[4..].iter().all(|tile| tile.narrow == 0.0), "sky");
+    let half = SIZE[0] / 2;
+    let shifted: Vec<_> = (0..surfaces.len())
+        .map(|i| if i as u32 % SIZE[0] < half { surfaces[i + half as usize] } else { surfaces[i] })
+        .collect();
+    view.show(&shifted);
+    view.set_motion(|_, _| [half as f32, 0.0]);
+    view.frame();
+    let moved = tiles(&view);
+    for field in [0, 2] {
+        let [left, right] = [&moved[field], &moved[field + 1]];
+        assert!(share(left, 1) > 0.85, "what the right half has learned is on the left: {left:?}");
+        // Of what comes into the picture only the margin was seen before.
+        assert!(share(right, 1) == 1.0 && right.evidence < 0.6 * left.evidence, "{right:?}");
+    }
+}
