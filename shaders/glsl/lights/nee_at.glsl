@@ -30,8 +30,8 @@ uint64_t nee_at_tile(uint64_t tiles, ivec2 p, ivec2 size) {
 // How many of a tile's proxies are less than `light`.
 uint proxies_below(NeeAtTileTable tile, uint light) {
     uint below = 0u;
-    for (uint step = NEE_AT_PROXIES / 2u; step > 0u; step /= 2u) {
-        if (tile.at[0].lights[below + step - 1u] < light) below += step;
+    for (uint jump = NEE_AT_PROXIES / 2u; jump > 0u; jump /= 2u) {
+        if (tile.at[0].lights[below + jump - 1u] < light) below += jump;
     }
     return tile.at[0].lights[below] < light ? below + 1u : below;
 }
