@@ -2,8 +2,9 @@
 //
 //   * some come from the feedback of the last frame: that of the texels of the tile and of a margin round it, each where its surface was
 //     then, by systematic sampling in proportion to the weights;
-//   * some are kept from the list that the tile had then, evenly spread over it;
-//   * some are drawn from all lights, by power or uniformly.
+//   * some are kept from the list that the tile had then, evenly spread over it, every fourth from the list of a neighbour instead: what
+//     one tile finds spreads;
+//   * some come from the list of any tile of the picture, or from all lights, by power or uniformly.
 //
 // Without feedback all that is learned is kept; without an old list all comes from feedback; without either, in the first frame, after a
 // reset, in the sky and in the dark, the tile has learned nothing and its samples are global.
@@ -20,19 +21,21 @@ layout(local_size_x = NEE_AT_PROXIES) in;
 layout(push_constant, scalar) uniform Push { NeeAtPush push; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer NeeAtTilesOut { NeeAtTile at[]; };
 
-// Texels of the window whose feedback counts: as many on each side of the tile as half its side, two a thread.
-const int MARGIN = int(NEE_AT_SIDE) / 2, WINDOW = 2 * int(NEE_AT_SIDE);
+// Texels of the window whose feedback counts: the tile and a margin as wide as it is.
+const int MARGIN = int(NEE_AT_SIDE), WINDOW = 3 * int(NEE_AT_SIDE);
 const uint TEXELS = uint(WINDOW * WINDOW);
-const uint TEXELS_A_THREAD = TEXELS / NEE_AT_PROXIES;
+const uint TEXELS_A_THREAD = (TEXELS + NEE_AT_PROXIES - 1u) / NEE_AT_PROXIES;
 // The largest weight as an integer: the sum of all fits into 32 bits.
-const float LARGEST = 8388608.0;
+const float LARGEST = 4194304.0;
 // With as many samples that found light, half of the narrow share is trusted.
-const float HALF_TRUST = 32.0;
+const float HALF_TRUST = 256.0;
+// One of so many kept proxies is a neighbour's.
+const uint NEIGHBOUR_STRIDE = 4u;
 // Of the numbers that all proxies of a tile share.
 const uint TILE_STREAM = NEE_AT_PROXIES;
 
-shared uint found[TEXELS];
-shared uint cumulative[TEXELS];
+shared uint found[TEXELS_A_THREAD * NEE_AT_PROXIES];
+shared uint cumulative[TEXELS_A_THREAD * NEE_AT_PROXIES];
 shared uint sums[NEE_AT_PROXIES];
 shared uint proxies[NEE_AT_PROXIES];
 shared uint largest_bits;
@@ -56,6 +59,7 @@ bool texel_before(ivec2 p, int field_width, out ivec2 before) {
 LightFeedback feedback_at(uint i, ivec2 first, int field, ivec2 size) {
     int field_width = size.x / 2;
     ivec2 p = first + ivec2(int(i) % WINDOW, int(i) / WINDOW) - MARGIN, before;
+    if (i >= TEXELS) return NO_FEEDBACK;
     if (any(lessThan(p, ivec2(0))) || p.x >= field_width || p.y >= size.y) return NO_FEEDBACK;
     if (!texel_before(ivec2(p.x + field * field_width, p.y), field_width, before)) return NO_FEEDBACK;
     uvec2 words = LightFeedbackTable(push.feedback).at[before.y * size.x + before.x];
@@ -120,6 +124,16 @@ uint global_light(uvec4 bits) {
     return alias_pick(scene.local_alias, scene.local_light_count, bits.z, xi.w);
 }
 
+// Address of the old tile at a texel, x within the field; 0: it is not there or has learned nothing.
+uint64_t old_tile(ivec2 p, int field, ivec2 size) {
+    int field_width = size.x / 2;
+    ivec2 before;
+    if (any(lessThan(p, ivec2(0))) || p.x >= field_width || p.y >= size.y) return 0ul;
+    if (!texel_before(ivec2(p.x + field * field_width, p.y), field_width, before)) return 0ul;
+    uint64_t old = nee_at_tile(push.tiles_before, before, size);
+    return NeeAtTileTable(old).at[0].narrow > 0.0 ? old : 0ul;
+}
+
 // Bitonic sort (Batcher 1968).
 void sort_proxies() {
     uint thread = gl_LocalInvocationIndex;
@@ -153,14 +167,11 @@ void main() {
     uint total = 0u;
     float evidence = 0.0;
     uint64_t old = 0ul;
+    ivec2 middle = (first + min(first + side, ivec2(field_width, size.y))) / 2;
     if (!blank) {
         total = gather(first, field, size);
-        ivec2 middle = (first + min(first + side, ivec2(field_width, size.y))) / 2, before;
-        if (texel_before(ivec2(middle.x + field * field_width, middle.y), field_width, before)) {
-            old = nee_at_tile(push.tiles_before, before, size);
-            evidence = NeeAtTileTable(old).at[0].evidence;
-            if (NeeAtTileTable(old).at[0].narrow <= 0.0) old = 0ul;
-        }
+        old = old_tile(middle, field, size);
+        if (old != 0ul) evidence = NeeAtTileTable(old).at[0].evidence;
     }
     if (total == 0u && old == 0ul) {
         tiles.at[tile].lights[thread] = 0u;
@@ -175,7 +186,7 @@ void main() {
     uint learned = NEE_AT_PROXIES - push.global_proxies;
     uint kept = old == 0ul ? 0u : (total == 0u ? learned : push.kept_proxies);
     uint fresh = learned - kept;
-    uvec4 shared_bits = tile_bits(tile, TILE_STREAM);
+    uvec4 shared_bits = tile_bits(tile, TILE_STREAM), bits = tile_bits(tile, thread);
     uint light;
     if (thread < fresh) {
         // The sum is above the number of proxies: it contains LARGEST.
@@ -183,9 +194,20 @@ void main() {
         light = light_at(thread * stride + high_product(shared_bits.x, stride));
     } else if (thread < learned) {
         uint place = ((thread - fresh) * 65536u + (shared_bits.y >> 16u)) * NEE_AT_PROXIES / (kept * 65536u);
-        light = NeeAtTileTable(old).at[0].lights[place];
+        uint64_t from = old;
+        if (thread % NEIGHBOUR_STRIDE == 0u) {
+            ivec2 offset = ivec2(high_product(bits.x, 3u), high_product(bits.y, 3u)) - 1;
+            uint64_t neighbour = old_tile(middle + side * offset, field, size);
+            if (neighbour != 0ul) from = neighbour;
+        }
+        light = NeeAtTileTable(from).at[0].lights[place];
     } else {
-        light = global_light(tile_bits(tile, thread));
+        // The even ones by power, the odd ones of any tile that has learned something.
+        light = global_light(bits);
+        uint64_t any_tile = nee_at_tile(push.tiles_before, ivec2(high_product(bits.x, uint(size.x)), high_product(bits.y, uint(size.y))), size);
+        if (thread % 2u == 1u && NeeAtTileTable(any_tile).at[0].narrow > 0.0) {
+            light = NeeAtTileTable(any_tile).at[0].lights[bits.z % NEE_AT_PROXIES];
+        }
     }
     proxies[thread] = light;
     sort_proxies();

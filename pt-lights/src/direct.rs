@@ -48,9 +48,9 @@ knobs! {
         pub nee_at_narrow: f32 = 0.8, in 0.0..=0.95;
         /// Share of its other samples that are drawn uniformly from all lights; the rest by power.
         pub nee_at_uniform: f32 = 0.0, in 0.0..=1.0;
-        /// Share of a tile's proxies that are drawn by power in every frame.
-        pub nee_at_global_share: f32 = 0.125, in 0.0..=1.0;
-        /// Share of its other proxies that are kept from the last frame, and so the length of the memory.
+        /// Share of a tile's proxies that come from anywhere in every frame: half of them by power, half from the lists of any tiles.
+        pub nee_at_global_share: f32 = 0.0625, in 0.0..=1.0;
+        /// Share of its other proxies that are kept from the last frame.
         pub nee_at_history: f32 = 0.75, in 0.0..=0.95;
     }
 }

@@ -12,7 +12,6 @@ use pt_core::{Buffer, Kernel, Location, Recorder, SceneResources};
 use pt_lights::DirectParams;
 use pt_lights::records::LightRays;
 use pt_scene::{Light, Material, Scene, builtin};
-use pt_shaders::named_enum::NamedEnum;
 use pt_shaders::records::{LightSampler, NEE_AT_PROXIES, NeeAtTile};
 use std::collections::BTreeSet;
 
@@ -65,7 +64,7 @@ fn lights_are_picked_as_often_as_their_probability_says() {
         let learned = tiles(&view);
         let lights = view.uploaded.lights.lists().local.len() as u32;
         for tile in [1, learned.len() - 2] {
-            assert!(learned[tile].narrow > 0.3, "tile {tile} has learned nothing: {}", learned[tile].narrow);
+            assert!(learned[tile].narrow > 0.1, "tile {tile} has learned nothing: {}", learned[tile].narrow);
             assert!(learned[tile].lights.is_sorted(), "{:?}", learned[tile].lights);
             let expected: Vec<f64> =
                 tile_picks(&view, tile, 1, lights).iter().map(|l| f64::from(l.pdf)).collect();
@@ -133,11 +132,11 @@ fn the_mean_is_right_while_it_learns() {
     let device = TestDevice::open();
     let [learned, expected] = [LightSampler::NeeAt, LightSampler::Power]
         .map(|sampler| runs(&mut view(&device, "lamps", params(sampler), SIZE), 64, 8, |_, _| ()));
-    assert_same_means("lamps", learned, expected, 0.05);
+    assert_same_means("lamps", learned, expected, 0.08);
 }
 
 /// A closed-off hall: a floor with point lights over it that are seen from everywhere.
-fn hall(lights: &[(Vec3, f32)]) -> (Scene, Vec<Option<Surface>>) {
+fn hall(lights: &[(Vec3, f32)], size: [u32; 2]) -> (Scene, Vec<Option<Surface>>) {
     let mut scene = Scene::default();
     let corners = [(-9.0, 9.0), (9.0, 9.0), (9.0, -9.0), (-9.0, -9.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
     polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::splat(0.5)));
@@ -145,10 +144,11 @@ fn hall(lights: &[(Vec3, f32)]) -> (Scene, Vec<Option<Surface>>) {
         scene.lights.push(Light::point("lamp", position, Vec3::splat(intensity)));
     }
     let surface = |i: u32| {
-        let position = Vec3::new((i % SIZE[0]) as f32 * 0.25 - 4.0, 0.0, (i / SIZE[0]) as f32 * 0.25 - 2.25);
+        let x = (i % size[0]) as f32 * 8.0 / size[0] as f32 - 4.0;
+        let position = Vec3::new(x, 0.0, (i / size[0]) as f32 * 0.25 - 2.25);
         Some(Surface { position, normal: Vec3::Y, to_viewer: Vec3::Y, material: 0 })
     };
-    (scene, (0..SIZE[0] * SIZE[1]).map(surface).collect())
+    (scene, (0..size[0] * size[1]).map(surface).collect())
 }
 
 /// A lamp that is in another place in every frame, and two that blink in turn: what was learned of them is wrong in every frame.
@@ -157,7 +157,7 @@ fn lights_that_move_and_blink_are_never_missing() {
     let device = TestDevice::open();
     let mut lights = vec![(Vec3::new(0.0, 0.5, 0.0), 3.0), (Vec3::new(-2.0, 1.0, 1.0), 4.0), (Vec3::Y, 0.0)];
     lights.extend((0..12).map(|i| (Vec3::new(i as f32 - 6.0, 2.0, 0.5 * i as f32 - 3.0), 0.5)));
-    let (scene, surfaces) = hall(&lights);
+    let (scene, surfaces) = hall(&lights, SIZE);
     let step = |scene: &mut Scene, frame: u32| {
         let place = Vec3::new((frame * 5 % 8) as f32 - 3.5, 0.5, (frame * 3 % 4) as f32 - 1.5);
         scene.lights[0].position = place;
@@ -209,7 +209,7 @@ fn a_reset_gives_the_first_frame_and_a_seed_the_same_bits() {
     let sequence = |view: &mut View<'_>| -> Vec<Vec<f64>> { (0..5).map(|_| view.frame()).collect() };
     let first = sequence(&mut view);
     let learned = tiles(&view);
-    assert!(learned.iter().any(|tile| tile.narrow > 0.3));
+    assert!(learned.iter().any(|tile| tile.narrow > 0.1));
     view.reset();
     assert!(sequence(&mut view) == first, "after a reset");
     assert!(tiles(&view) == learned);
@@ -252,29 +252,28 @@ fn tiles_and_frames_draw_their_own_proxies() {
 /// moves with it. Tiles of the sky learn nothing.
 #[test]
 fn what_was_learned_moves_with_the_picture() {
+    const SIZE: [u32; 2] = [64, 18];
     let device = TestDevice::open();
-    let (mut scene, mut surfaces) =
-        hall(&[(Vec3::new(-2.0, 1.0, 0.0), 5.0), (Vec3::new(2.0, 1.0, 0.0), 5.0), (Vec3::new(0.0, 1.0, -30.0), 1.0)]);
+    let lights = [(Vec3::new(-2.0, 1.0, 0.0), 5.0), (Vec3::new(2.0, 1.0, 0.0), 5.0)];
+    let (mut scene, mut surfaces) = hall(&lights, SIZE);
     let wall = [(-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0)].map(|(z, y)| Vec3::new(-0.06, y, z));
     polygon(&mut scene, &wall, Affine3A::IDENTITY, Material::lambertian("wall", Vec3::ONE));
     // All but the first four rows show the sky.
     surfaces.iter_mut().skip((SIZE[0] * 4) as usize).for_each(|s| *s = None);
-    let params = DirectParams { nee_at_global_share: 0.0, nee_at_history: 0.25, ..params(LightSampler::NeeAt) };
+    let params = DirectParams { nee_at_global_share: 0.0, ..params(LightSampler::NeeAt) };
     let mut view = View::new(&device, scene, params, SIZE);
     view.show(&surfaces);
     let share = |tile: &NeeAtTile, light: u32| {
         tile.lights.iter().filter(|&&l| l == light).count() as f64 / tile.lights.len() as f64
     };
-    // A field is 16 texels wide: two tiles, of which the margin of 4 texels sees into the other half.
-    for _ in 0..5 {
-        view.frame();
-    }
+    (0..5).for_each(|_| drop(view.frame()));
+    // A row has four tiles of the even field, then four of the odd one. Those in the middle see over the wall with their margins.
     let still = tiles(&view);
-    for field in [0, 2] {
-        let shares = [share(&still[field], 0), share(&still[field + 1], 1)];
-        assert!(shares.into_iter().all(|share| share > 0.6 && share < 0.99), "{shares:?}");
+    for field in [0, 4] {
+        let shares = [share(&still[field], 0), share(&still[field + 3], 1)];
+        assert!(shares.into_iter().all(|share| share > 0.8), "{shares:?}");
     }
-    assert!(still[4..].iter().all(|tile| tile.narrow == 0.0), "sky");
+    assert!(still[16..].iter().all(|tile| tile.narrow == 0.0), "sky");
     let half = SIZE[0] / 2;
     let shifted: Vec<_> = (0..surfaces.len())
         .map(|i| if i as u32 % SIZE[0] < half { surfaces[i + half as usize] } else { surfaces[i] })
@@ -283,10 +282,9 @@ fn what_was_learned_moves_with_the_picture() {
     view.set_motion(|_, _| [half as f32, 0.0]);
     view.frame();
     let moved = tiles(&view);
-    for field in [0, 2] {
-        let [left, right] = [&moved[field], &moved[field + 1]];
-        assert!(share(left, 1) > 0.85, "what the right half has learned is on the left: {left:?}");
-        // Of what comes into the picture only the margin was seen before.
-        assert!(share(right, 1) == 1.0 && right.evidence < 0.6 * left.evidence, "{right:?}");
+    for field in [0, 4] {
+        let tile = &moved[field + 1];
+        assert!(tile.narrow > 0.0 && share(tile, 1) > 0.8, "the second tile is the last one of before: {tile:?}");
+        assert_eq!(moved[field + 3].narrow, 0.0, "new in the picture");
     }
 }
