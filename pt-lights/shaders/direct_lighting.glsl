@@ -52,6 +52,9 @@ LightSample local_candidate(LightContext c, uvec2 key, uvec4 bits, out uint ligh
     if (light_sampler == LIGHT_SAMPLER_RIS) {
         return ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
     }
+    if (light_sampler == LIGHT_SAMPLER_NEE_AT && push.nee_at_candidates > 1u) {
+        return ris_sample(c, key, xi.x, RIS_SOURCE_POWER, push.nee_at_candidates, true, light);
+    }
     float pmf;
     light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);
     if (light == NONE || (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) == 0u) return NO_LIGHT_SAMPLE;

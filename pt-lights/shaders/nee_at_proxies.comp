@@ -31,6 +31,8 @@ const float LARGEST = 4194304.0;
 const float HALF_TRUST = 256.0;
 // One of so many kept proxies is a neighbour's.
 const uint NEIGHBOUR_STRIDE = 4u;
+// Of a texel of the margin, where one of the tile has 1.
+const float MARGIN_WEIGHT = 0.25;
 // Of the numbers that all proxies of a tile share.
 const uint TILE_STREAM = NEE_AT_PROXIES;
 
@@ -63,7 +65,10 @@ LightFeedback feedback_at(uint i, ivec2 first, int field, ivec2 size) {
     if (any(lessThan(p, ivec2(0))) || p.x >= field_width || p.y >= size.y) return NO_FEEDBACK;
     if (!texel_before(ivec2(p.x + field * field_width, p.y), field_width, before)) return NO_FEEDBACK;
     uvec2 words = LightFeedbackTable(push.feedback).at[before.y * size.x + before.x];
-    return words.x < scene.local_light_count ? LightFeedback(words.x, uintBitsToFloat(words.y)) : NO_FEEDBACK;
+    if (words.x >= scene.local_light_count) return NO_FEEDBACK;
+    ivec2 inside = p - first;
+    bool own = all(greaterThanEqual(inside, ivec2(0))) && all(lessThan(inside, ivec2(NEE_AT_SIDE)));
+    return LightFeedback(words.x, uintBitsToFloat(words.y) * (own ? 1.0 : MARGIN_WEIGHT));
 }
 
 // Fills `found` and `cumulative`, the inclusive sums of the weights; returns their sum.

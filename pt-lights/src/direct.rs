@@ -44,9 +44,11 @@ knobs! {
         pub ris_candidates: u32 = 8, in 1..=16, source "Talbot, Cline and Egbert 2005";
         /// Whether the random numbers that choose these candidates are spread evenly over the lights.
         pub ris_stratified: bool = true;
-        /// Share of the samples of `sampler=nee-at` that are drawn from what the pixel's tile has learned, once it has learned much.
+        /// Candidates of a sample of `sampler=nee-at`, of which the estimate of their light chooses one; 1: the first is taken.
+        pub nee_at_candidates: u32 = 8, in 1..=16;
+        /// Share of the candidates that are drawn from what the pixel's tile has learned, once it has learned much.
         pub nee_at_narrow: f32 = 0.8, in 0.0..=0.95;
-        /// Share of its other samples that are drawn uniformly from all lights; the rest by power.
+        /// Share of the other candidates that are drawn uniformly from all lights; the rest by power.
         pub nee_at_uniform: f32 = 0.0, in 0.0..=1.0;
         /// Share of a tile's proxies that come from anywhere in every frame: half of them by power, half from the lists of any tiles.
         pub nee_at_global_share: f32 = 0.0625, in 0.0..=1.0;
@@ -80,6 +82,8 @@ impl DirectParams {
             ris_source: self.ris_source.code(),
             ris_candidates: self.ris_candidates,
             ris_stratified: u32::from(self.ris_stratified),
+            nee_at_candidates: self.nee_at_candidates,
+            pad: 0,
         }
     }
 }

@@ -117,5 +117,9 @@ pt_shaders::gpu_struct! {
         pub ris_candidates: u32,
         /// 1 = the numbers that choose them are spread evenly.
         pub ris_stratified: u32,
+        /// Candidates of a sample of nee-at.
+        pub nee_at_candidates: u32,
+        /// Alignment.
+        pub pad: u32,
     }
 }

@@ -122,7 +122,10 @@ fn assert_same_means(name: &str, learned: [[f64; 2]; 6], expected: [[f64; 2]; 6]
     for (part, ([mean, variance], [expected, other])) in learned.into_iter().zip(expected).enumerate() {
         let error = (variance + other).sqrt();
         println!("{name}, part {part}: {mean:.5}, by power {expected:.5}, standard error {error:.5}");
-        assert!((mean - expected).abs() < 4.0 * error, "{name}, part {part}: {mean}, not {expected} +- {error}");
+        assert!(
+            (mean - expected).abs() < 4.0 * error,
+            "{name}, part {part}: {mean}, not {expected} +- {error}"
+        );
         assert!(error < precision * expected, "{name}, part {part}: {expected} +- {error} tells nothing");
     }
 }
@@ -130,9 +133,11 @@ fn assert_same_means(name: &str, learned: [[f64; 2]; 6], expected: [[f64; 2]; 6]
 #[test]
 fn the_mean_is_right_while_it_learns() {
     let device = TestDevice::open();
-    let [learned, expected] = [LightSampler::NeeAt, LightSampler::Power]
-        .map(|sampler| runs(&mut view(&device, "lamps", params(sampler), SIZE), 64, 8, |_, _| ()));
-    assert_same_means("lamps", learned, expected, 0.08);
+    let mean = |params| runs(&mut view(&device, "lamps", params, SIZE), 64, 8, |_, _| ());
+    let expected = mean(params(LightSampler::Power));
+    assert_same_means("chosen among candidates", mean(params(LightSampler::NeeAt)), expected, 0.08);
+    let alone = DirectParams { nee_at_candidates: 1, nee_at_uniform: 0.2, ..params(LightSampler::NeeAt) };
+    assert_same_means("one candidate", mean(alone), expected, 0.08);
 }
 
 /// A closed-off hall: a floor with point lights over it that are seen from everywhere.
@@ -164,12 +169,15 @@ fn lights_that_move_and_blink_are_never_missing() {
         scene.lights[1].intensity = Vec3::splat(4.0 * (frame % 2) as f32);
         scene.lights[2].intensity = Vec3::splat(4.0 * ((frame + 1) % 2) as f32);
     };
-    let [learned, expected] = [LightSampler::NeeAt, LightSampler::Power].map(|sampler| {
-        let mut view = View::new(&device, scene.clone(), params(sampler), SIZE);
+    let mean = |params| {
+        let mut view = View::new(&device, scene.clone(), params, SIZE);
         view.show(&surfaces);
         runs(&mut view, 64, 8, step)
-    });
-    assert_same_means("moving", learned, expected, 0.05);
+    };
+    let expected = mean(params(LightSampler::Power));
+    assert_same_means("chosen among candidates", mean(params(LightSampler::NeeAt)), expected, 0.05);
+    let alone = DirectParams { nee_at_candidates: 1, ..params(LightSampler::NeeAt) };
+    assert_same_means("one candidate", mean(alone), expected, 0.05);
 }
 
 /// Mean over the pixels of the variance of frame `frame` after a reset, over independent runs, relative to the squared mean.
@@ -196,10 +204,15 @@ fn what_was_learned_lowers_the_variance() {
     let noise_of = |params: DirectParams, frame| noise(&mut view(&device, "lamps", params, size), 48, frame);
     let [power, cluster] =
         [LightSampler::Power, LightSampler::ClusterCdf].map(|sampler| noise_of(params(sampler), 0));
-    let learned = noise_of(params(LightSampler::NeeAt), 8);
-    println!("relative variance: power {power:.3}, cluster-cdf {cluster:.3}, nee-at {learned:.3}");
-    println!("nee-at / power {:.3}, nee-at / cluster-cdf {:.3}", learned / power, learned / cluster);
-    assert!(learned < power && learned < cluster);
+    println!("relative variance: power {power:.2}, cluster-cdf {cluster:.2}");
+    let [alone, chosen] = [1, 8].map(|candidates| {
+        let params = DirectParams { nee_at_candidates: candidates, ..params(LightSampler::NeeAt) };
+        let noise = noise_of(params, 8);
+        let [to_power, to_cluster] = [noise / power, noise / cluster];
+        println!("nee-at, {candidates} candidates: {noise:.2}, {to_power:.3} of power, {to_cluster:.3} of cluster-cdf");
+        noise
+    });
+    assert!(chosen < 0.2 * power && chosen < 0.9 * cluster && chosen < alone);
 }
 
 #[test]
@@ -218,9 +231,11 @@ fn a_reset_gives_the_first_frame_and_a_seed_the_same_bits() {
     again.seed = 2;
     again.reset();
     assert!(sequence(&mut again) != first, "with another seed");
-    // The first frame is that of the power sampler: nothing was learned.
-    let mut power = self::view(&device, "lamps", params(LightSampler::Power), SIZE);
-    assert!(power.frame() == first[0]);
+    // Without a choice among candidates the first frame is that of the power sampler: nothing was learned.
+    let alone = DirectParams { nee_at_candidates: 1, ..params(LightSampler::NeeAt) };
+    let [alone, power] =
+        [alone, params(LightSampler::Power)].map(|params| self::view(&device, "lamps", params, SIZE).frame());
+    assert!(alone == power && alone != first[0]);
 }
 
 /// Lists of other tiles or frames are other lists: none is drawn with the numbers of another, as those that scroll from frame to frame.
@@ -284,7 +299,10 @@ fn what_was_learned_moves_with_the_picture() {
     let moved = tiles(&view);
     for field in [0, 4] {
         let tile = &moved[field + 1];
-        assert!(tile.narrow > 0.0 && share(tile, 1) > 0.8, "the second tile is the last one of before: {tile:?}");
+        assert!(
+            tile.narrow > 0.0 && share(tile, 1) > 0.8,
+            "the second tile is the last one of before: {tile:?}"
+        );
         assert_eq!(moved[field + 3].narrow, 0.0, "new in the picture");
     }
 }

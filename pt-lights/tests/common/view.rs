@@ -135,11 +135,13 @@ impl<'d> View<'d> {
         write(NORMAL, words(&|s| vec![pack_unit_vector(s.normal)]));
         write(VERTEX_NORMAL, words(&|s| vec![pack_unit_vector(s.normal)]));
         write(VIEW_DIRECTION, words(&|s| vec![pack_unit_vector(-s.to_viewer), 1]));
-        let clusters = surfaces.iter().map(|s| s.map_or(u16::MAX, |s| gpu.clusters().find(s.position) as u16));
+        let clusters =
+            surfaces.iter().map(|s| s.map_or(u16::MAX, |s| gpu.clusters().find(s.position) as u16));
         write(CLUSTER, clusters.flat_map(u16::to_le_bytes).collect());
         let base = |s: &Option<Surface>| s.as_ref().map_or(Vec3::ZERO, |s| material(s).base_color.truncate());
         write(BASE_COLOR, unorm16(surfaces.iter().flat_map(|s| base(s).extend(F0).to_array())));
-        let rough = surfaces.iter().flat_map(|s| s.as_ref().map_or([0.0; 2], |s| [0.0, material(s).roughness]));
+        let rough =
+            surfaces.iter().flat_map(|s| s.as_ref().map_or([0.0; 2], |s| [0.0, material(s).roughness]));
         write(METALLIC_ROUGHNESS, unorm16(rough));
         self.albedo = flat.iter().map(base).collect();
     }
@@ -182,8 +184,7 @@ impl<'d> View<'d> {
         self.uniforms.upload(&mut frame, &record).unwrap();
         let Uploaded { scene, lights, gpu } = &mut self.uploaded;
         lights.update(&mut frame, scene, gpu).unwrap();
-        let inputs =
-            StageInputs { scene: Some(&*gpu), uniforms: Some(&self.uniforms), images: &self.images };
+        let inputs = StageInputs { scene: Some(&*gpu), uniforms: Some(&self.uniforms), images: &self.images };
         self.stage.record(&mut frame, &inputs, &self.params, 0.0).unwrap();
         frame.submit().unwrap();
         self.recorder.finish().unwrap();
@@ -201,4 +202,3 @@ impl<'d> View<'d> {
         self.device
     }
 }
-

@@ -16,7 +16,9 @@ float ris_target(LightContext c, LightSample s) {
 LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint light) {
     vec4 xi = unit_from_bits(bits);
     float pmf;
-    if (source == RIS_SOURCE_CLUSTER) {
+    if (light_sampler == LIGHT_SAMPLER_NEE_AT) {
+        light = pick_light(c, bits, pick_by_power(pcg4d(bits)), pmf);
+    } else if (source == RIS_SOURCE_CLUSTER) {
         ClusterListRecord list = cluster_list(c.cluster);
         uint size = cluster_list_size(list);
         bool all = xi.x < list.catch_all;
