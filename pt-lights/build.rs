@@ -1,4 +1,4 @@
-//! Compiles the kernels of `shaders/`.
+//! Compiles the kernels of `shaders/` and of the tests.
 
 use pt_shaders::GpuStruct;
 
@@ -6,6 +6,8 @@ use pt_shaders::GpuStruct;
 mod images;
 #[path = "src/records.rs"]
 mod records;
+#[path = "tests/common/records.rs"]
+mod test_records;
 
 fn main() {
     let header = [
@@ -14,8 +16,11 @@ fn main() {
         records::RestirVisibility::glsl(),
         records::DirectPush::glsl(),
     ];
-    pt_shaders::compiler::Kernels::new()
+    let kernels = pt_shaders::compiler::Kernels::new()
         .header("lights_records.glsl", header.concat())
-        .header("lights_images.glsl", images::glsl())
-        .compile("shaders");
+        .header("nee_at_records.glsl", records::NeeAtPush::glsl())
+        .header("lights_images.glsl", images::glsl());
+    kernels.compile("shaders");
+    let test_header = [test_records::SampleRecord::glsl(), test_records::NeeAtPicksPush::glsl()];
+    kernels.header("test_records.glsl", test_header.concat()).compile_as("tests/shaders", "test_kernels.rs");
 }

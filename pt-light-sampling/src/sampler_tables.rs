@@ -77,7 +77,9 @@ impl SamplerTables {
         let listed = match choice.sampler {
             LightSampler::ClusterCdf | LightSampler::ClusterStats => true,
             LightSampler::Ris | LightSampler::RestirDi => choice.ris_source == RisSource::Cluster,
-            LightSampler::Uniform | LightSampler::Power | LightSampler::LightBvh => false,
+            LightSampler::Uniform | LightSampler::Power | LightSampler::LightBvh | LightSampler::NeeAt => {
+                false
+            }
         };
         let tree = choice.sampler == LightSampler::LightBvh;
         let statistics = || {

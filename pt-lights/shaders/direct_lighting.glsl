@@ -73,6 +73,9 @@ LightSample local_candidate(LightContext c, ivec2 p, uint light_sample, uvec2 ke
     if (light_sampler == LIGHT_SAMPLER_RIS) {
         return ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
     }
+    if (light_sampler == LIGHT_SAMPLER_NEE_AT && push.nee_at_candidates > 1u) {
+        return ris_sample(c, key, xi.x, RIS_SOURCE_POWER, push.nee_at_candidates, true, light);
+    }
     float pmf;
     light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);
     if (light == NONE || (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) == 0u) return NO_LIGHT_SAMPLE;
@@ -104,7 +107,8 @@ LightSample candidate_light(ShadingPoint s, LightContext c, ivec2 p, uint light_
 LightContext light_context(ShadingPoint s, ivec2 p) {
     float f0 = luminance(s.brdf.f0);
     float specular = clamp(f0 / max(f0 + luminance(s.brdf.albedo), 1e-6), 0.0, 0.9);
-    return LightContext(s.position, s.world_from_local[2], s.world_from_local * s.view, imageLoad(ch_cluster, p).x, s.roughness, specular);
+    return LightContext(s.position, s.world_from_local[2], s.world_from_local * s.view, imageLoad(ch_cluster, p).x, s.roughness, specular,
+                        nee_at_tile(push.nee_at_tiles, p, imageSize(ch_color_hf)));
 }
 
 void direct_lighting(ivec2 p) {
@@ -113,6 +117,7 @@ void direct_lighting(ivec2 p) {
     if (floatBitsToUint(position.w) == 0u) {
         imageStore(ch_color_hf, p, vec4(0.0));
         imageStore(ch_color_spec, p, vec4(0.0));
+        if (light_sampler == LIGHT_SAMPLER_NEE_AT) keep_feedback(push.nee_at_feedback, p, imageSize(ch_color_hf), NO_FEEDBACK);
         return;
     }
     ShadingPoint s = load_shading_point(p, position);
@@ -121,6 +126,7 @@ void direct_lighting(ivec2 p) {
     bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
     uint candidates = reflects ? CANDIDATES : CANDIDATES - 1u;
     uvec2 rays = uvec2(0u), choice = uvec2(NONE, 0u);
+    LightFeedback feedback = NO_FEEDBACK;
     // One loop over samples and candidates, so that the kernel has the BRDF and the traversal once.
     for (uint i = 0u; i < push.samples * candidates; i++) {
         uint candidate = i % candidates;
@@ -140,10 +146,15 @@ void direct_lighting(ivec2 p) {
                 weight = power_weight(light.pdf, pdf);
             }
         }
+        BrdfValue before = sum;
         bool traced;
         bool arrived = add_light(s, light, weight, random_coverage(key, CANDIDATE_DIMENSIONS[candidate]), sum, traced);
         if (light_sampler == LIGHT_SAMPLER_CLUSTER_STATS && traced && local != NONE) {
             count_shadow_ray(context.cluster, local, context.normal, arrived);
+        }
+        if (light_sampler == LIGHT_SAMPLER_NEE_AT && arrived && local != NONE) {
+            vec3 arrival = (sum.diffuse - before.diffuse) * s.brdf.albedo + (sum.specular - before.specular);
+            insert_feedback(feedback, local, luminance(arrival), random_numbers(key, DIM_NEE_AT_FEEDBACK).x);
         }
         if (traced) rays += uvec2(1u, arrived ? 1u : 0u);
         if (local != NONE) choice = uvec2(local, pcg4d(uvec4(floatBitsToUint(light.target), local)).x);
@@ -151,6 +162,7 @@ void direct_lighting(ivec2 p) {
         if (push.restir_visibility == RESTIR_VISIBILITY_FINAL && traced && !arrived && local != NONE) drop_hidden(p);
 #endif
     }
+    if (light_sampler == LIGHT_SAMPLER_NEE_AT) keep_feedback(push.nee_at_feedback, p, imageSize(ch_color_hf), feedback);
     if (push.counts != 0ul) {
         atomicAdd(RayCountsOut(push.counts).rays.traced, rays.x);
         atomicAdd(RayCountsOut(push.counts).rays.arrived, rays.y);

@@ -65,7 +65,7 @@ float last_target(LightContext c, uint light, uint numbers, uint kinds) {
 // Context from the words of the channels, so that whoever looks at a pixel sees the same. The cluster serves candidates alone.
 LightContext make_context(vec3 position, uint normal, uint direction, uint material, uint cluster) {
     vec2 m = unpackUnorm2x16(material);
-    return LightContext(position, unpack_unit_vector(normal), -unpack_unit_vector(direction), cluster, m.x, m.y);
+    return LightContext(position, unpack_unit_vector(normal), -unpack_unit_vector(direction), cluster, m.x, m.y, 0ul);
 }
 
 LightContext load_context(ivec2 p) {

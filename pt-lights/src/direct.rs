@@ -1,4 +1,5 @@
 use crate::kernels;
+use crate::nee_at::NeeAt;
 use crate::records::{
     DirectPush, GlassShadows, LightRays, PartialMetal, RayCounts, RestirVisibility, RestirWeights,
 };
@@ -65,6 +66,16 @@ knobs! {
         pub restir_weights: RestirWeights = RestirWeights::Pairwise, source "Lin et al. 2022, section 5";
         /// Which shadow rays `sampler=restir-di` traces; `final` is biased.
         pub restir_visibility: RestirVisibility = RestirVisibility::None, source "Bitterli et al. 2020, section 4.3" => structural;
+        /// Candidates of a sample of `sampler=nee-at`, of which the estimate of their light chooses one; 1: the first is taken.
+        pub nee_at_candidates: u32 = 8, in 1..=16;
+        /// Share of the candidates that are drawn from what the pixel's tile has learned, once it has learned much.
+        pub nee_at_narrow: f32 = 0.8, in 0.0..=0.95;
+        /// Share of the other candidates that are drawn uniformly from all lights; the rest by power.
+        pub nee_at_uniform: f32 = 0.0, in 0.0..=1.0;
+        /// Share of a tile's proxies that come from anywhere in every frame: half of them by power, half from the lists of any tiles.
+        pub nee_at_global_share: f32 = 0.0625, in 0.0..=1.0;
+        /// Share of its other proxies that are kept from the last frame.
+        pub nee_at_history: f32 = 0.75, in 0.0..=0.95;
     }
 }
 
@@ -95,6 +106,8 @@ impl DirectParams {
         DirectPush {
             counts: 0,
             choices: 0,
+            nee_at_tiles: 0,
+            nee_at_feedback: 0,
             kinds: bit(self.sun, KIND_SUN)
                 | bit(self.positional, KIND_POSITIONAL)
                 | bit(self.emissive, KIND_EMISSIVE)
@@ -117,7 +130,7 @@ impl DirectParams {
             restir_radius: self.restir_radius,
             restir_weights: self.restir_weights.code(),
             restir_visibility: self.restir_visibility.code(),
-            pad: 0,
+            nee_at_candidates: self.nee_at_candidates,
         }
     }
 }
@@ -127,6 +140,7 @@ pub struct DirectLighting {
     kernel: Kernel,
     /// The passes before it, of `sampler=restir-di`.
     restir: Option<Restir>,
+    nee_at: Option<NeeAt>,
 }
 
 impl DirectLighting {
@@ -152,11 +166,14 @@ impl DirectLighting {
 
     /// The images that the stage's passes access, in order.
     pub fn io(params: &DirectParams) -> Vec<StageIo> {
-        if !params.is_restir() {
-            return vec![Self::IO];
+        let mut all = Vec::new();
+        if params.is_restir() {
+            all.extend(Restir::io(params));
         }
-        let before = Restir::io(params);
-        before.into_iter().chain([Self::IO, Restir::SHADING]).collect()
+        all.extend(NeeAt::is_used(params).then_some(NeeAt::IO));
+        all.push(Self::IO);
+        all.extend(params.is_restir().then_some(Restir::SHADING));
+        all
     }
 
     /// Compiles the kernels.
@@ -177,10 +194,16 @@ impl DirectLighting {
         if restir.is_some() {
             Restir::SHADING.check([&kernel])?;
         }
-        Ok(Self { kernel, restir })
+        let nee_at = NeeAt::is_used(params).then(|| NeeAt::new(device)).transpose()?;
+        Ok(Self { kernel, restir, nee_at })
     }
 
-    /// Records the pass. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the G-buffer.
+    /// What tiles of the screen have learned about the lights, with `sampler=nee-at`.
+    pub fn nee_at(&self) -> Option<&NeeAt> {
+        self.nee_at.as_ref()
+    }
+
+    /// Records the passes. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the G-buffer.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
@@ -213,8 +236,13 @@ impl DirectLighting {
         if let Some(restir) = &self.restir {
             restir.record(frame, inputs, &push)?;
         }
+        if let Some(nee_at) = &self.nee_at {
+            nee_at.record(frame, inputs, params)?;
+            nee_at.fill(&mut push);
+        }
         // Only surfaces with lobes are looked up again at the visible triangle.
-        let mut pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO).touches_part();
+        let pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO).touches_part();
+        let mut pass = self.nee_at.iter().fold(pass, |pass, nee_at| nee_at.bind(pass));
         if self.restir.is_some() {
             pass = pass.touches(inputs.images, &Restir::SHADING);
         }

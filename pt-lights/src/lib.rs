@@ -4,11 +4,13 @@
 
 mod direct;
 pub mod images;
+mod nee_at;
 pub mod records;
 mod restir;
 pub mod synthetic;
 
 pub use direct::{Counted, DirectLighting, DirectParams};
+pub use nee_at::NeeAt;
 pub use restir::duplicated_samples;
 
 mod kernels {

@@ -68,6 +68,30 @@ pt_shaders::gpu_struct! {
 }
 
 pt_shaders::gpu_struct! {
+    /// Of `nee_at_proxies.comp`.
+    pub struct NeeAtPush {
+        /// `NeeAtTile[]` to make.
+        pub tiles: u64,
+        /// The same of the last frame.
+        pub tiles_before: u64,
+        /// `uvec2[]` of the split frame: a light and the bits of its weight, of the last frame.
+        pub feedback: u64,
+        /// Share of the samples that are drawn from the proxies.
+        pub narrow: f32,
+        /// Share of the other samples that are drawn uniformly.
+        pub uniform_share: f32,
+        /// Share of the evidence that outlives a frame.
+        pub history: f32,
+        /// Proxies of a tile that are lights by power.
+        pub global_proxies: u32,
+        /// Proxies of a tile that are kept from the last frame.
+        pub kept_proxies: u32,
+        /// 1 = there is no last frame.
+        pub reset: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
     /// Of `direct.trace`.
     pub struct DirectPush {
         /// Device address of a [`RayCounts`], 0: nothing is counted.
@@ -75,6 +99,10 @@ pt_shaders::gpu_struct! {
         /// Device address of a `uvec2` for each texel, 0: none: the local light of the last sample ([`NONE`](pt_shaders::records::NONE):
         /// none) and a hash of the point on it.
         pub choices: u64,
+        /// `NeeAtTile[]`, 0: none.
+        pub nee_at_tiles: u64,
+        /// `uvec2[]` of the split frame: a light and the bits of its weight, for the next frame; 0: none.
+        pub nee_at_feedback: u64,
         /// `KIND_*` bits.
         pub kinds: u32,
         /// Instances that cast shadows.
@@ -105,7 +133,7 @@ pt_shaders::gpu_struct! {
         pub restir_weights: u32,
         /// `RESTIR_VISIBILITY_*`.
         pub restir_visibility: u32,
-        /// Alignment.
-        pub pad: u32,
+        /// Candidates of a sample of nee-at.
+        pub nee_at_candidates: u32,
     }
 }

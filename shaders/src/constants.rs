@@ -107,6 +107,13 @@ gpu_constants! {
     /// Channel `cluster`: there is no surface.
     pub const NO_CLUSTER: u32 = 0xffff;
 
+    /// Side of a tile of the split frame that learns lights (nee-at), texels.
+    pub const NEE_AT_SIDE: u32 = 8;
+    /// Proxies of a tile; a power of two.
+    pub const NEE_AT_PROXIES: u32 = 128;
+    /// Bytes of a [`NeeAtTile`](crate::records::NeeAtTile).
+    pub const NEE_AT_TILE_BYTES: u32 = 12 + 4 * NEE_AT_PROXIES;
+
     /// Side of the blue-noise mask in texels; a power of two. Its ranks fill 12 bits.
     pub const BLUE_NOISE_SIDE: u32 = 64;
 }

@@ -47,6 +47,8 @@ dimensions! {
     DIM_RIS: 8, MAX_RIS_CANDIDATES, "Candidate i of resampled importance sampling. x, y: which light; z, w: point on it.";
     DIM_RESTIR: 24, 1, "Choices of spatiotemporal resampling. x: of a candidate; y: of now or the past; z: of a neighbour.";
     DIM_RESTIR_NEIGHBOURS: 25, MAX_RESTIR_NEIGHBOURS / 2, "Places of the neighbours 2 i (x, y) and 2 i + 1 (z, w) of spatiotemporal resampling.";
+    DIM_NEE_AT: 29, 1, "The proxies of a tile (nee-at). x: which feedback; y: which proxies of the last frame; z, w: a light by its power.";
+    DIM_NEE_AT_FEEDBACK: 30, 1, "The light that a pixel keeps as feedback (nee-at). x: whether the new one replaces the old one.";
     DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
     DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
 }

@@ -517,6 +517,8 @@ named_enum! {
         Ris = "ris",
         /// As `ris`, then reuse of the samples of the last frame and of neighbours (spatiotemporal reservoir resampling).
         RestirDi = "restir-di",
+        /// By what the samples of last frames found in the pixel's tile of the screen, else by luminous power.
+        NeeAt = "nee-at",
     }
 }
 
@@ -578,6 +580,22 @@ gpu_struct! {
         pub catch_all: f32,
     }
 }
+
+gpu_struct! {
+    /// What a tile of the screen has learned about the local lights (`lights/nee_at.glsl`).
+    pub struct NeeAtTile {
+        /// Share of the samples that are drawn from `lights`; 0: they mean nothing.
+        pub narrow: f32,
+        /// Share of the other samples that are drawn uniformly from all lights, not by power.
+        pub uniform_share: f32,
+        /// How many samples have found light, of which the older ones count less.
+        pub evidence: f32,
+        /// The proxies: local lights in ascending order, with repetition.
+        pub lights: [u32; NEE_AT_PROXIES as usize],
+    }
+}
+
+const _: () = assert!(size_of::<NeeAtTile>() == NEE_AT_TILE_BYTES as usize);
 
 gpu_struct! {
     /// Entry of an alias table (Walker 1977, construction of Vose 1991).
@@ -649,6 +667,7 @@ table! {
     LocalLightRecord,
     ClusterListRecord,
     LightBvhNode,
+    NeeAtTile,
 }
 
 /// GLSL declarations of this module (`records.glsl`), after the constants.

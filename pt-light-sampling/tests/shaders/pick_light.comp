@@ -11,7 +11,7 @@ void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= push.count) return;
     vec3 normal = normalize(vec3(0.1, 1.0, 0.2)), view = normalize(vec3(-0.3, 0.9, 0.4));
-    LightContext c = LightContext(push.vector, normal, view, cluster_of(push.vector), push.parameter, 0.5);
+    LightContext c = LightContext(push.vector, normal, view, cluster_of(push.vector), push.parameter, 0.5, 0ul);
     float pmf;
     if (push.family == 1u) {
         LightSample s = sample_local_light(c, i, vec2(0.3));

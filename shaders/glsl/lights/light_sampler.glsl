@@ -6,6 +6,7 @@
 //
 // and sample_local_light() for a point on it. ris.glsl, which has no closed form of the probability, builds on this.
 #include "lights/cluster_lists.glsl"
+#include "lights/nee_at.glsl"
 #include "lights.glsl"
 
 layout(constant_id = 3) const uint light_sampler = LIGHT_SAMPLER_POWER;
@@ -34,6 +35,7 @@ float light_pmf(LightContext c, uint light) {
     case LIGHT_SAMPLER_CLUSTER_CDF: return cluster_pmf(c, light, false);
     case LIGHT_SAMPLER_CLUSTER_STATS: return cluster_pmf(c, light, true);
     case LIGHT_SAMPLER_LIGHT_BVH: return light_bvh_pmf(c.position, c.normal, c.view, c.roughness, light);
+    case LIGHT_SAMPLER_NEE_AT: return nee_at_pmf(c, light);
     default: return power_pmf(light);
     }
 }
@@ -47,6 +49,7 @@ uint pick_light(LightContext c, uvec4 bits, uint by_power, out float pmf) {
     case LIGHT_SAMPLER_CLUSTER_STATS: return cluster_pick(c, unit_from_bits(bits).xy, by_power, true, pmf);
     case LIGHT_SAMPLER_LIGHT_BVH: return light_bvh_pick(c.position, c.normal, c.view, c.roughness, bits.xy, pmf);
     case LIGHT_SAMPLER_UNIFORM: light = pick_uniformly(bits.x); break;
+    case LIGHT_SAMPLER_NEE_AT: light = nee_at_pick(c, bits, by_power); break;
     default: light = by_power; break;
     }
     pmf = light_pmf(c, light);

@@ -12,6 +12,7 @@ struct LightContext {
     uint cluster;    // cluster_of(position)
     float roughness;
     float specular;  // share of the specular lobe, 0 to 0.9
+    uint64_t tile;   // address of the NeeAtTile that has learned about the point's lights, 0: none
 };
 
 LocalLightRecord local_light(uint light) { return LocalLightTable(scene.local_lights).at[light]; }

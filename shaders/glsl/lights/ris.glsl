@@ -17,6 +17,7 @@ uint ris_pick(LightContext c, uint source, uvec4 bits, out float pmf) {
     vec2 xi = unit_from_bits(bits).xy;
     pmf = 0.0;
     uint light;
+    if (light_sampler == LIGHT_SAMPLER_NEE_AT) return pick_light(c, bits, pick_by_power(pcg4d(bits)), pmf);
     if (source == RIS_SOURCE_CLUSTER) {
         ClusterListRecord list = cluster_list(c.cluster);
         uint size = cluster_list_size(list);
