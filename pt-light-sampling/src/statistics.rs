@@ -90,6 +90,11 @@ impl ShadowStatistics {
         self.hashed
     }
 
+    /// What kernels that count shadow rays write.
+    pub(crate) fn counted(&self) -> [&Buffer; 2] {
+        [&self.counts, &self.keys]
+    }
+
     pub(crate) fn buffers(&self) -> [&Buffer; 5] {
         [&self.counts, &self.history, &self.keys, &self.subsets, &self.balls]
     }

@@ -1,6 +1,7 @@
 use crate::lists::LightLists;
 use crate::records::LocalLightsPush;
 use crate::sampler_tables::{SamplerChoice, SamplerTables};
+use crate::statistics::ShadowStatistics;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
@@ -174,6 +175,8 @@ impl LightTables {
             &self.local_lights,
         ];
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
-        gpu.set_light_tables(tables.into_iter().chain(&self.previous).chain(sampler).cloned().collect());
+        let tables = tables.into_iter().chain(&self.previous).chain(sampler).cloned().collect();
+        let counts = self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
+        gpu.set_light_tables(tables, counts.cloned().collect());
     }
 }

@@ -70,18 +70,19 @@ void drop_hidden(ivec2 p) {
 #else
 LightSample local_candidate(LightContext c, ivec2 p, uint light_sample, uvec2 key, uvec4 bits, out uint light) {
     vec4 xi = unit_from_bits(bits);
+    LightSample s = NO_LIGHT_SAMPLE;
     if (light_sampler == LIGHT_SAMPLER_RIS) {
-        return ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
+        s = ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
+    } else if (light_sampler == LIGHT_SAMPLER_NEE_AT && push.nee_at_candidates > 1u) {
+        s = ris_sample(c, key, xi.x, RIS_SOURCE_POWER, push.nee_at_candidates, true, light);
+    } else {
+        float pmf;
+        light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);
+        if (light != NONE) s = sample_local_light(c, light, xi.zw);
+        s.pdf *= pmf;
     }
-    if (light_sampler == LIGHT_SAMPLER_NEE_AT && push.nee_at_candidates > 1u) {
-        return ris_sample(c, key, xi.x, RIS_SOURCE_POWER, push.nee_at_candidates, true, light);
-    }
-    float pmf;
-    light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);
-    if (light == NONE || (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) == 0u) return NO_LIGHT_SAMPLE;
-    LightSample s = sample_local_light(c, light, xi.zw);
-    s.pdf *= pmf;
-    return s;
+    bool on = light != NONE && (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) != 0u;
+    return on ? s : NO_LIGHT_SAMPLE;
 }
 #endif
 

@@ -425,6 +425,9 @@ fn samplers_agree() {
         let mut scene = pt_light_sampling::test_support::all_kinds();
         let board = [(-0.5, 0.5), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)].map(|(x, z)| Vec3::new(x, 1.2, z));
         polygon(&mut scene, &board, Affine3A::IDENTITY, Material::lambertian("board", Vec3::ONE));
+        // The lists of clusters hold for points on surfaces.
+        let floor = [(-2.1, 2.1), (2.1, 2.1), (2.1, -2.1), (-2.1, -2.1)].map(|(x, z)| Vec3::new(x, 0.0, z));
+        polygon(&mut scene, &floor, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::ONE));
         scene
     };
     let point = |i: usize| {
@@ -442,9 +445,9 @@ fn samplers_agree() {
         let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
         (mean, (variance / means.len() as f64 / (means.len() as f64 - 1.0)).sqrt())
     };
-    const FRAMES: u32 = 64;
+    const FRAMES: u32 = 128;
     let (expected, spread) = mean(&DirectParams { rays: LightRays::PerKind, ..only_local.clone() });
-    assert!(spread < 0.01 * expected);
+    assert!(spread < 0.015 * expected, "{expected} +- {spread}");
     let samplers = LightSampler::VALUES.iter().map(|&sampler| DirectParams { sampler, ..only_local.clone() });
     let variants = [
         DirectParams { sampler: LightSampler::Ris, ris_source: RisSource::Power, ..only_local.clone() },
@@ -461,6 +464,6 @@ fn samplers_agree() {
         let (found, error) = mean(&params);
         let allowed = 4.0 * error.hypot(spread);
         assert!((found - expected).abs() < allowed, "{params:?}: {found} +- {error}, {expected} +- {spread}");
-        assert!(allowed < 0.05 * expected, "{params:?}: the test is too noisy to tell");
+        assert!(allowed < 0.12 * expected, "{params:?}: {allowed} of {expected}: the test is too noisy to tell");
     }
 }

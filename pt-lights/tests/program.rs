@@ -61,7 +61,7 @@ fn wrong_arguments_are_one_line() {
         ("lamps --samplers none", "none"),
         ("nothing-there", "nothing-there"),
         ("lamps --camera 99", "--camera 99: the scene has 2 cameras"),
-        ("lamps --budget -1", "--budget: -1 is not a time"),
+        ("lamps --budget 0", "--budget: 0 is not a time"),
         ("lamps --set lights.nothing=1", "lights.nothing"),
     ] {
         let failed = pt_lights(line, folder.path());

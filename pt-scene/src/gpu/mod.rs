@@ -55,6 +55,7 @@ pub struct GpuScene {
     tables: Vec<Buffer>,
     /// The same of the lights; another crate fills them.
     light_tables: Vec<Buffer>,
+    updated_light_tables: Vec<Buffer>,
 }
 
 /// The scene's meshes as the acceleration structures take them.
@@ -237,6 +238,7 @@ impl GpuScene {
                 blue_noise,
             ],
             light_tables: Vec::new(),
+            updated_light_tables: Vec::new(),
             mesh_buffer,
             index_buffer,
         })
@@ -279,9 +281,10 @@ impl GpuScene {
         &mut self.record
     }
 
-    /// Sets the buffers that the light addresses of the record point to.
-    pub fn set_light_tables(&mut self, tables: Vec<Buffer>) {
+    /// Sets the buffers that the light addresses of the record point to; `updated`: those that kernels which trace shadow rays write too.
+    pub fn set_light_tables(&mut self, tables: Vec<Buffer>, updated: Vec<Buffer>) {
         self.light_tables = tables;
+        self.updated_light_tables = updated;
     }
 
     /// The division of its space into clusters.
@@ -375,6 +378,8 @@ impl SceneResources for GpuScene {
             .addresses(&self.cluster_nodes);
         let tables = self.tables.iter().chain(&self.light_tables);
         let pass = tables.fold(pass, |pass, table| pass.addresses(table));
+        let updated = &self.updated_light_tables;
+        let pass = updated.iter().fold(pass, |pass, table| pass.addresses_updated(table));
         let pass = match &self.deforming {
             Some(deforming) => deforming.bind(pass),
             None => pass,
