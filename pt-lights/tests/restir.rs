@@ -389,31 +389,34 @@ fn reuse_takes_noise_away() {
     let device = TestDevice::open();
     let (scene, pixels) = lamps(SIZE);
     let pixel = |[x, y]: [u32; 2]| pixels.get((y * SIZE[0] + x) as usize).copied().flatten();
-    // Mean variance of the pixels, mean, duplicates.
+    // Mean variance of the pixels, mean with its standard error, duplicates.
     let noise = |params: &DirectParams, frames: u32| {
         let mut rig = Rig::new(&device, scene.clone(), SIZE, params);
         let mut sums = vec![(0.0, 0.0); pixels.len()];
+        let mut runs = Vec::new();
         let mut duplicates = None;
         for seed in 0..RUNS {
             rig.images.reset_history();
             (0..frames).for_each(|frame| rig.frame(frame, 77 + seed, &pixel));
-            for (sum, v) in sums.iter_mut().zip(rig.light()) {
+            let light = rig.light();
+            runs.push([light.iter().sum::<f64>() / light.len() as f64; BANDS]);
+            for (sum, v) in sums.iter_mut().zip(light) {
                 *sum = (sum.0 + v, sum.1 + v * v);
             }
             if params.sampler == LightSampler::RestirDi {
                 duplicates = Some(duplicated_samples(&rig.images).unwrap());
             }
         }
-        let (n, count) = (f64::from(RUNS), pixels.len() as f64);
-        let variance = sums.iter().map(|s| (s.1 - s.0 * s.0 / n) / (n - 1.0)).sum::<f64>() / count;
-        (variance, sums.iter().map(|s| s.0 / n).sum::<f64>() / count, duplicates)
+        let n = f64::from(RUNS);
+        let variance = sums.iter().map(|s| (s.1 - s.0 * s.0 / n) / (n - 1.0)).sum::<f64>();
+        (variance / pixels.len() as f64, Means::of(&runs), duplicates)
     };
     let ris_candidates = 8;
     let ris_source = RisSource::Cluster;
     let sampler = |sampler| DirectParams { ris_candidates, ris_source, ..local(sampler) };
     let (ris, mean, _) = noise(&sampler(LightSampler::Ris), 1);
     let (cluster, _, _) = noise(&sampler(LightSampler::ClusterCdf), 1);
-    println!("mean {mean:.4}; variance of ris {ris:.4}, of cluster-cdf {cluster:.4}");
+    println!("mean {:.4}; variance of ris {ris:.4}, of cluster-cdf {cluster:.4}", mean.mean[0]);
     let alone = DirectParams { restir_temporal: false, restir_spatial: 0, ..sampler(LightSampler::RestirDi) };
     let (_, _, unshared) = noise(&alone, 1);
     println!("without reuse: {:.3} duplicates among 8 neighbours", unshared.unwrap());
@@ -427,16 +430,20 @@ fn reuse_takes_noise_away() {
     for (weights, visibility) in settings {
         let params =
             DirectParams { ris_candidates, ris_source, restir_radius: 10.0, ..restir(weights, visibility) };
-        let (variance, mean, duplicates) = noise(&params, 8);
+        let (variance, means, duplicates) = noise(&params, 8);
         let duplicates = duplicates.unwrap();
         println!(
-            "{}, {}: mean {mean:.4}, variance {:.3} of ris, {:.3} of cluster-cdf; {duplicates:.3} duplicates",
+            "{}, {}: mean {:.4}, variance {:.3} of ris, {:.3} of cluster-cdf; {duplicates:.3} duplicates",
             weights.name(),
             visibility.name(),
+            means.mean[0],
             variance / ris,
             variance / cluster,
         );
         assert!(variance < ris, "{variance} {ris}");
+        if UNBIASED.contains(&(weights, visibility)) {
+            means.assert_equal(&mean, 0.1, "lamps");
+        }
         assert!(duplicates > unshared.unwrap() && duplicates < 8.0, "{duplicates}");
     }
 }
