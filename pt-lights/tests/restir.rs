@@ -156,8 +156,6 @@ const UNBIASED: [(RestirWeights, RestirVisibility); 4] = [
     (RestirWeights::Pairwise, RestirVisibility::InWeight),
 ];
 
-/// Faults that make it fail: a neighbour's target kept where the pixel's own is 0 or another, rejected neighbours that count,
-/// densities of points and of areas mixed.
 #[test]
 fn reuse_keeps_the_mean() {
     let device = TestDevice::open();
@@ -171,6 +169,31 @@ fn reuse_keeps_the_mean() {
         let case = format!("{}, {}, {}", weights.name(), visibility.name(), area_sampling.name());
         means.assert_equal(&expected, 0.06, &case);
     }
+}
+
+/// With one point light every candidate is the same sample: its weight is 1 wherever the weights of all reservoirs that could hold it add up to
+/// 1, and so the light has no noise. Half of the neighbours have the light below their horizon, others are rejected.
+#[test]
+fn one_light_has_no_noise() {
+    let device = TestDevice::open();
+    let mut scene = scene();
+    scene.instances.truncate(1);
+    scene.lights = vec![Light::point("low", Vec3::new(9.0, 1.5, 0.3), Vec3::splat(50.0))];
+    scene.materials.iter_mut().for_each(|m| m.emissive = Vec3::ZERO);
+    let light = |params: &DirectParams| {
+        let mut rig = Rig::new(&device, scene.clone(), SIZE, params);
+        (0..FRAMES).for_each(|frame| rig.frame(frame, 3, &ground));
+        rig.light()
+    };
+    let exact = light(&local(LightSampler::Power));
+    let lit = exact.iter().filter(|v| **v > 0.0).count();
+    assert!(lit > 64 && lit < 192, "{lit} of 256 pixels are lit");
+    let same = |light: &[f64]| light.iter().zip(&exact).all(|(a, b)| (a - b).abs() <= 1e-4 * b.max(1e-3));
+    for (weights, visibility) in UNBIASED {
+        let light = light(&restir(weights, visibility));
+        assert!(same(&light), "{}, {}", weights.name(), visibility.name());
+    }
+    assert!(!same(&light(&restir(RestirWeights::OneOverM, RestirVisibility::None))));
 }
 
 /// Each kind of reuse alone.
