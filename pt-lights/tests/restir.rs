@@ -333,7 +333,7 @@ fn missing_lights_are_dark() {
         scene
     };
     // Holes in the surface as well.
-    let pixel = |[x, y]: [u32; 2]| if (x + 3 * y) % 7 == 0 { None } else { ground([x, y]) };
+    let pixel = |[x, y]: [u32; 2]| if (x + 3 * y).is_multiple_of(7) { None } else { ground([x, y]) };
     let params = restir(RestirWeights::Balance, RestirVisibility::InWeight);
     let mut rig = Rig::new(&device, scene(), SIZE, &params);
     let frames = |rig: &mut Rig, lit: bool, case: &str| {
