@@ -156,8 +156,6 @@ const UNBIASED: [(RestirWeights, RestirVisibility); 4] = [
     (RestirWeights::Pairwise, RestirVisibility::InWeight),
 ];
 
-/// Faults that make it fail: a neighbour's target kept where the pixel's own is 0 or another, rejected neighbours that count,
-/// densities of points and of areas mixed.
 #[test]
 fn reuse_keeps_the_mean() {
     let device = TestDevice::open();
@@ -171,6 +169,31 @@ fn reuse_keeps_the_mean() {
         let case = format!("{}, {}, {}", weights.name(), visibility.name(), area_sampling.name());
         means.assert_equal(&expected, 0.06, &case);
     }
+}
+
+/// With one point light every candidate is the same sample: its weight is 1 wherever the weights of all reservoirs that could hold it add up to
+/// 1, and so the light has no noise. Half of the neighbours have the light below their horizon, others are rejected.
+#[test]
+fn one_light_has_no_noise() {
+    let device = TestDevice::open();
+    let mut scene = scene();
+    scene.instances.truncate(1);
+    scene.lights = vec![Light::point("low", Vec3::new(9.0, 1.5, 0.3), Vec3::splat(50.0))];
+    scene.materials.iter_mut().for_each(|m| m.emissive = Vec3::ZERO);
+    let light = |params: &DirectParams| {
+        let mut rig = Rig::new(&device, scene.clone(), SIZE, params);
+        (0..FRAMES).for_each(|frame| rig.frame(frame, 3, &ground));
+        rig.light()
+    };
+    let exact = light(&local(LightSampler::Power));
+    let lit = exact.iter().filter(|v| **v > 0.0).count();
+    assert!(lit > 64 && lit < 192, "{lit} of 256 pixels are lit");
+    let same = |light: &[f64]| light.iter().zip(&exact).all(|(a, b)| (a - b).abs() <= 1e-4 * b.max(1e-3));
+    for (weights, visibility) in UNBIASED {
+        let light = light(&restir(weights, visibility));
+        assert!(same(&light), "{}, {}", weights.name(), visibility.name());
+    }
+    assert!(!same(&light(&restir(RestirWeights::OneOverM, RestirVisibility::None))));
 }
 
 /// Each kind of reuse alone.
@@ -310,7 +333,7 @@ fn missing_lights_are_dark() {
         scene
     };
     // Holes in the surface as well.
-    let pixel = |[x, y]: [u32; 2]| if (x + 3 * y) % 7 == 0 { None } else { ground([x, y]) };
+    let pixel = |[x, y]: [u32; 2]| if (x + 3 * y).is_multiple_of(7) { None } else { ground([x, y]) };
     let params = restir(RestirWeights::Balance, RestirVisibility::InWeight);
     let mut rig = Rig::new(&device, scene(), SIZE, &params);
     let frames = |rig: &mut Rig, lit: bool, case: &str| {
@@ -389,31 +412,34 @@ fn reuse_takes_noise_away() {
     let device = TestDevice::open();
     let (scene, pixels) = lamps(SIZE);
     let pixel = |[x, y]: [u32; 2]| pixels.get((y * SIZE[0] + x) as usize).copied().flatten();
-    // Mean variance of the pixels, mean, duplicates.
+    // Mean variance of the pixels, mean with its standard error, duplicates.
     let noise = |params: &DirectParams, frames: u32| {
         let mut rig = Rig::new(&device, scene.clone(), SIZE, params);
         let mut sums = vec![(0.0, 0.0); pixels.len()];
+        let mut runs = Vec::new();
         let mut duplicates = None;
         for seed in 0..RUNS {
             rig.images.reset_history();
             (0..frames).for_each(|frame| rig.frame(frame, 77 + seed, &pixel));
-            for (sum, v) in sums.iter_mut().zip(rig.light()) {
+            let light = rig.light();
+            runs.push([light.iter().sum::<f64>() / light.len() as f64; BANDS]);
+            for (sum, v) in sums.iter_mut().zip(light) {
                 *sum = (sum.0 + v, sum.1 + v * v);
             }
             if params.sampler == LightSampler::RestirDi {
                 duplicates = Some(duplicated_samples(&rig.images).unwrap());
             }
         }
-        let (n, count) = (f64::from(RUNS), pixels.len() as f64);
-        let variance = sums.iter().map(|s| (s.1 - s.0 * s.0 / n) / (n - 1.0)).sum::<f64>() / count;
-        (variance, sums.iter().map(|s| s.0 / n).sum::<f64>() / count, duplicates)
+        let n = f64::from(RUNS);
+        let variance = sums.iter().map(|s| (s.1 - s.0 * s.0 / n) / (n - 1.0)).sum::<f64>();
+        (variance / pixels.len() as f64, Means::of(&runs), duplicates)
     };
     let ris_candidates = 8;
     let ris_source = RisSource::Cluster;
     let sampler = |sampler| DirectParams { ris_candidates, ris_source, ..local(sampler) };
     let (ris, mean, _) = noise(&sampler(LightSampler::Ris), 1);
     let (cluster, _, _) = noise(&sampler(LightSampler::ClusterCdf), 1);
-    println!("mean {mean:.4}; variance of ris {ris:.4}, of cluster-cdf {cluster:.4}");
+    println!("mean {:.4}; variance of ris {ris:.4}, of cluster-cdf {cluster:.4}", mean.mean[0]);
     let alone = DirectParams { restir_temporal: false, restir_spatial: 0, ..sampler(LightSampler::RestirDi) };
     let (_, _, unshared) = noise(&alone, 1);
     println!("without reuse: {:.3} duplicates among 8 neighbours", unshared.unwrap());
@@ -427,16 +453,20 @@ fn reuse_takes_noise_away() {
     for (weights, visibility) in settings {
         let params =
             DirectParams { ris_candidates, ris_source, restir_radius: 10.0, ..restir(weights, visibility) };
-        let (variance, mean, duplicates) = noise(&params, 8);
+        let (variance, means, duplicates) = noise(&params, 8);
         let duplicates = duplicates.unwrap();
         println!(
-            "{}, {}: mean {mean:.4}, variance {:.3} of ris, {:.3} of cluster-cdf; {duplicates:.3} duplicates",
+            "{}, {}: mean {:.4}, variance {:.3} of ris, {:.3} of cluster-cdf; {duplicates:.3} duplicates",
             weights.name(),
             visibility.name(),
+            means.mean[0],
             variance / ris,
             variance / cluster,
         );
         assert!(variance < ris, "{variance} {ris}");
+        if UNBIASED.contains(&(weights, visibility)) {
+            means.assert_equal(&mean, 0.1, "lamps");
+        }
         assert!(duplicates > unshared.unwrap() && duplicates < 8.0, "{duplicates}");
     }
 }
