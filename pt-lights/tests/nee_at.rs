@@ -14,7 +14,6 @@ use pt_lights::DirectParams;
 use pt_lights::records::LightRays;
 use pt_scene::{Light, Material, Scene, builtin};
 use pt_shaders::records::{LightSampler, NEE_AT_PROXIES, NeeAtTile};
-use std::collections::BTreeSet;
 
 const SIZE: [u32; 2] = [32, 18];
 
@@ -246,22 +245,28 @@ fn tiles_and_frames_draw_their_own_proxies() {
     let all_global =
         DirectParams { nee_at_global_share: 1.0, nee_at_history: 0.0, ..params(LightSampler::NeeAt) };
     let mut view = view(&device, "lamps", all_global, SIZE);
-    let mut lists = BTreeSet::new();
-    let mut count = 0;
+    let mut lists = Vec::new();
     for frame in 0..6 {
         view.frame();
         for tile in tiles(&view) {
             // In the first frame there are none.
             assert_eq!(tile.narrow > 0.0, frame > 0, "{}", tile.narrow);
-            if tile.narrow > 0.0 {
-                assert_eq!(tile.lights.len(), NEE_AT_PROXIES as usize);
-                lists.insert(tile.lights);
-                count += 1;
-            }
+            lists.extend((frame > 0).then_some(tile.lights));
         }
     }
-    assert!(count > 50, "{count}");
-    assert_eq!(lists.len(), count, "lists that are equal");
+    // Half of a list is drawn by power: by chance two share about a seventh of all, with the same numbers at least half.
+    let common = |a: &[u32], b: &[u32]| {
+        let mut left = b.to_vec();
+        a.iter()
+            .filter(|light| left.iter().position(|l| l == *light).map(|at| left.swap_remove(at)).is_some())
+            .count()
+    };
+    for (i, a) in lists.iter().enumerate() {
+        for b in &lists[..i] {
+            let shared = common(a, b);
+            assert!(shared < 60, "{shared} common proxies of {NEE_AT_PROXIES}");
+        }
+    }
 }
 
 /// Two halves of a picture with a wall between them, each with a lamp of its own. The picture moves by half its width: what was learned

@@ -169,7 +169,7 @@ impl<'d> View<'d> {
     pub fn frame(&mut self) -> Vec<f64> {
         let [width, height] = self.size;
         let keys: Vec<[u32; 2]> =
-            (0..width * height).map(|i| [i % width | (i / width) << 16, self.index]).collect();
+            (0..width * height).map(|i| [(i % width) | ((i / width) << 16), self.index]).collect();
         let split = to_split(&keys, self.size, [0; 2]);
         self.images.current(RNG_SEED).write(bytemuck::cast_slice(&split)).unwrap();
         self.images.begin_frame();
