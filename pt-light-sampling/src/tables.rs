@@ -176,7 +176,8 @@ impl LightTables {
         ];
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
         let tables = tables.into_iter().chain(&self.previous).chain(sampler).cloned().collect();
-        let counts = self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
+        let counts =
+            self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
         gpu.set_light_tables(tables, counts.cloned().collect());
     }
 }

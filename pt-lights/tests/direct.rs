@@ -464,6 +464,9 @@ fn samplers_agree() {
         let (found, error) = mean(&params);
         let allowed = 4.0 * error.hypot(spread);
         assert!((found - expected).abs() < allowed, "{params:?}: {found} +- {error}, {expected} +- {spread}");
-        assert!(allowed < 0.12 * expected, "{params:?}: {allowed} of {expected}: the test is too noisy to tell");
+        assert!(
+            allowed < 0.12 * expected,
+            "{params:?}: {allowed} of {expected}: the test is too noisy to tell"
+        );
     }
 }
