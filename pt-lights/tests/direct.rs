@@ -448,7 +448,12 @@ fn samplers_agree() {
     const FRAMES: u32 = 128;
     let (expected, spread) = mean(&DirectParams { rays: LightRays::PerKind, ..only_local.clone() });
     assert!(spread < 0.015 * expected, "{expected} +- {spread}");
-    let samplers = LightSampler::VALUES.iter().map(|&sampler| DirectParams { sampler, ..only_local.clone() });
+    // Those with passes of their own have tests of their own.
+    let alone = |s: &&LightSampler| !matches!(s, LightSampler::RestirDi | LightSampler::NeeAt);
+    let samplers = LightSampler::VALUES
+        .iter()
+        .filter(alone)
+        .map(|&sampler| DirectParams { sampler, ..only_local.clone() });
     let variants = [
         DirectParams { sampler: LightSampler::Ris, ris_source: RisSource::Power, ..only_local.clone() },
         DirectParams { area_sampling: AreaSampling::Projected, ..only_local.clone() },
