@@ -5,12 +5,14 @@
 mod direct;
 pub mod images;
 mod nee_at;
+mod params;
 pub mod records;
 mod restir;
 pub mod synthetic;
 
-pub use direct::{Counted, DirectLighting, DirectParams};
+pub use direct::{Counted, DirectLighting};
 pub use nee_at::NeeAt;
+pub use params::DirectParams;
 pub use restir::duplicated_samples;
 
 mod kernels {

@@ -1,4 +1,4 @@
-use crate::DirectParams;
+use crate::params::DirectParams;
 use crate::records::{DirectPush, LightRays, NeeAtPush};
 use pt_core::channels::field_width;
 use pt_core::frame::Pass;

@@ -1,8 +1,9 @@
 //! Spatiotemporal reservoir resampling of direct light, `sampler=restir-di`: the passes before the shadow rays.
 
 use crate::images::*;
+use crate::kernels;
+use crate::params::DirectParams;
 use crate::records::{DirectPush, RestirVisibility};
-use crate::{DirectParams, kernels};
 use pt_core::split::{flat_to_split, split_size};
 use pt_core::trace::TraceVariant;
 use pt_core::{ChannelImages, Device, Frame, Kernel, Result, StageInputs, StageIo};

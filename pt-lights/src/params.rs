@@ -1,0 +1,131 @@
+//! The knobs of direct lighting.
+
+use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, RestirVisibility, RestirWeights};
+use pt_core::knobs;
+use pt_light_sampling::SamplerChoice;
+use pt_light_sampling::records::StatisticsTable;
+use pt_shaders::records::{
+    AreaSampling, BvhImportance, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN,
+    LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
+};
+
+knobs! {
+    /// Knobs of direct lighting. A kind of light that is off is not sampled, its light is missing.
+    pub struct DirectParams {
+        /// Whether directional lights give light.
+        pub sun: bool = true;
+        /// Whether point and spot lights give light.
+        pub positional: bool = true;
+        /// Whether emissive triangles give light.
+        pub emissive: bool = true;
+        /// Whether the environment gives light.
+        pub environment: bool = true;
+        /// What becomes of the light on its way through transmissive surfaces: refraction, and so caustics, are left out in any case.
+        pub glass_shadows: GlassShadows = GlassShadows::Tinted;
+        /// How materials of metalness between 0 and 1 are shaded.
+        pub partial_metal: PartialMetal = PartialMetal::TwoBrdfs, source "glTF 2.0, appendix B.2";
+        /// Perceptual roughness up to which a second ray, in a direction that the surface reflects, looks for the environment: sampling the
+        /// environment alone does not find narrow lobes.
+        pub reflection_roughness: f32 = 0.3, in 0.0..=1.0, source "Veach 1997, section 9.2";
+        /// How many shadow rays a sample has for local lights: emissive triangles, point and spot lights.
+        pub rays: LightRays = LightRays::PerKind => structural;
+        /// How a local light is picked with `rays=merged`.
+        pub sampler: LightSampler = LightSampler::ClusterStats => structural;
+        /// How points of emissive triangles are drawn with `rays=merged`.
+        pub area_sampling: AreaSampling = AreaSampling::Spherical => structural;
+        /// Light samples a pixel, each with its own shadow rays.
+        pub samples: u32 = 1, in 1..=64;
+        /// Frames that shadow statistics reach back: 1 counts the last frame alone, more are an exponential mean of about that length.
+        pub statistics_frames: u32 = 16, in 1..=256, unit "frames" => structural;
+        /// Frames between two visits of a cluster, in which its counts join the statistics and the subsets of its list get their weights.
+        pub statistics_interval: u32 = 4, in 1..=64, unit "frames" => structural;
+        /// How shadow statistics are stored.
+        pub statistics_table: StatisticsTable = StatisticsTable::Auto => structural;
+        /// How important a node of the tree of `sampler=light-bvh` is for a shading point.
+        pub bvh_importance: BvhImportance = BvhImportance::SphericalGaussian, source "Conty Estevez and Kulla 2018; Tokuyoshi et al. 2024" => structural;
+        /// Where the candidates of `sampler=ris` come from.
+        pub ris_source: RisSource = RisSource::Cluster => structural;
+        /// Candidates of `sampler=ris`.
+        pub ris_candidates: u32 = 8, in 1..=16, source "Talbot, Cline and Egbert 2005";
+        /// Whether the random numbers that choose these candidates are spread evenly over the lights.
+        pub ris_stratified: bool = true;
+        /// Whether `sampler=restir-di` reuses the last frame's samples, where the surface was seen.
+        pub restir_temporal: bool = true, source "Bitterli et al. 2020, section 4.2";
+        /// How much the past of `sampler=restir-di` counts at most: more means less noise that changes more slowly.
+        pub restir_history: u32 = 20, in 1..=64, unit "times ris_candidates", source "Bitterli et al. 2020, section 5";
+        /// Neighbours whose samples `sampler=restir-di` reuses.
+        pub restir_spatial: u32 = 3, in 0..=8, source "Bitterli et al. 2020, section 4.1";
+        /// How far neighbours of `sampler=restir-di` are at most.
+        pub restir_radius: f32 = 30.0, in 1.0..=128.0, unit "pixels", source "Bitterli et al. 2020, section 5";
+        /// How `sampler=restir-di` weights the samples that it reuses; `one-over-m` is biased.
+        pub restir_weights: RestirWeights = RestirWeights::Pairwise, source "Lin et al. 2022, section 5";
+        /// Which shadow rays `sampler=restir-di` traces; `final` is biased.
+        pub restir_visibility: RestirVisibility = RestirVisibility::None, source "Bitterli et al. 2020, section 4.3" => structural;
+        /// Candidates of a sample of `sampler=nee-at`, of which the estimate of their light chooses one; 1: the first is taken.
+        pub nee_at_candidates: u32 = 8, in 1..=16;
+        /// Share of the candidates that are drawn from what the pixel's tile has learned, once it has learned much.
+        pub nee_at_narrow: f32 = 0.8, in 0.0..=0.95;
+        /// Share of the other candidates that are drawn uniformly from all lights; the rest by power.
+        pub nee_at_uniform: f32 = 0.0, in 0.0..=1.0;
+        /// Share of a tile's proxies that come from anywhere in every frame: half of them by power, half from the lists of any tiles.
+        pub nee_at_global_share: f32 = 0.0625, in 0.0..=1.0;
+        /// Share of its other proxies that are kept from the last frame.
+        pub nee_at_history: f32 = 0.75, in 0.0..=0.95;
+    }
+}
+
+impl DirectParams {
+    /// What [`LightTables::prepare`](pt_light_sampling::LightTables::prepare) takes.
+    pub fn sampler_choice(&self) -> Option<SamplerChoice> {
+        let Self { sampler, ris_source, statistics_table, statistics_frames, statistics_interval, .. } =
+            *self;
+        let merged = self.rays == LightRays::Merged;
+        merged.then_some(SamplerChoice {
+            sampler,
+            ris_source,
+            statistics_table,
+            statistics_frames,
+            statistics_interval,
+        })
+    }
+
+    /// Whether the stage keeps reservoirs.
+    pub(crate) fn is_restir(&self) -> bool {
+        self.rays == LightRays::Merged && self.sampler == LightSampler::RestirDi
+    }
+
+    /// The kernel's push constants.
+    pub fn push(&self, texture_lod_bias: f32) -> DirectPush {
+        let bit = |on: bool, kind: u32| if on { kind } else { 0 };
+        let merged = self.rays == LightRays::Merged;
+        DirectPush {
+            counts: 0,
+            choices: 0,
+            nee_at_tiles: 0,
+            nee_at_feedback: 0,
+            kinds: bit(self.sun, KIND_SUN)
+                | bit(self.positional, KIND_POSITIONAL)
+                | bit(self.emissive, KIND_EMISSIVE)
+                | bit(merged, KIND_LOCAL)
+                | bit(self.environment, KIND_ENVIRONMENT),
+            mask: match self.glass_shadows {
+                GlassShadows::Stopped => MASK_OPAQUE | MASK_TRANSMISSIVE,
+                GlassShadows::Tinted | GlassShadows::Passed => MASK_OPAQUE,
+            },
+            tinted_glass: u32::from(self.glass_shadows == GlassShadows::Tinted),
+            mixed: u32::from(self.partial_metal == PartialMetal::MixedParameters),
+            reflection_roughness: self.reflection_roughness,
+            lod_scale: texture_lod_bias.exp2(),
+            samples: self.samples,
+            ris_source: self.ris_source.code(),
+            ris_candidates: self.ris_candidates,
+            ris_stratified: u32::from(self.ris_stratified),
+            restir_history: if self.restir_temporal { self.restir_history } else { 0 },
+            restir_spatial: self.restir_spatial,
+            restir_radius: self.restir_radius,
+            restir_weights: self.restir_weights.code(),
+            restir_visibility: self.restir_visibility.code(),
+            nee_at_candidates: self.nee_at_candidates,
+        }
+    }
+}
