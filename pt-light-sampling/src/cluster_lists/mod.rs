@@ -3,7 +3,9 @@
 //! A sampler at a point of a cluster picks from the cluster's list, or, with the probability `catch_all`, from all lights by their
 //! power:
 //!
-//!     pmf(l) = (1 - catch_all) list_pmf(l) + catch_all power_pmf(l)
+//! ```text
+//! pmf(l) = (1 - catch_all) list_pmf(l) + catch_all power_pmf(l)
+//! ```
 //!
 //! So the estimate is unbiased whatever a list leaves out. A light is left out if
 //!
