@@ -1,7 +1,7 @@
 //! Light tables on the host. `cargo bench -p pt-light-sampling --bench tables [-- SCENE]`.
 
 use criterion::{Criterion, Throughput};
-use pt_light_sampling::{AliasTable, LightLists};
+use pt_light_sampling::{AliasTable, LightBvh, LightLists};
 use std::time::Duration;
 
 fn main() {
@@ -20,4 +20,9 @@ fn host(criterion: &mut Criterion, name: &str, scene: &pt_scene::Scene) {
     group.bench_function("alias table of 512x256 texels", |b| b.iter(|| AliasTable::new(&weights)));
     group.finish();
     criterion.bench_function(&format!("host/light lists of {name}"), |b| b.iter(|| LightLists::new(scene)));
+    let lights = LightLists::new(scene).local;
+    criterion.bench_function(&format!("host/light tree of {name}"), |b| b.iter(|| LightBvh::new(&lights)));
+    let Some(mut tree) = LightBvh::new(&lights) else { return };
+    criterion
+        .bench_function(&format!("host/light tree of {name}, refit"), |b| b.iter(|| tree.refit(&lights)));
 }

@@ -4,7 +4,6 @@ use glam::Vec3;
 use pt_core::pack::unpack_unit_vector;
 use pt_core::rng::random4;
 use pt_scene::Bounds;
-use std::time::Instant;
 
 fn light(i: u32, stream: u32) -> LightBounds {
     let [x, y, z, kind] = random4([i & 0xffff, i >> 16], stream, 0, 1);
@@ -180,24 +179,4 @@ fn threads_do_not_matter() {
     let one = with(1);
     assert_eq!(one, with(3));
     assert!(check_trails(&one) < 40);
-}
-
-/// `cargo test -p pt-light-sampling --lib -- --ignored --nocapture light_bvh`
-#[test]
-#[ignore = "prints times"]
-fn times() {
-    for count in [1_000, 20_000, 200_000, 2_000_000] {
-        let lights = lights(count, 6);
-        let start = Instant::now();
-        let mut bvh = LightBvh::new(&lights).unwrap();
-        let build = start.elapsed();
-        let start = Instant::now();
-        assert!(bvh.refit(&lights));
-        let refit = start.elapsed();
-        let depth = check_trails(&bvh);
-        println!(
-            "{count} lights: build {build:.1?}, refit {refit:.1?}, depth {depth}, on {} threads",
-            rayon::current_num_threads()
-        );
-    }
 }
