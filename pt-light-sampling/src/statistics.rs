@@ -2,7 +2,7 @@ use crate::cluster_lists::ClusterBox;
 use crate::records::{ClusterSubsetsPush, ShadowStatisticsPush, StatisticsTable};
 use glam::Vec4;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
-use pt_shaders::records::SceneRecord;
+use pt_shaders::records::{MAX_SUBSETS, SceneRecord};
 
 /// Sides of the cube that a normal points to.
 const SIDES: u64 = 6;
@@ -12,7 +12,7 @@ const AUTO_ENTRIES: u64 = 1 << 22;
 const COUNT_BYTES: u64 = 8;
 const WORD_BYTES: u64 = 4;
 /// Words of a row of `lights/subsets.glsl`.
-const SUBSET_ROW: u64 = 257;
+const SUBSET_ROW: u64 = MAX_SUBSETS as u64 + 1;
 /// Threads of a group of `cluster_subsets.comp`.
 const WEIGH_GROUP: u32 = 32;
 /// Threads in a row of a dispatch.

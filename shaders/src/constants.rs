@@ -35,6 +35,9 @@ gpu_constants! {
     /// `LightRecord::kind`: directional light, illuminance in lux.
     pub const LIGHT_DIRECTIONAL: u32 = 2;
 
+    /// Most subsets of a cluster's list of lights that have weights (`lights/subsets.glsl`).
+    pub const MAX_SUBSETS: u32 = 256;
+
     /// `LocalLightRecord::kind`: the bits that say which it is, and the values.
     pub const LOCAL_KIND: u32 = 3;
     /// Emissive triangle.

@@ -7,7 +7,6 @@
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SubsetTable { float at[]; };
 
 // Words of a row: the number of subsets, their sums.
-const uint MAX_SUBSETS = 256u;
 const uint SUBSET_ROW = MAX_SUBSETS + 1u;
 // Uniform part: what the estimate takes for nothing is found all the same.
 const float UNIFORM_SUBSETS = 0.25;
