@@ -5,7 +5,6 @@
 #include "path_sort.glsl"
 #include "camera.glsl"
 #include "path_lights.glsl"
-#include "path_vertex.glsl"
 #include "film.glsl"
 
 layout(local_size_x = SHADE_GROUP) in;
@@ -24,14 +23,14 @@ void add_emission(inout PathState path, PathVertex v, Hit hit) {
     float light_pdf = 0.0;
     if (kind_on(KIND_EMISSIVE)) {
         uint index = emissive_index(hit.instance, hit.triangle);
-        light_pdf = kind_pmf() * emissive_pdf(index, v.twice_area, path.chord, dot(v.face_normal, -path.direction));
+        light_pdf = emissive_light_pdf(path, index, v.twice_area, dot(v.face_normal, -path.direction));
     }
     path.radiance += path.throughput * v.sampled.emission * bsdf_sample_weight(path, light_pdf);
 }
 
 // One sample of one light, whose kind `xi` chooses, and its shadow ray; false: there is none.
-bool next_event(inout PathState path, PathVertex v, float xi, uint slot) {
-    LightSample light = sample_light(v.position, xi, random_light(path.random, path.vertex));
+bool next_event(inout PathState path, PathVertex v, LightContext c, float xi, uint slot) {
+    LightSample light = sample_light(c, xi, random_light(path.random, path.vertex));
     if (light.pdf <= 0.0 || push.strategy == STRATEGY_BSDF && !light.delta) return false;
     BsdfValue bsdf = bsdf_evaluate(v.bsdf, light.direction);
     float weight = light.delta ? 1.0 : light_sample_weight(light.pdf, bsdf.pdf);
@@ -54,7 +53,7 @@ bool next_event(inout PathState path, PathVertex v, float xi, uint slot) {
 }
 
 // Chooses how the path goes on; false: it ends. `xi`: for Russian roulette.
-bool scatter(inout PathState path, PathVertex v, float xi) {
+bool scatter(inout PathState path, PathVertex v, LightContext c, float xi) {
     BsdfSample s = bsdf_sample(v.bsdf, random_bsdf(path.random, path.vertex));
     if (s.pdf <= 0.0 || max_component(s.weight) <= 0.0) return false;
     path.throughput *= s.weight;
@@ -64,6 +63,7 @@ bool scatter(inout PathState path, PathVertex v, float xi) {
     path.passed = straight ? path.chord : 0.0;
     path.direction = straight ? path.direction : s.direction;
     if (!straight) path.last_pdf = s.pdf;
+    if (merged_lights && !straight) keep_light_context(path, c);
     // A sample stands for a solid angle of 1 / pdf (Bekaert et al. 2003, "A Custom Designed Density Estimation Method for Light
     // Transport"); mirrors are taken for plane.
     if ((s.flags & SAMPLE_DELTA) == 0u) path.cone.y = max(path.cone.y, inversesqrt(PI * s.pdf));
@@ -134,8 +134,9 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     add_emission(path, v, hit);
     if (path.vertex > push.max_bounces) return false;
     vec3 xi = random_choices(path.random, path.vertex);
-    if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, xi.x, slot);
-    return scatter(path, v, xi.y);
+    LightContext c = light_context(v);
+    if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, c, xi.x, slot);
+    return scatter(path, v, c, xi.y);
 }
 
 struct Onward { bool path, shadow; };

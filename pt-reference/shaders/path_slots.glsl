@@ -4,7 +4,7 @@
 // the list are neighbours in the image.
 //
 // The buffer push.paths: three lists (one of live slots that is read, one that is written, one of slots with a shadow ray), then rows of
-// 16 bytes a slot, so that threads side by side load side by side. Scenes with transmission have three rows more.
+// 16 bytes a slot, so that threads side by side load side by side. Scenes with transmission have three rows more, samplers of lights other than per kind two.
 #include "path_state.glsl"
 #include "scene.glsl"
 
@@ -99,6 +99,12 @@ RowTable straight_table(uint row) {
     return RowTable(first + uint64_t(slot_count()) * uint64_t(16u * row));
 }
 
+// PathState::light_place and light_surface.
+RowTable light_table(uint row) {
+    uint64_t first = uint64_t(straight_table(scene_has(FEATURE_TRANSMISSION) ? 3u : 0u));
+    return RowTable(first + uint64_t(slot_count()) * uint64_t(16u * row));
+}
+
 PathState load_path(uint slot) {
     PathState path;
     load_ray(path, slot);
@@ -116,6 +122,12 @@ PathState load_path(uint slot) {
     path.passed = 0.0;
     if (scene_has(FEATURE_TRANSMISSION)) path.passed = straight_table(STRAIGHT_WAY).at[slot].x;
     path.chord = 0.0;
+    path.light_place = vec4(0.0);
+    path.light_surface = vec4(0.0);
+    if (merged_lights) {
+        path.light_place = light_table(0u).at[slot];
+        path.light_surface = light_table(1u).at[slot];
+    }
     return path;
 }
 
@@ -132,6 +144,10 @@ void store_path(uint slot, PathState path) {
     store_row(ROW_RADIANCE, slot, path.radiance, path.shadow_rays);
     if (ray_cones) cone_table().at[slot] = path.cone;
     if (scene_has(FEATURE_TRANSMISSION)) straight_table(STRAIGHT_WAY).at[slot].x = path.passed;
+    if (merged_lights) {
+        light_table(0u).at[slot] = path.light_place;
+        light_table(1u).at[slot] = path.light_surface;
+    }
 }
 
 Hit load_hit(uint slot) {

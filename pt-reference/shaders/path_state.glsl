@@ -14,6 +14,8 @@ layout(constant_id = 11) const bool ray_cones = false;
 layout(constant_id = 12) const bool sort_materials = false;
 layout(constant_id = 13) const uint background = BACKGROUND_ENVIRONMENT;
 
+layout(constant_id = 14) const bool merged_lights = false; // PathLights other than PER_KIND
+
 #include "path_random.glsl"
 
 struct PathState {
@@ -30,6 +32,9 @@ struct PathState {
     InteriorList interior;
     vec2 cone;       // if ray_cones: radius at the origin, metres, and half angle
     float passed;    // way since the last scattering, straight on through surfaces, metres
+    // What light sampling knew of the vertex of the last scattering, if merged_lights: position and normal; direction to the viewer,
+    // cluster, roughness and specular share.
+    vec4 light_place, light_surface;
     // Follow from the others; not kept from ray to ray.
     float chord;     // way since the last scattering, metres
     PathRandom random;

@@ -1,8 +1,9 @@
 //! Knobs of the reference path tracer.
 
-use crate::records::{Heuristic, Strategy};
+use crate::records::{Heuristic, PathLights, Strategy};
 use pt_core::knobs;
-use pt_shaders::records::{Background, Culling, SamplerKind};
+use pt_light_sampling::SamplerChoice;
+use pt_shaders::records::{Background, Culling, LightSampler, SamplerKind};
 
 knobs! {
     /// Which light counts.
@@ -36,6 +37,8 @@ knobs! {
         pub heuristic: Heuristic = Heuristic::Power, source "Veach 1997, section 9.2.2";
         /// Sampling strategies: both, or one alone, to see what the other one contributes.
         pub strategy: Strategy = Strategy::Both, source "Veach 1997, section 9.2";
+        /// How light sampling picks a light. All choices have the same mean; the noise differs where there are many lights.
+        pub lights: PathLights = PathLights::PerKind => structural;
         /// Where random numbers come from.
         pub sampler: SamplerKind = SamplerKind::Sobol => structural;
         /// Samples per pixel; the sampler `blue-noise` is made for this number.
@@ -47,5 +50,23 @@ knobs! {
         pub ray_cones: bool = false, source "Akenine-Möller et al. 2021" => structural;
         /// BIASED: largest radiance of a sample, per channel, against fireflies; 0 is no limit.
         pub clamp: f32 = 0.0, in 0.0..=f32::MAX, unit "radiance";
+    }
+}
+
+impl PathLights {
+    /// The sampler of local lights (triangles, points, spots) as one kind; `None`: kinds are kept apart.
+    pub(crate) fn sampler(self) -> Option<LightSampler> {
+        match self {
+            Self::PerKind => None,
+            Self::Uniform => Some(LightSampler::Uniform),
+            Self::Power => Some(LightSampler::Power),
+            Self::ClusterCdf => Some(LightSampler::ClusterCdf),
+            Self::LightBvh => Some(LightSampler::LightBvh),
+        }
+    }
+
+    /// What [`LightTables::prepare`](pt_light_sampling::LightTables::prepare) takes.
+    pub fn choice(self) -> Option<SamplerChoice> {
+        self.sampler().map(SamplerChoice::from)
     }
 }

@@ -9,8 +9,8 @@ use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
-    Culling, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT,
-    KIND_POSITIONAL, KIND_SUN,
+    BvhImportance, Culling, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE,
+    KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
 };
 use std::mem::offset_of;
 use std::ops::Range;
@@ -33,6 +33,8 @@ const SLOT_BYTES: u64 = 4 * 4 + 10 * 16 + 4;
 const CONE_BYTES: u64 = 8;
 /// And, in scenes with transmission, for shadow rays that go straight on through surfaces.
 const STRAIGHT_BYTES: u64 = 3 * 16;
+/// And what the light sampler knows of the last vertex, where it looks at it.
+const LIGHT_BYTES: u64 = 2 * 16;
 
 impl Tile {
     fn blocks(self) -> [u32; 2] {
@@ -75,7 +77,7 @@ pub struct PathTracer {
 
 impl PathTracer {
     /// Compiles the kernels, for what the scene has, and allocates sums of zero for an image of `size` pixels; `tile`: size of the
-    /// largest tile.
+    /// largest tile. `lights` is prepared for the sampler: `lights.prepare(device, scene, gpu, params.lights.choice())`.
     ///
     /// # Errors
     /// When the device refuses, or has not the memory.
@@ -90,10 +92,12 @@ impl PathTracer {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let blocks = Tile { origin: [0; 2], size: tile }.blocks().map(u64::from);
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
+        let sampler = params.lights.sampler();
         let transmits = scene.features() & FEATURE_TRANSMISSION != 0;
         let slot_bytes = SLOT_BYTES
             + if params.ray_cones { CONE_BYTES } else { 0 }
-            + if transmits { STRAIGHT_BYTES } else { 0 };
+            + if transmits { STRAIGHT_BYTES } else { 0 }
+            + if sampler.is_some() { LIGHT_BYTES } else { 0 };
         let constants = [
             ("scene_features", scene.features().into()),
             ("light_kinds", kinds(&params, lights).into()),
@@ -101,9 +105,16 @@ impl PathTracer {
             ("energy_compensation", params.energy_compensation.into()),
             ("ray_cones", params.ray_cones.into()),
             ("background", params.background.code().into()),
+            ("merged_lights", sampler.is_some().into()),
             ("sort_materials", sorts_by_material(device, scene).into()),
         ];
-        let compute = |code| Kernel::compute::<PathPush>(device, code, &constants);
+        // The sampler of shading alone.
+        let mut shading = constants.to_vec();
+        shading.extend([
+            ("light_sampler", sampler.unwrap_or(LightSampler::Power).code().into()),
+            ("bvh_importance", BvhImportance::SphericalGaussian.code().into()),
+        ]);
+        let compute = |code, constants: &[_]| Kernel::compute::<PathPush>(device, code, constants);
         let trace = |code, culling: Culling| {
             let constants: Vec<_> =
                 constants.into_iter().chain([("culling", culling.code().into())]).collect();
@@ -111,9 +122,9 @@ impl PathTracer {
         };
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
-            advance: compute(&kernels::PATH_ADVANCE)?,
+            advance: compute(&kernels::PATH_ADVANCE, &constants)?,
             trace: trace(&kernels::PATH_TRACE, params.culling)?,
-            shade: compute(&kernels::PATH_SHADE)?,
+            shade: compute(&kernels::PATH_SHADE, &shading)?,
             shadow: trace(&kernels::PATH_SHADOW, params.culling.unseen())?,
             params,
             camera_solids: [(0, 1.0); CAPACITY],
@@ -278,5 +289,6 @@ fn kinds(params: &ReferenceParams, lights: &LightTables) -> u32 {
     bit(types.sun && lists.sun_count > 0, KIND_SUN)
         | bit(types.positional && lists.lights.len() > lists.sun_count as usize, KIND_POSITIONAL)
         | bit(types.emissive && !lists.emissives.is_empty(), KIND_EMISSIVE)
+        | bit((types.positional || types.emissive) && !lists.local.is_empty(), KIND_LOCAL)
         | bit(types.environment && lists.environment_alias.is_some(), KIND_ENVIRONMENT)
 }

@@ -37,7 +37,7 @@ pub struct Progressive {
 
 impl Progressive {
     /// A render of the view and size that `frame` states, with sums of zero, whose first sample has the index `first_sample`.
-    /// `tile`: part of the image that is worked on at a time; `None`: whole rows, as many as fit into some 360 MB.
+    /// `lights`: see [`PathTracer::new`]. `tile`: part of the image that is worked on at a time; `None`: whole rows, as many as fit into some 360 MB.
     ///
     /// # Errors
     /// When the device refuses, or has not the memory.

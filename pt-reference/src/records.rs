@@ -25,6 +25,22 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// How light sampling picks a light at a vertex. Directional lights and the environment are picked by power in any case.
+    pub enum PathLights {
+        /// One of the kinds triangle, point or spot (among the others), then one of that kind by its power.
+        PerKind = "per-kind",
+        /// Triangles, points and spots are one kind; each with the same probability.
+        Uniform = "uniform",
+        /// Triangles, points and spots are one kind; by power.
+        Power = "power",
+        /// Triangles, points and spots are one kind; by what the list of the vertex's cluster says.
+        ClusterCdf = "cluster-cdf",
+        /// Triangles, points and spots are one kind; by a descent through the light tree.
+        LightBvh = "light-bvh",
+    }
+}
+
 gpu_struct! {
     /// The sums of a pixel.
     pub struct FilmPixel {

@@ -63,11 +63,16 @@ uint emissive_index(uint instance, uint triangle) {
     return first == NONE ? NONE : lookup.at[first + triangle];
 }
 
+// Density per solid angle of a uniform point of a triangle, seen at `distance` under `cos_light` > 0.
+float triangle_area_pdf(float twice_area, float distance, float cos_light) {
+    return 2.0 * distance * distance / (twice_area * cos_light);
+}
+
 // Density of sample_emissive for a point of emissive triangle `index` that something else found, seen at `distance` under
 // `cos_light`.
 float emissive_pdf(uint index, float twice_area, float distance, float cos_light) {
     if (index == NONE || cos_light <= 0.0) return 0.0;
-    return EmissiveTable(scene.emissives).at[index].pmf * 2.0 * distance * distance / (twice_area * cos_light);
+    return EmissiveTable(scene.emissives).at[index].pmf * triangle_area_pdf(twice_area, distance, cos_light);
 }
 
 // A directional light with an angular radius, as seen along `direction`: radiance, and density of sample_sun for the direction.

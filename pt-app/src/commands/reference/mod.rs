@@ -65,6 +65,8 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         fold_seed(args.seed),
     );
     let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
+    let Session { device, scene, gpu, lights, .. } = &mut session;
+    lights.prepare(device, scene, gpu, params.lights.choice())?;
     let mut render = Progressive::new(
         &session.device,
         &session.gpu,
