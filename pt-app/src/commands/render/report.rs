@@ -102,10 +102,11 @@ pub(super) fn summary(
     let mrays = rays / Spread::of(primary).median_ms.max(1e-9) * 1e-3;
     writeln!(
         out,
-        "{}x{}, {} frames: {frame_ms:.3} ms/frame, {mrays:.1} Mrays/s (primary), {}, {}",
+        "{}x{}, {} frame{}: {frame_ms:.3} ms/frame, {mrays:.1} Mrays/s (primary), {}, {}",
         size[0],
         size[1],
         frames,
+        if frames == 1 { "" } else { "s" },
         session.device_line(),
         session.gpu.backend(),
     )?;
