@@ -112,6 +112,8 @@ fn refusals() {
     let before = fs::read(path.join("c.exr")).unwrap();
     let other = render.replace("24x16", "16x16");
     refused(path, &format!("{other} --resume -o b.exr"), &["c.exr", "size is 24x16 there and 16x16 here"]);
+    let looks = format!("{render} --look 0,1,3,0,1,0 --resume -o b.exr");
+    refused(path, &looks, &["c.exr", "camera.", "there and", "here"]);
     refused(
         path,
         &format!("{} --resume -o b.exr", render.replace("cornell", "plane")),

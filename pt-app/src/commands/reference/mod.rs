@@ -18,7 +18,9 @@ use pt_image::atomic_file::check_writable;
 use pt_image::image_file::ImageSize;
 use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive, ReferenceParams, SamplerKind};
 use pt_scene::gpu::camera_record;
+use pt_scene::{Camera, Projection};
 use pt_shaders::records::FrameRecord;
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
@@ -51,7 +53,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     let identity = Identity::default()
         .with("version", env!("CARGO_PKG_VERSION"))
         .with("scene", session.scene.fingerprint())
-        .with("camera", format!("{:?}", session.camera))
+        .with("camera", camera_of_identity(&session.camera.at(args.scene.time)))
         .with("time", args.scene.time)
         .with("size", format!("{}x{}", size[0], size[1]))
         .with("seed", args.seed)
@@ -130,6 +132,25 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
 fn params_of_identity(params: &ReferenceParams) -> Result<String> {
     let spp = if params.sampler == SamplerKind::BlueNoise { params.spp } else { 1 };
     Ok(serde_json::to_string(&ReferenceParams { spp, ..params.clone() })?)
+}
+
+/// Where the camera is and what it shows, member by member, so that a message names the one that differs.
+fn camera_of_identity(camera: &Camera) -> String {
+    let axes = camera.world_from_camera;
+    let projection = match camera.projection {
+        Projection::Perspective { yfov } => json!({ "yfov": yfov }),
+        Projection::Orthographic { ymag } => json!({ "ymag": ymag }),
+    };
+    json!({
+        "name": camera.name,
+        "position": axes.translation.to_array(),
+        "direction": (-axes.matrix3.z_axis).to_array(),
+        "up": axes.matrix3.y_axis.to_array(),
+        "projection": projection,
+        "lens_radius": camera.lens_radius,
+        "focus_distance": camera.focus_distance,
+    })
+    .to_string()
 }
 
 /// Loads the checkpoint, if there is one to resume; returns the index of the first sample that is not traced yet.
