@@ -37,7 +37,7 @@ knobs! {
         pub heuristic: Heuristic = Heuristic::Power, source "Veach 1997, section 9.2.2";
         /// Sampling strategies: both, or one alone, to see what the other one contributes.
         pub strategy: Strategy = Strategy::Both, source "Veach 1997, section 9.2";
-        /// How light sampling picks a light. All choices have the same mean; the noise differs where there are many lights.
+        /// How light sampling picks a light; all choices have the same mean, and differ in noise where there are many lights.
         pub lights: PathLights = PathLights::PerKind => structural;
         /// Where random numbers come from.
         pub sampler: SamplerKind = SamplerKind::Sobol => structural;
