@@ -247,7 +247,7 @@ fn bad_input_is_one_line() {
     refused(
         at,
         "compare a.exr b.exr --metric rmse",
-        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, z-test",
+        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, detail, z-test",
     );
     refused(at, "compare a.exr b.exr --max mse", "expected METRIC=VALUE");
     refused(at, "compare a.exr b.exr --max mse=low", "\"low\" is not a number");

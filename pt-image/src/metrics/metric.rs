@@ -25,13 +25,15 @@ pub enum Metric {
     HdrFlip,
     /// Mean of `a` over mean of `b`, linear values; 1 when no energy is lost or gained.
     Energy,
+    /// Energy of the gradients of `a` over that of `b`: below 1 where detail was blurred away, above 1 where there is noise.
+    Detail,
     /// Share of pixels where two Monte Carlo estimates agree within their standard errors; needs variances.
     ZTest,
 }
 
 impl Metric {
     /// All metrics, in the order in which they are printed.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::RelMse,
         Self::Mse,
         Self::Psnr,
@@ -39,12 +41,21 @@ impl Metric {
         Self::Flip,
         Self::HdrFlip,
         Self::Energy,
+        Self::Detail,
         Self::ZTest,
     ];
 
     /// Those that need nothing but the two images, in the order in which they are printed.
-    pub const OF_IMAGES: [Self; 7] =
-        [Self::RelMse, Self::Mse, Self::Psnr, Self::Ssim, Self::Flip, Self::HdrFlip, Self::Energy];
+    pub const OF_IMAGES: [Self; 8] = [
+        Self::RelMse,
+        Self::Mse,
+        Self::Psnr,
+        Self::Ssim,
+        Self::Flip,
+        Self::HdrFlip,
+        Self::Energy,
+        Self::Detail,
+    ];
 
     /// Name on the command line and in results.
     pub fn name(self) -> &'static str {
@@ -56,6 +67,7 @@ impl Metric {
             Self::Flip => "flip",
             Self::HdrFlip => "hdr-flip",
             Self::Energy => "energy",
+            Self::Detail => "detail",
             Self::ZTest => "z-test",
         }
     }
@@ -81,6 +93,9 @@ impl Metric {
                  max(2, ceil(stop - start)) exposures, {PIXELS_PER_DEGREE} pixels per degree, median >= epsilon = {EXPOSURE_LUMINANCE_FLOOR:.3e}"
             ),
             Self::Energy => "mean(a) / mean(b)".into(),
+            Self::Detail => "sum(|grad f(a)|^2) / sum(|grad f(b)|^2), f(x) = y / (1 + y), y: luminance over the mean luminance of b, grad: \
+                             differences of neighbours to the right and below"
+                .into(),
             Self::ZTest => format!(
                 "share of pixels with |a - b| <= z sqrt(v_a + v_b + (epsilon max(|a|, |b|))^2) in all three channels, v: \
                  variance of the mean (layer {VARIANCE_LAYER:?}), z: two-sided, significance {Z_TEST_SIGNIFICANCE} for all \

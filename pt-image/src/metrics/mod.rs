@@ -5,18 +5,22 @@
 
 mod colour_map;
 mod convolve;
+mod detail;
 mod display;
 pub mod flip;
 mod metric;
 mod ssim;
+mod temporal;
 mod z_test;
 
 use crate::image_file::LinearImage;
+use detail::detail;
 
 pub use colour_map::{colour_map, heatmap};
 pub use display::{DISPLAY_TRANSFORM, display_values};
 pub use metric::Metric;
 pub use ssim::{SSIM_K1, SSIM_K2};
+pub use temporal::{Correspondence, FramePair, TEMPORAL_BLOCK, TemporalError, temporal_error};
 pub use z_test::{VARIANCE_LAYER, Variances, Z_TEST_EPSILON, Z_TEST_SIGNIFICANCE, read_variance};
 
 /// Epsilon of relMSE, squared radiance: the value of Rousselle et al. 2011, "Adaptive sampling and reconstruction using
@@ -150,6 +154,7 @@ pub fn compare_estimates(
             }
             Metric::HdrFlip => hdr_flip(width, &a.pixels, &b.pixels),
             Metric::Energy => energy(&a.pixels, &b.pixels),
+            Metric::Detail => detail(width, &a.pixels, &b.pixels),
             Metric::ZTest => z_test(&a.pixels, &b.pixels, variances.ok_or(MetricError::NoVariance(metric))?),
         })
     };

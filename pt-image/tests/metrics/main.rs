@@ -141,7 +141,7 @@ fn names_parse_back() {
     let error = "rmse".parse::<Metric>().unwrap_err();
     assert_eq!(
         error.to_string(),
-        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, z-test"
+        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, detail, z-test"
     );
 }
 
@@ -184,7 +184,7 @@ proptest! {
     fn equal_images_have_no_error(a in any_image()) {
         let found = compare(&a, &a, &Metric::OF_IMAGES).unwrap();
         let values: Vec<_> = found.iter().map(|found| found.value).collect();
-        prop_assert_eq!(values, vec![0.0, 0.0, f64::INFINITY, 1.0, 0.0, 0.0, 1.0]);
+        prop_assert_eq!(values, vec![0.0, 0.0, f64::INFINITY, 1.0, 0.0, 0.0, 1.0, 1.0]);
         prop_assert!(found.iter().all(|found| found.spread == 0.0));
     }
 

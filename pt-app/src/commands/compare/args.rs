@@ -19,7 +19,7 @@ pub struct CompareArgs {
         long,
         value_name = "LIST",
         value_delimiter = ',',
-        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy"
+        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy,detail"
     )]
     pub metric: Vec<MetricName>,
     /// Compare only this rectangle; x and y count from the top left pixel.
@@ -34,7 +34,7 @@ pub struct CompareArgs {
     /// Fail (exit code 1) when the metric is above the value; may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub max: Vec<Limit>,
-    /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, z-test); may be repeated.
+    /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, detail, z-test); may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub min: Vec<Limit>,
 }

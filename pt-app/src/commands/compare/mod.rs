@@ -85,7 +85,7 @@ fn warn_about_states(args: &CompareArgs, a: &LinearImage, b: &LinearImage) {
             ImageState::DisplayReferred => "display-referred",
         };
         print_warning(&format!(
-            "{} is {} and {} is {}: relmse, mse, hdr-flip, energy and z-test compare values of different meaning",
+            "{} is {} and {} is {}: relmse, mse, hdr-flip, energy, detail and z-test compare values of different meaning",
             args.a.display(),
             name(a.state),
             args.b.display(),
