@@ -12,6 +12,8 @@ mod test_records;
 fn main() {
     let header = [
         records::RayCounts::glsl(),
+        records::ShadowRayTables::glsl(),
+        records::ShadowRayList::glsl(),
         records::RestirWeights::glsl(),
         records::RestirVisibility::glsl(),
         records::DirectPush::glsl(),

@@ -8,6 +8,7 @@ mod nee_at;
 mod params;
 pub mod records;
 mod restir;
+mod shadow_rays;
 pub mod synthetic;
 
 pub use direct::{Counted, DirectLighting};

@@ -103,6 +103,7 @@ impl DirectParams {
             choices: 0,
             nee_at_tiles: 0,
             nee_at_feedback: 0,
+            shadow_rays: 0,
             kinds: bit(self.sun, KIND_SUN)
                 | bit(self.positional, KIND_POSITIONAL)
                 | bit(self.emissive, KIND_EMISSIVE)
@@ -126,6 +127,8 @@ impl DirectParams {
             restir_weights: self.restir_weights.code(),
             restir_visibility: self.restir_visibility.code(),
             nee_at_candidates: self.nee_at_candidates,
+            light_sample: 0,
+            ray_columns: 0,
         }
     }
 }
