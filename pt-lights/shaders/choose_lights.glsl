@@ -87,7 +87,7 @@ bool keep_candidate(ShadingPoint s, LightSample light, float weight, uint local,
 // The bits of the slots that have a ray.
 uint choose_lights(ivec2 p) {
     vec4 position = imageLoad(ch_shading_position, p);
-    uint kept = 0u;
+    uint kept = 0u, near = 0u;
     uvec2 choice = uvec2(NONE, 0u);
     if (floatBitsToUint(position.w) != 0u) {
         ShadingPoint s = load_shading_point(p, position);
@@ -111,11 +111,14 @@ uint choose_lights(ivec2 p) {
                     weight = power_weight(light.pdf, pdf);
                 }
             }
-            if (keep_candidate(s, light, weight, local, slot_place(slot, texel_index(p)))) kept |= 1u << slot;
+            if (keep_candidate(s, light, weight, local, slot_place(slot, texel_index(p)))) {
+                kept |= 1u << slot;
+                if (light.finite || local != NONE) near |= 1u << slot;
+            }
             if (local != NONE) choice = uvec2(local, pcg4d(uvec4(floatBitsToUint(light.target), local)).x);
         }
     }
-    StateTable(shadow_ray_tables().states).at[texel_index(p)] = kept << STATE_TRACED;
+    StateTable(shadow_ray_tables().states).at[texel_index(p)] = kept << STATE_TRACED | near << STATE_NEAR;
     if (push.choices != 0ul && (push.light_sample == 0u || choice.x != NONE)) ChoiceTable(push.choices).at[texel_index(p)] = choice;
     return kept;
 }

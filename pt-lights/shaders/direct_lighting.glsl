@@ -9,6 +9,11 @@
 #include "lights/light_sampler.glsl"
 #include "lights/statistics.glsl"
 #include "glass_shadow.glsl"
+#include "rgb9e5.glsl"
+
+layout(constant_id = 9) const uint light_storage = LIGHT_STORAGE_FP32;
+// Brings usual light into the range of RGB9E5: with all bits from 5e-4 to 1e6. Host twin: pt_lights::oracle::RGBE_SCALE.
+const float RGBE_SCALE = 1.0 / 16.0;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayCountsOut { RayCounts rays; };
 
@@ -34,8 +39,8 @@ void drop_hidden(ivec2 p) {
 #endif
 
 // Where the ray of a slot met glass: whether it arrives all the same, and how much of the light passes.
-bool passes_glass(ivec2 p, uint slot, uvec4 end, out vec3 passed) {
-    Ray ray = slot_ray(p, end);
+bool passes_glass(ivec2 p, uint slot, uint place, out vec3 passed) {
+    Ray ray = slot_ray(p, SlotTable(shadow_ray_tables().ends).at[place]);
     uvec2 ray_coverage = slot_coverage(p, slot);
     passed = vec3(0.0);
     if (trace_occluded(ray, unseen_mask(push.mask), ray_coverage)) return false;
@@ -45,15 +50,17 @@ bool passes_glass(ivec2 p, uint slot, uvec4 end, out vec3 passed) {
 
 void add_slots(ivec2 p, uint texel, uint state, vec4 base, float metallic, inout LightSums sums, inout LightFeedback feedback) {
     ShadowRayTables tables = shadow_ray_tables();
-    vec3 position = imageLoad(ch_shading_position, p).xyz;
+    vec3 position = vec3(0.0);
+    if (state >> STATE_NEAR != 0u) position = imageLoad(ch_shading_position, p).xyz;
     uvec2 rays = uvec2(0u);
     [[dont_unroll]] for (uint slot = 0u; slot < slot_count(); slot++) {
         if (!has_state(state, STATE_TRACED, slot)) continue;
         uint place = slot_place(slot, texel);
-        uvec4 end = SlotTable(tables.ends).at[place];
+        uvec4 end = FAR_END;
+        if (has_state(state, STATE_NEAR, slot)) end = SlotTable(tables.ends).at[place];
         vec3 passed = vec3(1.0);
         bool arrived = !has_state(state, STATE_HIDDEN, slot);
-        if (scene_has(FEATURE_TRANSMISSION) && has_state(state, STATE_GLASS, slot)) arrived = passes_glass(p, slot, end, passed);
+        if (scene_has(FEATURE_TRANSMISSION) && has_state(state, STATE_GLASS, slot)) arrived = passes_glass(p, slot, place, passed);
         vec3 diffuse = vec3(0.0), specular = vec3(0.0);
         if (arrived) {
             uvec4 light = SlotTable(tables.lights).at[place];
@@ -83,6 +90,13 @@ void add_slots(ivec2 p, uint texel, uint state, vec4 base, float metallic, inout
     }
 }
 
+// The light as it is after storage. `dimension`: of the numbers that round.
+vec3 stored_light(vec3 light, ivec2 p, uint dimension) {
+    if (light_storage == LIGHT_STORAGE_FP32) return light;
+    vec3 xi = random_numbers(imageLoad(ch_rng_seed, p).xy, dimension).xyz;
+    return unpack_rgb9e5(pack_rgb9e5(light * RGBE_SCALE, xi)) / RGBE_SCALE;
+}
+
 void main() {
     ivec2 p = ivec2(launch_id());
     if (any(greaterThanEqual(p, split_size()))) return;
@@ -96,8 +110,13 @@ void main() {
         sums = LightSums(SumTable(tables.sums).at[2u * texel], SumTable(tables.sums).at[2u * texel + 1u]);
         if (light_sampler == LIGHT_SAMPLER_NEE_AT) feedback = kept_feedback(push.nee_at_feedback, p, split_size());
     }
-    vec4 base = imageLoad(ch_base_color, p);
-    float metallic = imageLoad(ch_metallic_roughness, p).x;
+    // Pixels without light, such as the sky, need no material.
+    vec4 base = vec4(0.0);
+    float metallic = 0.0;
+    if (state != 0u || push.light_sample > 0u) {
+        base = imageLoad(ch_base_color, p);
+        metallic = imageLoad(ch_metallic_roughness, p).x;
+    }
     if (state != 0u) add_slots(p, texel, state, base, metallic, sums, feedback);
     if (light_sampler == LIGHT_SAMPLER_NEE_AT) keep_feedback(push.nee_at_feedback, p, split_size(), feedback);
     if (push.light_sample + 1u < push.samples) {
@@ -106,7 +125,8 @@ void main() {
         return;
     }
     float share = 1.0 / float(push.samples);
-    imageStore(ch_color_hf, p, vec4(sums.diffuse.rgb * share, mean_distance(sums.diffuse)));
-    vec3 specular = sums.specular.rgb * (share / demodulation(base, metallic));
+    vec3 diffuse = stored_light(sums.diffuse.rgb * share, p, DIM_LIGHT_STORAGE);
+    imageStore(ch_color_hf, p, vec4(diffuse, mean_distance(sums.diffuse)));
+    vec3 specular = stored_light(sums.specular.rgb * (share / demodulation(base, metallic)), p, DIM_LIGHT_STORAGE + 1u);
     imageStore(ch_color_spec, p, vec4(specular, mean_distance(sums.specular)));
 }

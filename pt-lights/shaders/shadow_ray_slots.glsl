@@ -43,7 +43,8 @@ uint slot_candidate(uint slot) {
 }
 
 // First bits of the slots in the state of a texel.
-const uint STATE_TRACED = 0u, STATE_HIDDEN = 8u, STATE_GLASS = 16u;
+// STATE_NEAR: its end says more than that the light is infinitely far away, a distance or a local light.
+const uint STATE_TRACED = 0u, STATE_HIDDEN = 8u, STATE_GLASS = 16u, STATE_NEAR = 24u;
 
 bool has_state(uint state, uint what, uint slot) { return (state >> (what + slot) & 1u) != 0u; }
 
@@ -52,6 +53,7 @@ const uint END_FINITE = 0x80000000u, END_LIGHT = 0x7fffffffu;
 
 // `local`: the local light, or NONE.
 uint end_word(bool finite, uint local) { return (finite ? END_FINITE : 0u) | (local & END_LIGHT); }
+const uvec4 FAR_END = uvec4(0u, 0u, 0u, END_LIGHT);
 uint end_light(uint word) { return (word & END_LIGHT) == END_LIGHT ? NONE : word & END_LIGHT; }
 
 ShadowRayTables shadow_ray_tables() { return ShadowRays(push.shadow_rays).tables; }

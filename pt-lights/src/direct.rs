@@ -77,7 +77,7 @@ impl DirectLighting {
         let trace =
             |code, constants: &_| Kernel::trace::<DirectPush>(device, code, variant.backend, constants);
         let tracing = trace(&kernels::SHADOW_RAYS, &constants)?;
-        constants.push(sampler);
+        constants.extend([sampler, ("light_storage", params.storage.code().into())]);
         let drops = drops_hidden(params);
         let code = if drops { &kernels::DIRECT_LIGHTING_DROP } else { &kernels::DIRECT_LIGHTING };
         let sum = trace(code, &constants)?;

@@ -5,6 +5,7 @@
 mod direct;
 pub mod images;
 mod nee_at;
+pub mod oracle;
 mod params;
 pub mod records;
 mod restir;

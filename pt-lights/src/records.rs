@@ -57,6 +57,16 @@ pt_shaders::named_enum! {
     }
 }
 
+pt_shaders::named_enum! {
+    /// How light is stored between the stages; `LIGHT_STORAGE_*` in GLSL.
+    pub enum LightStorage: "LIGHT_STORAGE" {
+        /// As 32-bit floating-point numbers.
+        Fp32 = "fp32",
+        /// With the precision of 32 bits a pixel: mantissas of 9 bits and a common exponent, rounded at random so that the mean is kept.
+        Rgbe = "rgbe",
+    }
+}
+
 pt_shaders::gpu_struct! {
     /// Addresses of what the passes of direct lighting tell each other; `shadow_ray_slots.glsl`.
     pub struct ShadowRayTables {

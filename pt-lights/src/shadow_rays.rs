@@ -139,3 +139,33 @@ impl ShadowRays {
         pass.dispatch_indirect(extent, &t.list, offset_of!(ShadowRayList, groups) as u64)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_core::test_support::TestDevice;
+
+    #[test]
+    fn frames_without_room_are_refused() {
+        let device = TestDevice::open();
+        let refusal = |frame| Tables::new(&device, frame, 5, false).err().expect("an error").to_string();
+        let message = refusal([40_000, 40_000]);
+        assert!(
+            message.contains("direct lighting of a frame of 40000x40000: at most 268435456 pixels"),
+            "{message}"
+        );
+        // Twice the free memory, unless that is more than any frame can take.
+        let side = (2.0 * device.info().free_bytes() as f64 / texel_bytes(5, false) as f64).sqrt();
+        let side = (side as u32).min(40_000);
+        let message = refusal([side, side]);
+        assert!(message.contains("direct lighting of a frame of"), "{message}");
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_readme() {
+        assert_eq!(
+            [(5, false), (4, false), (4, true)].map(|(slots, sums)| texel_bytes(slots, sums)),
+            [184, 148, 180]
+        );
+    }
+}
