@@ -12,6 +12,9 @@ mod test_records;
 fn main() {
     let header = [
         records::RayCounts::glsl(),
+        records::ShadowRayTables::glsl(),
+        records::ShadowRayList::glsl(),
+        records::LightStorage::glsl(),
         records::RestirWeights::glsl(),
         records::RestirVisibility::glsl(),
         records::DirectPush::glsl(),
@@ -21,6 +24,10 @@ fn main() {
         .header("nee_at_records.glsl", records::NeeAtPush::glsl())
         .header("lights_images.glsl", images::glsl());
     kernels.compile("shaders");
-    let test_header = [test_records::SampleRecord::glsl(), test_records::NeeAtPicksPush::glsl()];
+    let test_header = [
+        test_records::SampleRecord::glsl(),
+        test_records::PackedRecord::glsl(),
+        test_records::NeeAtPicksPush::glsl(),
+    ];
     kernels.header("test_records.glsl", test_header.concat()).compile_as("tests/shaders", "test_kernels.rs");
 }

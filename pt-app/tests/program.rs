@@ -210,6 +210,8 @@ fn scenes_and_passes_are_listed() {
     // The contract's order; stages yet to come stand between these.
     let order = [
         "primary rays",
+        "choose lights",
+        "shadow rays",
         "direct lighting",
         "composite",
         "interleave",
@@ -229,9 +231,15 @@ fn scenes_and_passes_are_listed() {
             "{pass}"
         );
     }
-    let direct = &table[at[1]];
-    let has = |list: &str, name: &str| direct[list].as_array().unwrap().iter().any(|n| n == name);
-    assert!(has("reads", "shading_position") && has("writes", "color_hf"), "{direct}");
+    let has = |pass: usize, list: &str, name: &str| {
+        table[at[pass]][list].as_array().unwrap().iter().any(|n| n == name)
+    };
+    assert!(has(1, "reads", "shading_position") && has(1, "writes", "shadow ray lights"), "{table:?}");
+    assert!(has(2, "reads", "shadow ray ends") && has(2, "writes", "shadow ray states"), "{table:?}");
+    assert!(has(3, "reads", "shadow ray lights") && has(3, "writes", "color_hf"), "{table:?}");
+    // Five rays a pixel: 16 bytes for the end of each and 16 for its light are written and read.
+    let bytes = |pass: usize| table[at[pass]]["bytes"].as_u64().unwrap();
+    assert!((1..4).all(|pass| bytes(pass) >= 64 * 36 * 5 * 16), "{table:?}");
     let text = succeeds(folder.path(), "passes --size 64x36");
     assert!(!text.contains("accumulate"), "a stage that is off is absent: {text}");
     assert!(text.find("primary rays").unwrap() < text.find("tone map").unwrap());

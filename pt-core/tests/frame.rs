@@ -80,6 +80,34 @@ fn passes_see_each_others_writes() {
     assert_eq!(table[1].writes, ["view_depth"]);
 }
 
+/// Buffers that a pass goes through by address are in the table, those that it looks something up in are not; hazards are alike.
+#[test]
+fn streamed_buffers_are_in_the_table() {
+    let device = TestDevice::open();
+    let s = setup(&device);
+    let [rays, light, looked_up] =
+        ["rays", "light", "looked up"].map(|name| Buffer::from_slice(&device, name, &[0u32; 25]).unwrap());
+    let mut recorder = Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    let push = TestPush { offset: 0.0 };
+    let pass = frame.pass("fill", &s.fill).touches(&s.images, &WRITES).push(&push);
+    let pass = pass.streams(&rays).streams_updated(&light).addresses(&looked_up);
+    pass.dispatch(EXTENT).unwrap();
+    let pass = frame.pass("again", &s.fill).touches(&s.images, &WRITES).push(&push);
+    pass.streams_written(&rays).dispatch(EXTENT).unwrap();
+    frame.submit().unwrap();
+    recorder.finish().unwrap();
+    let depth = 38 * 11 * 4;
+    let [first, second] = recorder.pass_table() else { panic!("two passes") };
+    assert_eq!(first.reads, ["rays", "light"]);
+    assert_eq!(first.writes, ["view_depth", "light"]);
+    assert_eq!(first.bytes, depth + 100 + 200);
+    assert_eq!(
+        (second.writes.as_slice(), second.bytes),
+        (&["view_depth".into(), "rays".into()][..], depth + 100)
+    );
+}
+
 /// The recorder keeps no more of a long run than of a short one.
 #[test]
 fn times_of_a_long_run_are_a_sample() {

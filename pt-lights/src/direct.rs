@@ -1,23 +1,28 @@
 use crate::kernels;
 use crate::nee_at::NeeAt;
 use crate::params::DirectParams;
-use crate::records::{DirectPush, LightRays, RayCounts};
+use crate::records::{DirectPush, LightRays, RayCounts, RestirVisibility};
 use crate::restir::Restir;
+use crate::shadow_rays::ShadowRays;
 use pt_core::trace::TraceVariant;
 use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo};
 use pt_shaders::channels;
 use pt_shaders::records::LightSampler;
 
-/// The direct lighting stage: for each light sample of a pixel a shadow ray.
+/// The direct lighting stage. Three passes for each light sample: lights are chosen, shadow rays are traced, and what arrives is added up. Apart
+/// from each other they need fewer registers than in one kernel, so that the device hides more of the time that memory takes.
 pub struct DirectLighting {
-    kernel: Kernel,
-    /// The passes before it, of `sampler=restir-di`.
+    choice: Kernel,
+    tracing: Kernel,
+    sum: Kernel,
+    shadow_rays: ShadowRays,
+    /// The passes before them, of `sampler=restir-di`.
     restir: Option<Restir>,
     nee_at: Option<NeeAt>,
 }
 
 impl DirectLighting {
-    /// The images that the pass of every sampler accesses.
+    /// The images that the passes of every sampler access.
     pub const IO: StageIo = StageIo {
         reads: &[
             channels::RNG_SEED,
@@ -46,6 +51,7 @@ impl DirectLighting {
         all.extend(NeeAt::is_used(params).then_some(NeeAt::IO));
         all.push(Self::IO);
         all.extend(params.is_restir().then_some(Restir::SHADING));
+        all.extend(drops_hidden(params).then_some(Restir::DROPPING));
         all
     }
 
@@ -53,22 +59,37 @@ impl DirectLighting {
     pub fn new(device: &Device, variant: TraceVariant, params: &DirectParams) -> Result<Self> {
         let merged = params.rays == LightRays::Merged;
         let sampler = if merged { params.sampler } else { LightSampler::Power };
-        let mut constants = variant.unseen().constants().to_vec();
-        constants.extend([
-            ("light_sampler", sampler.code().into()),
+        let sampler = ("light_sampler", sampler.code().into());
+        let merged = ("merged_rays", merged.into());
+        let restir = params.is_restir().then(|| Restir::new(device, variant, params)).transpose()?;
+        let code = if restir.is_some() { &kernels::CHOOSE_LIGHTS_RESTIR } else { &kernels::CHOOSE_LIGHTS };
+        let constants = [
+            ("scene_features", variant.scene_features.into()),
+            ("random_source", variant.random.code().into()),
             ("area_sampling", params.area_sampling.code().into()),
             ("bvh_importance", params.bvh_importance.code().into()),
-            ("merged_rays", merged.into()),
-        ]);
-        let restir = params.is_restir().then(|| Restir::new(device, variant, params)).transpose()?;
-        let code = if restir.is_some() { &kernels::DIRECT_RESTIR } else { &kernels::DIRECT };
-        let kernel = Kernel::trace::<DirectPush>(device, code, variant.backend, &constants)?;
-        Self::IO.check([&kernel])?;
+            sampler,
+            merged,
+        ];
+        let choice = Kernel::compute::<DirectPush>(device, code, &constants)?;
+        let mut constants = variant.unseen().constants().to_vec();
+        constants.push(merged);
+        let trace =
+            |code, constants: &_| Kernel::trace::<DirectPush>(device, code, variant.backend, constants);
+        let tracing = trace(&kernels::SHADOW_RAYS, &constants)?;
+        constants.extend([sampler, ("light_storage", params.storage.code().into())]);
+        let drops = drops_hidden(params);
+        let code = if drops { &kernels::DIRECT_LIGHTING_DROP } else { &kernels::DIRECT_LIGHTING };
+        let sum = trace(code, &constants)?;
+        Self::IO.check([&choice, &tracing, &sum])?;
         if restir.is_some() {
-            Restir::SHADING.check([&kernel])?;
+            Restir::SHADING.check([&choice])?;
+        }
+        if drops {
+            Restir::DROPPING.check([&sum])?;
         }
         let nee_at = NeeAt::is_used(params).then(|| NeeAt::new(device)).transpose()?;
-        Ok(Self { kernel, restir, nee_at })
+        Ok(Self { choice, tracing, sum, shadow_rays: ShadowRays::new(device), restir, nee_at })
     }
 
     /// What tiles of the screen have learned about the lights, with `sampler=nee-at`.
@@ -76,10 +97,11 @@ impl DirectLighting {
         self.nee_at.as_ref()
     }
 
-    /// Records the passes. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the G-buffer.
+    /// Records the passes. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the G-buffer. The first frame of a
+    /// size takes device memory.
     ///
     /// # Errors
-    /// When the pass does not fit into the frame.
+    /// When the passes do not fit into the frame, or their tables into the memory.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -93,7 +115,7 @@ impl DirectLighting {
     /// As [`DirectLighting::record`]; also counts the shadow rays and notes the choices.
     ///
     /// # Errors
-    /// When the pass does not fit into the frame.
+    /// As [`DirectLighting::record`].
     pub fn record_counted(
         &self,
         frame: &mut Frame<'_>,
@@ -113,19 +135,54 @@ impl DirectLighting {
             nee_at.record(frame, inputs, params)?;
             nee_at.fill(&mut push);
         }
-        // Only surfaces with lobes are looked up again at the visible triangle.
-        let pass = inputs.pass(frame, "direct lighting", &self.kernel, &Self::IO).touches_part();
-        let mut pass = self.nee_at.iter().fold(pass, |pass, nee_at| nee_at.bind(pass));
-        if self.restir.is_some() {
-            pass = pass.touches(inputs.images, &Restir::SHADING);
-        }
         if let Some(counted) = counted {
             push.counts = counted.rays.address();
             push.choices = counted.choices.address();
-            pass = pass.addresses_updated(&counted.rays).addresses_written(&counted.choices);
         }
-        pass.push(&push).dispatch(inputs.split_threads())
+        self.shadow_rays.prepare(inputs.images.size(), params, &mut push)?;
+        for light_sample in 0..params.samples {
+            push.light_sample = light_sample;
+            self.record_sample(frame, inputs, params, &push, counted)?;
+        }
+        Ok(())
     }
+
+    /// The three passes of a light sample.
+    fn record_sample(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        params: &DirectParams,
+        push: &DirectPush,
+        counted: Option<&Counted>,
+    ) -> Result<()> {
+        // Only surfaces with lobes are looked up again at the visible triangle, and not every texel has all rays.
+        let pass = inputs.pass(frame, "choose lights", &self.choice, &Self::IO).touches_part();
+        let pass = self.nee_at.iter().fold(pass, |pass, nee_at| nee_at.bind_tiles(pass));
+        let mut pass = self.shadow_rays.bind_choice(pass);
+        if self.restir.is_some() {
+            pass = pass.touches(inputs.images, &Restir::SHADING);
+        }
+        let pass = counted.iter().fold(pass, |pass, counted| pass.addresses_written(&counted.choices));
+        pass.push(push).dispatch(inputs.split_threads())?;
+
+        let pass = inputs.pass(frame, "shadow rays", &self.tracing, &Self::IO).touches_part();
+        self.shadow_rays.trace(pass.push(push))?;
+
+        let pass = inputs.pass(frame, Self::IO.stage, &self.sum, &Self::IO).touches_part();
+        let pass = self.nee_at.iter().fold(pass, |pass, nee_at| nee_at.bind_feedback(pass));
+        let mut pass = self.shadow_rays.bind_sum(pass, params);
+        if drops_hidden(params) {
+            pass = pass.touches(inputs.images, &Restir::DROPPING);
+        }
+        let pass = counted.iter().fold(pass, |pass, counted| pass.addresses_updated(&counted.rays));
+        pass.push(push).dispatch(inputs.split_threads())
+    }
+}
+
+/// Whether samples that are hidden are taken out of the reservoirs.
+fn drops_hidden(params: &DirectParams) -> bool {
+    params.is_restir() && params.restir_visibility == RestirVisibility::Final
 }
 
 /// Buffers for what direct lighting counts.

@@ -5,9 +5,11 @@
 mod direct;
 pub mod images;
 mod nee_at;
+pub mod oracle;
 mod params;
 pub mod records;
 mod restir;
+mod shadow_rays;
 pub mod synthetic;
 
 pub use direct::{Counted, DirectLighting};

@@ -106,7 +106,7 @@ impl NeeAt {
             .dispatch([columns * NEE_AT_PROXIES, rows, 1])
     }
 
-    /// Tells the direct lighting kernel where the tables are.
+    /// Tells the kernels of direct lighting where the tables are.
     pub(crate) fn fill(&self, push: &mut DirectPush) {
         if let Some(tables) = &*self.tables.borrow() {
             push.nee_at_tiles = tables.tiles[0].address();
@@ -114,12 +114,14 @@ impl NeeAt {
         }
     }
 
-    /// Declares what that kernel does with them.
-    pub(crate) fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
-        match &*self.tables.borrow() {
-            Some(tables) => pass.addresses(&tables.tiles[0]).addresses_written(&tables.feedback),
-            None => pass,
-        }
+    /// Declares that a pass draws from the tiles.
+    pub(crate) fn bind_tiles<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
+        self.tables.borrow().iter().fold(pass, |pass, tables| pass.addresses(&tables.tiles[0]))
+    }
+
+    /// Declares that a pass keeps feedback.
+    pub(crate) fn bind_feedback<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
+        self.tables.borrow().iter().fold(pass, |pass, tables| pass.addresses_updated(&tables.feedback))
     }
 
     /// The table of tiles that the frame recorded last drew from; `None` before the first frame. For tests and tools.

@@ -1,6 +1,8 @@
 //! The knobs of direct lighting.
 
-use crate::records::{DirectPush, GlassShadows, LightRays, PartialMetal, RestirVisibility, RestirWeights};
+use crate::records::{
+    DirectPush, GlassShadows, LightRays, LightStorage, PartialMetal, RestirVisibility, RestirWeights,
+};
 use pt_core::knobs;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::StatisticsTable;
@@ -35,6 +37,9 @@ knobs! {
         pub area_sampling: AreaSampling = AreaSampling::Spherical => structural;
         /// Light samples a pixel, each with its own shadow rays.
         pub samples: u32 = 1, in 1..=64;
+        /// With which precision the light channels are stored; `rgbe` shows what 4 bytes a pixel cost instead of 12. The channels themselves keep
+        /// their format.
+        pub storage: LightStorage = LightStorage::Fp32 => structural;
         /// Frames that shadow statistics reach back: 1 counts the last frame alone, more are an exponential mean of about that length.
         pub statistics_frames: u32 = 16, in 1..=256, unit "frames" => structural;
         /// Frames between two visits of a cluster, in which its counts join the statistics and the subsets of its list get their weights.
@@ -103,6 +108,7 @@ impl DirectParams {
             choices: 0,
             nee_at_tiles: 0,
             nee_at_feedback: 0,
+            shadow_rays: 0,
             kinds: bit(self.sun, KIND_SUN)
                 | bit(self.positional, KIND_POSITIONAL)
                 | bit(self.emissive, KIND_EMISSIVE)
@@ -126,6 +132,8 @@ impl DirectParams {
             restir_weights: self.restir_weights.code(),
             restir_visibility: self.restir_visibility.code(),
             nee_at_candidates: self.nee_at_candidates,
+            light_sample: 0,
+            ray_columns: 0,
         }
     }
 }

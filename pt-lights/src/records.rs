@@ -57,6 +57,42 @@ pt_shaders::named_enum! {
     }
 }
 
+pt_shaders::named_enum! {
+    /// How light is stored between the stages; `LIGHT_STORAGE_*` in GLSL.
+    pub enum LightStorage: "LIGHT_STORAGE" {
+        /// As 32-bit floating-point numbers.
+        Fp32 = "fp32",
+        /// With the precision of 32 bits a pixel: mantissas of 9 bits and a common exponent, rounded at random so that the mean is kept.
+        Rgbe = "rgbe",
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Addresses of what the passes of direct lighting tell each other; `shadow_ray_slots.glsl`.
+    pub struct ShadowRayTables {
+        /// `uvec4` for each slot and texel: where its ray ends.
+        pub ends: u64,
+        /// `uvec4` for each slot and texel: the light that its ray brings.
+        pub lights: u64,
+        /// A [`ShadowRayList`], then a word for each slot and texel.
+        pub list: u64,
+        /// A word for each texel.
+        pub states: u64,
+        /// Two `vec4` for each texel, 0: none.
+        pub sums: u64,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Head of the list of shadow rays.
+    pub struct ShadowRayList {
+        /// How many there are.
+        pub count: u32,
+        /// Workgroups of a launch over them.
+        pub groups: glam::UVec3,
+    }
+}
+
 pt_shaders::gpu_struct! {
     /// What the direct lighting pass has traced.
     pub struct RayCounts {
@@ -92,7 +128,7 @@ pt_shaders::gpu_struct! {
 }
 
 pt_shaders::gpu_struct! {
-    /// Of `direct.trace`.
+    /// Of the passes of direct lighting.
     pub struct DirectPush {
         /// Device address of a [`RayCounts`], 0: nothing is counted.
         pub counts: u64,
@@ -103,6 +139,8 @@ pt_shaders::gpu_struct! {
         pub nee_at_tiles: u64,
         /// `uvec2[]` of the split frame: a light and the bits of its weight, for the next frame; 0: none.
         pub nee_at_feedback: u64,
+        /// Device address of a [`ShadowRayTables`].
+        pub shadow_rays: u64,
         /// `KIND_*` bits.
         pub kinds: u32,
         /// Instances that cast shadows.
@@ -135,5 +173,9 @@ pt_shaders::gpu_struct! {
         pub restir_visibility: u32,
         /// Candidates of a sample of nee-at.
         pub nee_at_candidates: u32,
+        /// Which light sample of the frame it is.
+        pub light_sample: u32,
+        /// Workgroups in a row of the launch over the shadow rays.
+        pub ray_columns: u32,
     }
 }

@@ -78,12 +78,13 @@ impl Restir {
         ..Self::SPATIAL
     };
 
-    /// What the direct lighting kernel accesses besides the images of every sampler.
-    pub(crate) const SHADING: StageIo = StageIo {
-        reads: &[RESTIR_POINT, RESTIR_WEIGHT],
-        updates: &[RESTIR_HISTORY_WEIGHT],
-        ..StageIo::of("direct lighting")
-    };
+    /// What direct lighting reads besides the images of every sampler.
+    pub(crate) const SHADING: StageIo =
+        StageIo { reads: &[RESTIR_POINT, RESTIR_WEIGHT], ..StageIo::of("direct lighting") };
+
+    /// What it updates to drop samples that are hidden.
+    pub(crate) const DROPPING: StageIo =
+        StageIo { updates: &[RESTIR_HISTORY_WEIGHT], ..StageIo::of("direct lighting") };
 
     fn spatial_io(params: &DirectParams) -> StageIo {
         match params.restir_visibility {

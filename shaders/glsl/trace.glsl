@@ -3,6 +3,7 @@
 //
 //     Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage)     nearest hit in [t_min, t_max]; instance == NONE: nothing
 //     bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage)   whether there is any
+//     uint trace_blocker(Ray ray, uint mask, uvec2 ray_coverage)    the instance of any hit, not the same in all backends; NONE: no hit
 //     uvec2 launch_id()   position in the launch; compute launches round up to whole workgroups, so main() returns when it
 //                         lies outside of the extent
 //

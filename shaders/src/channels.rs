@@ -263,10 +263,10 @@ crate::image_table! { "";
         "rgb = throughput of the bounce path, a = half cone angle of the pixel.";
     TRANSPARENT: "transparent", Rgba32F, Split, Frame, RGBA, "linear radiance",
         "Premultiplied layer in front of the shaded surface: emission (alpha 0), environment (alpha 1).";
-    COLOR_HF: "color_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
-        "Direct diffuse light: irradiance / pi.";
-    COLOR_SPEC: "color_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
-        "Direct specular light, demodulated by the specular reflectance at normal incidence.";
+    COLOR_HF: "color_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo; m",
+        "Direct diffuse light: irradiance / pi. a = mean distance of its lights: sum w / sum (w / d) over what arrived, w = luminance; 1e18 = infinitely far, 0 = no light.";
+    COLOR_SPEC: "color_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0); m",
+        "Direct specular light, demodulated by the specular reflectance at normal incidence. a = mean distance of its lights, as in color_hf.";
     COLOR: "color", Rgba32F, Split, Frame, RGBA, "linear radiance",
         "Composited radiance, a = checkerboard flags.";
     FLAT_COLOR: "flat_color", Rgba32F, Flat, Frame, RGBA, "linear radiance",

@@ -50,6 +50,7 @@ dimensions! {
     DIM_NEE_AT: 29, 1, "The proxies of a tile (nee-at). x: which feedback; y: which proxies of the last frame; z, w: a light by its power.";
     DIM_NEE_AT_FEEDBACK: 30, 1, "The light that a pixel keeps as feedback (nee-at). x: whether the new one replaces the old one.";
     DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
+    DIM_LIGHT_STORAGE: 60, 2, "Rounding of stored light, 60: diffuse, 61: specular. x, y, z: red, green, blue.";
     DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
 }
 

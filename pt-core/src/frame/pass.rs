@@ -43,6 +43,8 @@ pub struct Pass<'f, 'r> {
     bound: BTreeMap<String, (Resource, Use)>,
     /// Reached through device addresses: no name, but a hazard all the same.
     addressed: Vec<(Resource, Use)>,
+    /// The same, of which the pass table tells.
+    streamed: Vec<(Resource, Use)>,
     textures: Option<TextureTable>,
     push: Vec<u8>,
     touches_part: bool,
@@ -64,6 +66,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             kernel,
             bound: BTreeMap::new(),
             addressed: Vec::new(),
+            streamed: Vec::new(),
             textures: None,
             push: Vec::new(),
             touches_part: false,
@@ -157,6 +160,24 @@ impl<'f, 'r> Pass<'f, 'r> {
         self
     }
 
+    /// As [`Pass::addresses`], of a buffer that the threads together read from end to end: it stands in the pass table.
+    pub fn streams(mut self, buffer: &Buffer) -> Self {
+        self.streamed.push((buffer.into(), Use::Read));
+        self
+    }
+
+    /// As [`Pass::addresses_written`], of a buffer that the threads together write from end to end: it stands in the pass table.
+    pub fn streams_written(mut self, buffer: &Buffer) -> Self {
+        self.streamed.push((buffer.into(), Use::Write));
+        self
+    }
+
+    /// As [`Pass::addresses_updated`], of a buffer that the threads together go through from end to end: it stands in the pass table.
+    pub fn streams_updated(mut self, buffer: &Buffer) -> Self {
+        self.streamed.push((buffer.into(), Use::Update));
+        self
+    }
+
     /// A driver's acceleration structure, in the buffer that holds it.
     pub(crate) fn traces(mut self, buffer: &Buffer) -> Self {
         self.addressed.push((buffer.into(), Use::Trace));
@@ -215,13 +236,14 @@ impl<'f, 'r> Pass<'f, 'r> {
         for (resource, how) in self.bound.values() {
             touches.push((resource.id(), touch(stage, resource, *how)));
         }
-        for (resource, how) in &self.addressed {
+        for (resource, how) in self.addressed.iter().chain(&self.streamed) {
             touches.push((resource.id(), touch(stage, resource, *how)));
         }
         let sets = self.write_descriptors(&device)?;
 
+        let listed = || self.bound.values().chain(&self.streamed);
         let names = |keep: &dyn Fn(Use) -> bool| {
-            let kept = self.bound.values().filter(|(_, how)| keep(*how));
+            let kept = listed().filter(|(_, how)| keep(*how));
             kept.map(|(resource, _)| resource.name().to_owned()).collect::<Vec<_>>()
         };
         let moved = |how: Use| if how == Use::Update { 2 } else { 1 };
@@ -231,10 +253,10 @@ impl<'f, 'r> Pass<'f, 'r> {
             extent,
             reads: names(&|how| how != Use::Write),
             writes: names(&|how| matches!(how, Use::Write | Use::Update)),
-            bytes: self.bound.values().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
+            bytes: listed().map(|(resource, how)| resource.bytes() * moved(*how)).sum(),
             bytes_are_upper_bound: self.touches_part || groups.is_some(),
         };
-        let mut keep: Vec<_> = self.bound.values().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
+        let mut keep: Vec<_> = listed().chain(&self.addressed).map(|(r, _)| r.keep()).collect();
         keep.push(Keep::Kernel(self.kernel.clone()));
         keep.extend(groups.map(|(buffer, _)| Keep::Buffer(buffer.clone())));
         keep.extend(self.textures.clone().map(Keep::Textures));

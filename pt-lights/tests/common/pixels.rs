@@ -4,7 +4,7 @@ use glam::{UVec2, Vec2, Vec3};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::pack_unit_vector;
-use pt_core::split::{split_size, split_to_flat};
+use pt_core::split::{split_size, split_to_flat, to_flat};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
@@ -60,7 +60,17 @@ pub struct Rig {
 
 impl Rig {
     pub fn new(device: &TestDevice, scene: Scene, size: [u32; 2], params: &DirectParams) -> Self {
-        let mut uploaded = Uploaded::new(device, scene, TraceBackend::Compute);
+        Self::with_backend(device, scene, TraceBackend::Compute, size, params)
+    }
+
+    pub fn with_backend(
+        device: &TestDevice,
+        scene: Scene,
+        backend: TraceBackend,
+        size: [u32; 2],
+        params: &DirectParams,
+    ) -> Self {
+        let mut uploaded = Uploaded::new(device, scene, backend);
         let Uploaded { scene, lights, gpu } = &mut uploaded;
         lights.prepare(device, scene, gpu, params.sampler_choice()).unwrap();
         let stage = DirectLighting::new(device, gpu.variant(), params).unwrap();
@@ -143,6 +153,19 @@ impl Rig {
         self.stage.record(&mut frame, &inputs, &self.params, 0.0).unwrap();
         frame.submit().unwrap();
         self.recorder.finish().unwrap();
+    }
+
+    /// The texels of a light channel, of the pixels in scan-line order.
+    pub fn texels(&self, id: ChannelId) -> Vec<[f32; 4]> {
+        let split: Vec<[f32; 4]> = self
+            .images
+            .current(id)
+            .read_f32()
+            .unwrap()
+            .chunks_exact(4)
+            .map(|t| [t[0], t[1], t[2], t[3]])
+            .collect();
+        to_flat(&split, self.size)
     }
 
     /// The light of a surface of albedo and F0 of a half, of the pixels in scan-line order.

@@ -33,6 +33,16 @@ pt_shaders::gpu_struct! {
 }
 
 pt_shaders::gpu_struct! {
+    /// Of `pack_light.comp`.
+    pub struct PackedRecord {
+        /// The code.
+        pub code: glam::UVec2,
+        /// What it stands for.
+        pub light: glam::Vec3,
+    }
+}
+
+pt_shaders::gpu_struct! {
     /// Push constants of `nee_at_picks.comp`.
     pub struct NeeAtPicksPush {
         /// A `NeeAtTile`.

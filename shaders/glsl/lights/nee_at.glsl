@@ -72,6 +72,13 @@ void insert_feedback(inout LightFeedback feedback, uint light, float weight, flo
     if (xi * feedback.weight < weight) feedback.light = light;
 }
 
+// What the pixel's samples before this one have kept.
+LightFeedback kept_feedback(uint64_t table, ivec2 p, ivec2 size) {
+    if (table == 0ul) return NO_FEEDBACK;
+    uvec2 kept = LightFeedbackTable(table).at[p.y * size.x + p.x];
+    return LightFeedback(kept.x, uintBitsToFloat(kept.y));
+}
+
 void keep_feedback(uint64_t table, ivec2 p, ivec2 size, LightFeedback feedback) {
     if (table == 0ul) return;
     LightFeedbackTable(table).at[p.y * size.x + p.x] = uvec2(feedback.light, floatBitsToUint(feedback.weight));

@@ -223,6 +223,6 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
 
 Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, false); }
 
-bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) {
-    return traverse(ray, mask, ray_coverage, true).instance != NONE;
-}
+uint trace_blocker(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, true).instance; }
+
+bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) { return trace_blocker(ray, mask, ray_coverage) != NONE; }

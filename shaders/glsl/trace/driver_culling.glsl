@@ -9,6 +9,11 @@ Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) {
     return hit;
 }
 
+uint trace_blocker(Ray ray, uint mask, uvec2 ray_coverage) {
+    uint instance = blocker(ray, mask, ray_coverage, TRACE_FLAGS);
+    return instance != NONE && culls(mask) ? blocker(ray, mask, ray_coverage, CULLING_FLAGS) : instance;
+}
+
 bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) {
     bool hit = any_hit(ray, mask, ray_coverage, TRACE_FLAGS);
     return hit && culls(mask) ? any_hit(ray, mask, ray_coverage, CULLING_FLAGS) : hit;

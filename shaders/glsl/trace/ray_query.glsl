@@ -30,8 +30,11 @@ Hit closest_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
     return triangle_hit(ray, instance, triangle);
 }
 
-bool any_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
+uint blocker(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
     rayQueryEXT query;
     ray_query(query, ray, mask, ray_coverage, flags | gl_RayFlagsTerminateOnFirstHitEXT);
-    return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
+    if (rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT) return NONE;
+    return rayQueryGetIntersectionInstanceCustomIndexEXT(query, true);
 }
+
+bool any_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) { return blocker(ray, mask, ray_coverage, flags) != NONE; }

@@ -1,5 +1,5 @@
 // trace.glsl for the rt-pipeline backend: a ray generation shader. One hit group and one miss shader serve all rays: occlusion rays skip the
-// closest-hit shader and start out as "hit", which only the miss shader takes back.
+// closest-hit shader and start out as "hit", which only the miss shader takes back. Only rays that ask for their blocker run it.
 #include "trace/payload.glsl"
 
 layout(location = 0) rayPayloadEXT TracePayload payload;
@@ -18,6 +18,13 @@ Hit closest_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
                 ray.t_max, 0);
     if (payload.instance == NONE) return MISS;
     return triangle_hit(ray, payload.instance, mesh_triangle(payload.instance, payload.geometry, payload.primitive));
+}
+
+uint blocker(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {
+    payload.ray_coverage = ray_coverage;
+    flags |= gl_RayFlagsTerminateOnFirstHitEXT;
+    traceRayEXT(accelerationStructureEXT(scene.tlas), flags, mask & 0xffu, 0, 0, 0, ray.origin, ray.t_min, ray.direction, ray.t_max, 0);
+    return payload.instance;
 }
 
 bool any_hit(Ray ray, uint mask, uvec2 ray_coverage, uint flags) {

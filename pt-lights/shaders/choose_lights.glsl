@@ -1,0 +1,170 @@
+// One texel of "choose lights": the candidates of a light sample. For a candidate at direction l with density pdf, of unshadowed radiance L, the
+// estimate of the reflected light is f(l) L cos / pdf (one-sample Monte Carlo), with the BRDF's parts kept apart. Candidates that can
+// give light go into the slots of shadow_ray_slots.glsl.
+#include "shadow_ray_slots.glsl"
+#include "lights/ris.glsl"
+#include "shading_point.glsl"
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer ChoiceTable { uvec2 at[]; };
+
+// Power heuristic, Veach 1997, section 9.2.2.
+float power_weight(float pdf, float other) { return pdf > 0.0 ? 1.0 / (1.0 + square(other / pdf)) : 0.0; }
+
+const uint CANDIDATE_KINDS[CANDIDATES] =
+    uint[](KIND_SUN, KIND_POSITIONAL, KIND_EMISSIVE, KIND_LOCAL, KIND_ENVIRONMENT, KIND_ENVIRONMENT);
+
+// A sample of one local light, `light`, by the kernel's sampler.
+#ifdef RESTIR
+// What restir_spatial has kept; it stands for all light samples of the pixel, and is given to the first.
+LightSample local_candidate(LightContext c, ivec2 p, uvec2 key, uvec4 bits, out uint light) {
+    light = NONE;
+    if (push.light_sample > 0u) return NO_LIGHT_SAMPLE;
+    Reservoir r = make_reservoir(imageLoad(im_restir_point, p).xy, imageLoad(im_restir_weight, p).xy);
+    if (r.weight <= 0.0 || !is_local_light(r.light, push.kinds)) return NO_LIGHT_SAMPLE;
+    light = r.light;
+    LightSample s = sample_local_light(c, light, unit_numbers(r.numbers));
+    s.pdf /= r.weight * float(push.samples);
+    return s;
+}
+#else
+LightSample local_candidate(LightContext c, ivec2 p, uvec2 key, uvec4 bits, out uint light) {
+    vec4 xi = unit_from_bits(bits);
+    LightSample s = NO_LIGHT_SAMPLE;
+    if (light_sampler == LIGHT_SAMPLER_RIS) {
+        s = ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
+    } else if (light_sampler == LIGHT_SAMPLER_NEE_AT && push.nee_at_candidates > 1u) {
+        s = ris_sample(c, key, xi.x, RIS_SOURCE_POWER, push.nee_at_candidates, true, light);
+    } else {
+        float pmf;
+        light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);
+        if (light != NONE) s = sample_local_light(c, light, xi.zw);
+        s.pdf *= pmf;
+    }
+    bool on = light != NONE && (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) != 0u;
+    return on ? s : NO_LIGHT_SAMPLE;
+}
+#endif
+
+LightSample candidate_light(ShadingPoint s, LightContext c, ivec2 p, uint candidate, uvec2 key, out uint local) {
+    uvec4 bits = random_bits(key, CANDIDATE_DIMENSIONS[candidate]);
+    LightSample light = NO_LIGHT_SAMPLE;
+    local = NONE;
+    switch (candidate) {
+    case CANDIDATE_SUN: light = sample_sun(bits); break;
+    case CANDIDATE_POSITIONAL: if (!merged_rays) light = sample_positional(s.position, bits); break;
+    case CANDIDATE_EMISSIVE: if (!merged_rays) light = sample_emissive(s.position, bits); break;
+    case CANDIDATE_LOCAL: if (merged_rays) light = local_candidate(c, p, key, bits, local); break;
+    case CANDIDATE_ENVIRONMENT: light = sample_environment(bits); break;
+    // Narrow lobes do not find the environment by chance: this ray goes where the surface reflects.
+    case CANDIDATE_REFLECTION:
+        light.direction = sample_reflected(s, unit_from_bits(bits));
+        light.radiance = environment_radiance(light.direction);
+        break;
+    }
+    return light;
+}
+
+LightContext light_context(ShadingPoint s, ivec2 p) {
+    float f0 = luminance(s.brdf.f0);
+    float specular = clamp(f0 / max(f0 + luminance(s.brdf.albedo), 1e-6), 0.0, 0.9);
+    return LightContext(s.position, s.world_from_local[2], s.world_from_local * s.view, imageLoad(ch_cluster, p).x, s.roughness, specular,
+                        nee_at_tile(push.nee_at_tiles, p, split_size()));
+}
+
+// Puts a candidate into its slot; whether it can give light. `weight`: of multiple importance sampling.
+bool keep_candidate(ShadingPoint s, LightSample light, float weight, uint local, uint place) {
+    if (light.pdf <= 0.0 || weight <= 0.0 || max_component(light.radiance) <= 0.0) return false;
+    BrdfValue f = reflected(s, light.direction);
+    if (max_component(f.diffuse + f.specular) <= 0.0) return false;
+    vec3 scaled = light.radiance * (weight / light.pdf);
+    ShadowRayTables tables = shadow_ray_tables();
+    vec3 end = light.finite ? light.target : light.direction;
+    SlotTable(tables.ends).at[place] = uvec4(floatBitsToUint(end), end_word(light.finite, local));
+    SlotTable(tables.lights).at[place] = uvec4(pack_light(f.diffuse * scaled), pack_light(f.specular * scaled));
+    return true;
+}
+
+// The bits of the slots that have a ray.
+uint choose_lights(ivec2 p) {
+    vec4 position = imageLoad(ch_shading_position, p);
+    uint kept = 0u, near = 0u;
+    uvec2 choice = uvec2(NONE, 0u);
+    if (floatBitsToUint(position.w) != 0u) {
+        ShadingPoint s = load_shading_point(p, position);
+        LightContext context = light_context(s, p);
+        uvec2 key = sample_key(p);
+        bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
+        // A loop, so that the kernel has the BRDF once.
+        [[dont_unroll]] for (uint slot = 0u; slot < slot_count(); slot++) {
+            uint candidate = slot_candidate(slot);
+            if ((push.kinds & CANDIDATE_KINDS[candidate]) == 0u || candidate == CANDIDATE_REFLECTION && !reflects) continue;
+            uint local;
+            LightSample light = candidate_light(s, context, p, candidate, key, local);
+            float weight = 1.0;
+            if (reflects && candidate >= CANDIDATE_ENVIRONMENT) {
+                // Multiple importance sampling of the environment and of what the surface reflects.
+                float pdf = reflected_pdf(s, light.direction);
+                if (candidate == CANDIDATE_REFLECTION) {
+                    light.pdf = pdf;
+                    weight = power_weight(pdf, environment_pdf(light.direction));
+                } else {
+                    weight = power_weight(light.pdf, pdf);
+                }
+            }
+            if (keep_candidate(s, light, weight, local, slot_place(slot, texel_index(p)))) {
+                kept |= 1u << slot;
+                if (light.finite || local != NONE) near |= 1u << slot;
+            }
+            if (local != NONE) choice = uvec2(local, pcg4d(uvec4(floatBitsToUint(light.target), local)).x);
+        }
+    }
+    StateTable(shadow_ray_tables().states).at[texel_index(p)] = kept << STATE_TRACED | near << STATE_NEAR;
+    if (push.choices != 0ul && (push.light_sample == 0u || choice.x != NONE)) ChoiceTable(push.choices).at[texel_index(p)] = choice;
+    return kept;
+}
+
+// The list is written by whole workgroups, slot by slot, so that rays of one kind from neighbouring texels stand side by side and its length is
+// one atomic for many.
+shared uint group_counts[MAX_SLOTS];
+shared uint group_first;
+
+uint groups_for(uint count) { return (count + 32u * push.ray_columns - 1u) / (32u * push.ray_columns); }
+
+// Room for `count` more rays; the place of the first. Whoever comes to a new row of workgroups counts it.
+uint grow_list(uint count) {
+    RayList list = RayList(shadow_ray_tables().list);
+    uint first = atomicAdd(list.head.count, count);
+    uint rows = groups_for(first + count);
+    if (rows != groups_for(first)) atomicMax(list.head.groups.y, rows);
+    return first;
+}
+
+// Called by all threads of the workgroup.
+void list_rays(uint kept, uint texel) {
+    if (gl_LocalInvocationIndex < MAX_SLOTS) group_counts[gl_LocalInvocationIndex] = 0u;
+    barrier();
+    uint places[MAX_SLOTS];
+    [[unroll]] for (uint slot = 0u; slot < MAX_SLOTS; slot++) {
+        places[slot] = (kept >> slot & 1u) != 0u ? atomicAdd(group_counts[slot], 1u) : 0u;
+    }
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        uint count = 0u;
+        for (uint slot = 0u; slot < MAX_SLOTS; slot++) count += group_counts[slot];
+        group_first = count > 0u ? grow_list(count) : 0u;
+    }
+    barrier();
+    uint first = group_first;
+    [[unroll]] for (uint slot = 0u; slot < MAX_SLOTS; slot++) {
+        if ((kept >> slot & 1u) != 0u) RayList(shadow_ray_tables().list).at[first + places[slot]] = slot << TEXEL_BITS | texel;
+        first += group_counts[slot];
+    }
+}
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    // No thread returns before the barriers.
+    bool inside = all(lessThan(p, split_size()));
+    uint kept = inside ? choose_lights(p) : 0u;
+    list_rays(kept, inside ? texel_index(p) : 0u);
+}

@@ -1,0 +1,171 @@
+//! What the passes of direct lighting tell each other: the shadow rays of a light sample and what they bring (`shadow_ray_slots.glsl`).
+
+use crate::params::DirectParams;
+use crate::records::{DirectPush, LightRays, ShadowRayList, ShadowRayTables};
+use pt_core::error::Error;
+use pt_core::frame::Pass;
+use pt_core::memory::check_size;
+use pt_core::split::split_size;
+use pt_core::{Buffer, Device, Location, Result};
+use pt_shaders::glam::UVec3;
+use std::cell::RefCell;
+use std::mem::offset_of;
+
+/// Workgroup of a kernel that traces rays.
+const TRACE_GROUP: [u32; 2] = [8, 4];
+/// A word of the list has 28 bits for the texel.
+const MAX_TEXELS: u64 = 1 << 28;
+/// Bytes of an end, and of the light that a ray brings.
+const SLOT_BYTES: u64 = 16;
+/// Bytes of a word of the list, and of a texel's state.
+const WORD_BYTES: u64 = 4;
+/// Bytes of a texel's sums.
+const SUM_BYTES: u64 = 32;
+
+/// The tables; made in the first frame, which says how large frames are.
+pub(crate) struct ShadowRays {
+    device: Device,
+    tables: RefCell<Option<Tables>>,
+}
+
+/// Tables for frames of one size.
+struct Tables {
+    frame: [u32; 2],
+    slots: u64,
+    ends: Buffer,
+    lights: Buffer,
+    list: Buffer,
+    states: Buffer,
+    /// With more than one light sample a pixel.
+    sums: Option<Buffer>,
+    addresses: Buffer,
+}
+
+/// Shadow rays that a light sample has at most: for the sun, local lights (of each kind, or merged), the environment and its reflection.
+fn slot_count(params: &DirectParams) -> u64 {
+    match params.rays {
+        LightRays::PerKind => 5,
+        LightRays::Merged => 4,
+    }
+}
+
+/// Bytes for a texel of the split frame.
+fn texel_bytes(slots: u64, sums: bool) -> u64 {
+    slots * (2 * SLOT_BYTES + WORD_BYTES) + WORD_BYTES + if sums { SUM_BYTES } else { 0 }
+}
+
+/// Workgroups in a row of the launch over the rays.
+fn ray_columns(frame: [u32; 2]) -> u32 {
+    split_size(frame)[0].div_ceil(TRACE_GROUP[0])
+}
+
+impl Tables {
+    fn new(device: &Device, frame: [u32; 2], slots: u64, sums: bool) -> Result<Self> {
+        let [width, height] = split_size(frame).map(u64::from);
+        let texels = width * height;
+        if texels > MAX_TEXELS {
+            return Err(Error::Unsupported(format!(
+                "direct lighting of a frame of {}x{}: at most {MAX_TEXELS} pixels are possible; ask for a smaller frame",
+                frame[0], frame[1]
+            )));
+        }
+        let bytes = texels * texel_bytes(slots, sums);
+        check_size("direct lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
+        let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
+        let ends = buffer("shadow ray ends", texels * slots * SLOT_BYTES)?;
+        let lights = buffer("shadow ray lights", texels * slots * SLOT_BYTES)?;
+        let list =
+            buffer("shadow ray list", size_of::<ShadowRayList>() as u64 + texels * slots * WORD_BYTES)?;
+        let head = ShadowRayList { count: 0, groups: UVec3::new(ray_columns(frame), 0, 1) };
+        list.write_through_staging(bytemuck::bytes_of(&head))?;
+        let states = buffer("shadow ray states", texels * WORD_BYTES)?;
+        let sums = sums.then(|| buffer("light of samples", texels * SUM_BYTES)).transpose()?;
+        let addresses = ShadowRayTables {
+            ends: ends.address(),
+            lights: lights.address(),
+            list: list.address(),
+            states: states.address(),
+            sums: sums.as_ref().map_or(0, Buffer::address),
+        };
+        let addresses = Buffer::from_slice(device, "shadow ray tables", &[addresses])?;
+        Ok(Self { frame, slots, ends, lights, list, states, sums, addresses })
+    }
+}
+
+impl ShadowRays {
+    pub(crate) fn new(device: &Device) -> Self {
+        Self { device: device.clone(), tables: RefCell::new(None) }
+    }
+
+    /// Makes the tables where there are none for such frames, and tells the kernels where they are.
+    pub(crate) fn prepare(&self, size: [u32; 2], params: &DirectParams, push: &mut DirectPush) -> Result<()> {
+        let (slots, sums) = (slot_count(params), params.samples > 1);
+        let mut slot = self.tables.borrow_mut();
+        let fits = |t: &Tables| t.frame == size && t.slots == slots && (t.sums.is_some() || !sums);
+        let before = slot.take().filter(fits);
+        let tables = slot.insert(before.map_or_else(|| Tables::new(&self.device, size, slots, sums), Ok)?);
+        push.shadow_rays = tables.addresses.address();
+        push.ray_columns = ray_columns(size);
+        Ok(())
+    }
+
+    /// Declares what choosing lights does with them.
+    pub(crate) fn bind_choice<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
+        self.tables.borrow().iter().fold(pass, |pass, t| {
+            let pass = pass.addresses(&t.addresses).streams_written(&t.ends).streams_written(&t.lights);
+            pass.streams_updated(&t.list).streams_written(&t.states)
+        })
+    }
+
+    /// Declares what adding up does with them.
+    pub(crate) fn bind_sum<'f, 'r>(&self, pass: Pass<'f, 'r>, params: &DirectParams) -> Pass<'f, 'r> {
+        self.tables.borrow().iter().fold(pass, |pass, t| {
+            let pass = pass.addresses(&t.addresses).addresses_updated(&t.list);
+            let pass = pass.streams(&t.ends).streams(&t.lights).streams(&t.states);
+            t.sums.iter().filter(|_| params.samples > 1).fold(pass, Pass::streams_updated)
+        })
+    }
+
+    /// Declares what tracing does with them, and launches a thread for each ray of the list.
+    pub(crate) fn trace(&self, pass: Pass<'_, '_>) -> Result<()> {
+        let slot = self.tables.borrow();
+        let Some(t) = &*slot else { return Ok(()) };
+        let pass = pass.addresses(&t.addresses).streams(&t.ends).streams(&t.list).streams_updated(&t.states);
+        let [width, height] = split_size(t.frame).map(u64::from);
+        let columns = ray_columns(t.frame);
+        let rays_a_row = u64::from(columns * TRACE_GROUP[0] * TRACE_GROUP[1]);
+        let rows = (width * height * t.slots).div_ceil(rays_a_row) as u32;
+        let extent = [columns * TRACE_GROUP[0], rows * TRACE_GROUP[1], 1];
+        pass.dispatch_indirect(extent, &t.list, offset_of!(ShadowRayList, groups) as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_core::test_support::TestDevice;
+
+    #[test]
+    fn frames_without_room_are_refused() {
+        let device = TestDevice::open();
+        let refusal = |frame| Tables::new(&device, frame, 5, false).err().expect("an error").to_string();
+        let message = refusal([40_000, 40_000]);
+        assert!(
+            message.contains("direct lighting of a frame of 40000x40000: at most 268435456 pixels"),
+            "{message}"
+        );
+        // Twice the free memory, unless that is more than any frame can take.
+        let side = (2.0 * device.info().free_bytes() as f64 / texel_bytes(5, false) as f64).sqrt();
+        let side = (side as u32).min(40_000);
+        let message = refusal([side, side]);
+        assert!(message.contains("direct lighting of a frame of"), "{message}");
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_readme() {
+        assert_eq!(
+            [(5, false), (4, false), (4, true)].map(|(slots, sums)| texel_bytes(slots, sums)),
+            [184, 148, 180]
+        );
+    }
+}
