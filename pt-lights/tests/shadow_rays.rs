@@ -188,13 +188,10 @@ fn light_samples_add_up() {
             for (i, texel) in rig.texels(id).into_iter().enumerate() {
                 let of =
                     |c: usize| single.iter().map(|frame| f64::from(frame[channel][i][c])).collect::<Vec<_>>();
-                for c in 0..3 {
+                for (c, &value) in texel[..3].iter().enumerate() {
                     let mean = of(c).iter().sum::<f64>() / 4.0;
-                    assert!(
-                        (f64::from(texel[c]) - mean).abs() <= 1e-5 * mean,
-                        "{rays:?} {i}: {} {mean}",
-                        texel[c]
-                    );
+                    let error = (f64::from(value) - mean).abs();
+                    assert!(error <= 1e-5 * mean, "{rays:?} {i}: {value} {mean}");
                 }
                 // Their distances lie between those of the samples.
                 let distances: Vec<f64> = of(3).into_iter().filter(|d| *d > 0.0).collect();
