@@ -37,8 +37,7 @@ knobs! {
         pub area_sampling: AreaSampling = AreaSampling::Spherical => structural;
         /// Light samples a pixel, each with its own shadow rays.
         pub samples: u32 = 1, in 1..=64;
-        /// With which precision the light channels are stored; `rgbe` shows what 4 bytes a pixel cost instead of 12. The channels themselves keep
-        /// their format.
+        /// With which precision the light channels, whose format stays, are stored; `rgbe` shows what 4 bytes a pixel cost instead of 12.
         pub storage: LightStorage = LightStorage::Fp32 => structural;
         /// Frames that shadow statistics reach back: 1 counts the last frame alone, more are an exponential mean of about that length.
         pub statistics_frames: u32 = 16, in 1..=256, unit "frames" => structural;

@@ -142,7 +142,10 @@ fn glass_tints_what_nothing_else_hides() {
         }
     };
     for backend in TraceBackend::available(&device) {
-        for shadows in [GlassShadows::Tinted, GlassShadows::Passed, GlassShadows::Stopped] {
+        // What needs no second ray is the same everywhere.
+        let others = [GlassShadows::Passed, GlassShadows::Stopped];
+        let others = others.into_iter().filter(|_| backend == TraceBackend::Compute);
+        for shadows in others.chain([GlassShadows::Tinted]) {
             let params = DirectParams { glass_shadows: shadows, ..DirectParams::default() };
             let mut rig = Rig::with_backend(&device, scene.clone(), backend, SIZE, &params);
             rig.frame(0, 1, &|p| Some(floor_pixel(p)));
@@ -188,13 +191,10 @@ fn light_samples_add_up() {
             for (i, texel) in rig.texels(id).into_iter().enumerate() {
                 let of =
                     |c: usize| single.iter().map(|frame| f64::from(frame[channel][i][c])).collect::<Vec<_>>();
-                for c in 0..3 {
+                for (c, &value) in texel[..3].iter().enumerate() {
                     let mean = of(c).iter().sum::<f64>() / 4.0;
-                    assert!(
-                        (f64::from(texel[c]) - mean).abs() <= 1e-5 * mean,
-                        "{rays:?} {i}: {} {mean}",
-                        texel[c]
-                    );
+                    let error = (f64::from(value) - mean).abs();
+                    assert!(error <= 1e-5 * mean, "{rays:?} {i}: {value} {mean}");
                 }
                 // Their distances lie between those of the samples.
                 let distances: Vec<f64> = of(3).into_iter().filter(|d| *d > 0.0).collect();
