@@ -6,7 +6,7 @@ use common::pixels::{Pixel, Rig};
 use glam::{Affine3A, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::test_support::polygon;
-use pt_lights::records::{LightRays, RestirVisibility, RestirWeights};
+use pt_lights::records::{LightRays, RestirVisibility};
 use pt_lights::{DirectParams, duplicated_samples};
 use pt_scene::{Light, Material, Scene};
 use pt_shaders::records::{LightSampler, RisSource};
@@ -98,22 +98,11 @@ fn reuse_makes_no_fireflies() {
         most
     };
     let alone = brightest(&params(LightSampler::Ris));
-    // One light of 32 gives nearly all of the light; by power it is drawn in a few per cent of the candidates.
     println!("ris: {alone:.1} times the light of a pixel");
-    let mut found = Vec::new();
-    for weights in [RestirWeights::Balance, RestirWeights::Pairwise] {
-        for restir_visibility in [RestirVisibility::None, RestirVisibility::InWeight] {
-            let params =
-                DirectParams { restir_weights: weights, restir_visibility, ..params(LightSampler::RestirDi) };
-            let most = brightest(&params);
-            println!("{}, {}: {most:.1}", weights.name(), restir_visibility.name());
-            found.push(most);
-        }
+    for restir_visibility in [RestirVisibility::None, RestirVisibility::InWeight] {
+        let most = brightest(&DirectParams { restir_visibility, ..params(LightSampler::RestirDi) });
+        println!("{}: {most:.1}", restir_visibility.name());
+        // Of five reservoirs: the sum of five such estimates at most.
+        assert!(most < 5.0 * alone, "{}: {most}, {alone} without reuse", restir_visibility.name());
     }
-    let biased = DirectParams { restir_weights: RestirWeights::OneOverM, ..params(LightSampler::RestirDi) };
-    let most = brightest(&biased);
-    println!("one-over-m: {most:.1}");
-    // A sum over five reservoirs: the sum of five such estimates at most.
-    assert!(found.iter().all(|most| *most < 5.0 * alone), "{found:?} {alone}");
-    assert!(most > 10.0 * alone, "the bar would not notice fireflies: {most} {alone}");
 }

@@ -66,14 +66,14 @@ const LAMP: [Vec3; 4] = [
 const LAMP_RADIANCE: f32 = 6.0;
 const POINT_CANDELA: f32 = 2.0;
 
-/// A point light and a lamp that go from side to side, in opposite phase, by metres in each frame; and weak lights that stand still.
+/// A point light and a lamp above it that go from side to side, by metres in each frame; and weak lights that stand still.
 fn moving_lights() -> Scene {
     let mut scene = floor();
     polygon(&mut scene, &LAMP, Affine3A::IDENTITY, Material::lamp("lamp", Vec3::splat(LAMP_RADIANCE)));
     if let Some(lamp) = scene.instances.pop() {
-        scene.instances.push(Instance::moving("lamp", lamp.mesh, slide(1.0)));
+        scene.instances.push(Instance::moving("lamp", lamp.mesh, slide(0.5)));
     }
-    let motion = LightMotion { path: slide(-1.0), peak: Vec3::splat(POINT_CANDELA), blink: Blink::Steady };
+    let motion = LightMotion { path: slide(0.4), peak: Vec3::splat(POINT_CANDELA), blink: Blink::Steady };
     scene.lights.push(Light::point("moves", Vec3::ZERO, Vec3::splat(POINT_CANDELA)).moving(motion));
     for i in 0..6 {
         let position = Vec3::new(i as f32 - 2.5, 0.7, (i % 3) as f32 - 1.0);
@@ -82,9 +82,9 @@ fn moving_lights() -> Scene {
     scene
 }
 
-fn slide(sign: f32) -> Motion {
-    let rest = Affine3A::from_translation(0.5 * Vec3::Y * (1.0 - sign) * 0.5);
-    Motion::Slide { rest, reach: 2.0 * sign * Vec3::X, period_s: 4.0 }
+fn slide(height: f32) -> Motion {
+    let rest = Affine3A::from_translation(height * Vec3::Y);
+    Motion::Slide { rest, reach: 2.0 * Vec3::X, period_s: 4.0 }
 }
 
 /// Half of a period: the next frame has the lights on the other side.
@@ -121,7 +121,7 @@ fn pixels() -> impl Iterator<Item = [u32; 2]> {
 /// In every frame the light is that of the lights where they are then: none is a frame late.
 #[test]
 fn lights_that_move_in_every_frame_are_never_missing() {
-    const RUNS: u32 = 24;
+    const RUNS: u32 = 16;
     const FRAMES: u32 = 4;
     let device = TestDevice::open();
     for (name, params) in all_params() {
@@ -148,7 +148,7 @@ fn lights_that_move_in_every_frame_are_never_missing() {
                     format!("{name}, frame {frame}, half {half}: {mean:.4} +- {error:.4} of {exact:.4}");
                 println!("{case}");
                 assert!((mean - exact).abs() < 4.0 * error + 1e-3 * exact, "{case}");
-                assert!(error < 0.07 * exact, "{case}: too noisy to tell");
+                assert!(error < 0.08 * exact, "{case}: too noisy to tell");
             }
         }
         // Lights of the frame before would be noticed.
@@ -170,7 +170,7 @@ fn tiny_emitters_have_their_closed_form() {
     let lamp = Material::lamp("lamp", Vec3::splat(RADIANCE));
     polygon(&mut scene, &corners, Affine3A::IDENTITY, lamp);
     if let Some(lamp) = scene.instances.pop() {
-        scene.instances.push(Instance::moving("lamp", lamp.mesh, slide(1.0)));
+        scene.instances.push(Instance::moving("lamp", lamp.mesh, slide(0.5)));
     }
     let methods = AreaSampling::ALL.map(|area_sampling| DirectParams {
         area_sampling,
@@ -216,19 +216,20 @@ fn a_sampler_that_has_forgotten_is_new() {
         polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("board", Vec3::ONE));
         scene
     };
-    for (name, params) in all_params() {
+    // The other samplers keep nothing.
+    let some = ["power", "cluster-stats", "restir-di", "nee-at"];
+    for (name, params) in all_params().into_iter().filter(|(name, _)| some.contains(&name.as_str())) {
         let mut rig = Rig::new(&device, scene(), SIZE, &params);
         let run = |rig: &mut Rig| -> Vec<Vec<f64>> {
             let frame = |index| {
                 rig.frame(index, 7, &ground);
                 rig.light()
             };
-            (0..6).map(frame).collect()
+            (0..5).map(frame).collect()
         };
         let first = run(&mut rig);
         let learned = run(&mut rig);
-        let learns = matches!(name.as_str(), "cluster-stats" | "restir-di" | "nee-at");
-        assert_eq!(first != learned, learns, "{name}: without a reset");
+        assert_eq!(first != learned, name != "power", "{name}: without a reset");
         rig.images.reset_history();
         rig.uploaded.lights.forget().unwrap();
         assert!(run(&mut rig) == first, "{name}");
