@@ -100,6 +100,11 @@ impl SamplerTables {
         self.buffers().iter().map(|buffer| buffer.size()).sum()
     }
 
+    /// Forgets what the sampler has learned.
+    pub(crate) fn forget(&mut self) -> Result<()> {
+        self.statistics.as_mut().map_or(Ok(()), ShadowStatistics::forget)
+    }
+
     /// The statistics, if the sampler keeps any.
     pub fn statistics(&self) -> Option<&ShadowStatistics> {
         self.statistics.as_ref()

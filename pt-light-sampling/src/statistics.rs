@@ -108,6 +108,15 @@ impl ShadowStatistics {
         record.shadow_counts_hashed = u32::from(self.hashed);
     }
 
+    /// Forgets all that has been counted, and waits: the next frame is that of new statistics.
+    pub(crate) fn forget(&mut self) -> Result<()> {
+        for buffer in [&self.counts, &self.history, &self.keys, &self.subsets] {
+            buffer.write_through_staging(&vec![0; buffer.size() as usize])?;
+        }
+        self.frame = 0;
+        Ok(())
+    }
+
     /// Adds what has been counted to the history, of which `frames` frames count, and weighs the subsets of the lists.
     pub(crate) fn record(
         &mut self,

@@ -92,6 +92,16 @@ impl LightTables {
         Ok(())
     }
 
+    /// Forgets what the sampler has learned, and waits: the next frame is that of new tables. Lists and trees, which follow from the scene
+    /// alone, stay.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn forget(&mut self) -> Result<()> {
+        self.settled = false;
+        self.sampler.as_mut().map_or(Ok(()), SamplerTables::forget)
+    }
+
     /// Tables of the sampler, after [`LightTables::prepare`].
     pub fn sampler(&self) -> Option<&SamplerTables> {
         self.sampler.as_ref()

@@ -8,41 +8,151 @@ fn pt_lights(arguments: &str, folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_pt-lights")).args(arguments).current_dir(folder).output().unwrap()
 }
 
-const SHORT: &str = "--width 32 --runs 2 --frames 2 --reference-spp 16 --backend compute";
+const SHORT: &str =
+    "--width 32 --runs 2 --frames 2 --warm-up 2 --reference-spp 16 --backend compute --ray-rate 100";
+
+fn rows(path: &Path) -> Vec<serde_json::Value> {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
 
 #[test]
 fn samplers_are_ranked() {
     let folder = tempfile::tempdir().unwrap();
-    let line = format!("lamps --samplers power,cluster-stats --json rows.json --heatmaps maps {SHORT}");
-    let done = pt_lights(&line, folder.path());
+    let files = "--json rows.json --heatmaps maps --figure f.svg --markdown table.md --blocks";
+    let done = pt_lights(&format!("lamps --samplers {RANKED} {files} {SHORT}"), folder.path());
     assert!(done.status.success(), "{done:?}");
-    let rows: Vec<serde_json::Value> =
-        serde_json::from_slice(&std::fs::read(folder.path().join("rows.json")).unwrap()).unwrap();
-    assert_eq!(
-        rows.iter().map(|r| r["sampler"].as_str().unwrap()).collect::<Vec<_>>(),
-        ["power", "cluster-stats"]
-    );
+    let rows = rows(&folder.path().join("rows.json"));
+    let names: Vec<_> = rows.iter().map(|r| r["sampler"].as_str().unwrap()).collect();
+    assert_eq!(names.join(","), RANKED);
+    let figure = std::fs::read_to_string(folder.path().join("f.svg")).unwrap();
+    let table = std::fs::read_to_string(folder.path().join("table.md")).unwrap();
+    let printed = String::from_utf8(done.stdout).unwrap();
     for row in &rows {
-        for field in
-            ["mean_ratio", "relmse_equal_samples", "relmse_equal_time", "gpu_ms", "bytes", "rays_per_pixel"]
-        {
+        for field in FIELDS {
             assert!(row[field].is_number(), "{field}: {row}");
         }
+        let curve = row["curve"].as_array().unwrap();
+        assert_eq!((curve[0]["frames"].as_u64(), curve[1]["frames"].as_u64()), (Some(1), Some(2)));
+        // The error of the mean of all frames is a point of the curve.
+        assert_eq!(curve[1]["relmse"], row["relmse_equal_samples"]);
+        let share = row["mrays_per_s"].as_f64().unwrap() / 100.0;
+        assert!((row["ray_rate_share"].as_f64().unwrap() / share - 1.0).abs() < 1e-9);
         let [low, high] = [0, 1].map(|i| row["ci"][i].as_f64().unwrap());
         let error = row["relmse_equal_samples"].as_f64().unwrap();
         assert!(low < error && error < high, "{row}");
         let rays = row["rays_per_pixel"].as_f64().unwrap();
+        // The sum of both kinds of light; lamps has one.
         assert!(rays > 0.2 && rays <= 1.0, "{row}");
         let sampler = row["sampler"].as_str().unwrap();
+        assert!(figure.contains(sampler) && table.contains(sampler), "{sampler}: {table}");
+        assert_eq!(printed.matches(sampler).count(), 3, "errors, costs and blocks: {printed}");
         for name in [format!("maps/{sampler}.png"), format!("maps/{sampler}-error.png")] {
             assert!(folder.path().join(&name).is_file(), "{name}");
         }
     }
     // Even two frames tell these two apart.
     let error = |i: usize| rows[i]["relmse_equal_samples"].as_f64().unwrap();
-    assert!(error(1) < 0.5 * error(0), "{rows:?}");
-    assert_eq!(rows[0]["bytes"], 0);
-    assert!(rows[1]["bytes"].as_u64().unwrap() > 0);
+    assert!(error(2) < 0.5 * error(1), "{rows:?}");
+    assert_eq!(rows[1]["bytes"], 0);
+    assert!(rows[2]["bytes"].as_u64().unwrap() > 0);
+}
+
+/// The baseline, and samplers without and with tables.
+const RANKED: &str = "per-kind,power,cluster-stats";
+
+const FIELDS: [&str; 21] = [
+    "mean_ratio",
+    "relmse_one_frame",
+    "relmse_one_frame_equal_time",
+    "relmse_equal_samples",
+    "relmse_equal_time",
+    "frames_equal_time",
+    "effective_frames",
+    "variance",
+    "gpu_ms",
+    "build_ms",
+    "bytes",
+    "rays_per_pixel",
+    "arrived",
+    "mrays_per_s",
+    "ray_rate_share",
+    "duplicates",
+    "candidates",
+    "warm_up",
+    "blocks",
+    "blocks_within",
+    "blocks_largest",
+];
+
+/// A comparison with another number of candidates is noted, one with another number of samples is refused.
+#[test]
+fn unequal_comparisons_are_noted_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |samplers: &str| {
+        let done = pt_lights(&format!("cornell --samplers {samplers} {SHORT}"), folder.path());
+        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+    };
+    let (code, message) = run("ris,ris:ris_candidates=2");
+    assert_eq!(code, Some(0), "{message}");
+    assert!(message.contains("numbers of candidates differ: ris 8, ris:ris_candidates=2 2"), "{message}");
+    let (code, message) = run("power,uniform:samples=4");
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("power takes 1 samples a pixel and uniform:samples=4 takes 4"), "{message}");
+    let (_, message) = run("power,ris");
+    assert!(!message.contains("differ"), "{message}");
+}
+
+/// Reuse makes frames alike: the mean of a run is worth fewer frames than it has, where that of independent frames is worth about all.
+#[test]
+fn correlated_frames_are_worth_less() {
+    let folder = tempfile::tempdir().unwrap();
+    // Without the neighbours, only the history makes samples alike.
+    let samplers = "ris,restir-di:restir_spatial=0,restir-di";
+    let longer = SHORT.replace("--frames 2", "--frames 8").replace("--runs 2", "--runs 3");
+    let line = format!("lamps --samplers {samplers} --json rows.json {longer}");
+    let done = pt_lights(&line, folder.path());
+    assert!(done.status.success(), "{done:?}");
+    let rows = rows(&folder.path().join("rows.json"));
+    let of = |i: usize, field: &str| rows[i][field].as_f64().unwrap();
+    assert!(of(0, "effective_frames") > 5.0 && of(0, "effective_frames") < 12.0, "{rows:?}");
+    assert!(of(1, "effective_frames") < 0.5 * of(0, "effective_frames"), "{rows:?}");
+    assert!(of(1, "relmse_one_frame") < of(0, "relmse_one_frame"), "{rows:?}");
+    // Neighbours share samples, although each makes another point of the lamp of them.
+    assert!(of(2, "duplicates") > of(0, "duplicates") + 0.05, "{rows:?}");
+}
+
+#[test]
+fn changes_are_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = SHORT.replace(" --ray-rate 100", "").replace("--frames 2", "--frames 6");
+    let line = format!("flicker --change 0.6:0.85 --samplers power,nee-at --json rows.json {short}");
+    let done = pt_lights(&line, folder.path());
+    assert!(done.status.success(), "{done:?}");
+    let rows = rows(&folder.path().join("rows.json"));
+    for row in &rows {
+        assert_eq!(row["relmse_frames"].as_array().unwrap().len(), 6, "{row}");
+        // The light that has gone on is there in the first frame.
+        let [low, high] = [0, 1].map(|i| row["mean_ratio_first_frame_ci"][i].as_f64().unwrap());
+        assert!(low < 1.1 && high > 0.9, "{row}");
+        assert!(row["relmse_steady"].as_f64().unwrap() > 0.0, "{row}");
+    }
+    assert_eq!(rows[0]["frames_to_settle"], 0, "a sampler without history: {rows:?}");
+}
+
+#[test]
+fn costs_of_many_lights_are_timed() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "--lights-sweep 64,1024 --samplers power,cluster-cdf --width 16 --json rows.json";
+    let done = pt_lights(line, folder.path());
+    assert!(done.status.success(), "{done:?}");
+    let rows = rows(&folder.path().join("rows.json"));
+    let seen: Vec<_> =
+        rows.iter().map(|r| (r["lights"].as_u64().unwrap(), r["sampler"].as_str().unwrap())).collect();
+    assert_eq!(seen, [(64, "power"), (64, "cluster-cdf"), (1024, "power"), (1024, "cluster-cdf")]);
+    for row in &rows {
+        assert!(row["gpu_ms"].as_f64().unwrap() > 0.0, "{row}");
+    }
+    assert!(String::from_utf8(done.stdout).unwrap().contains("GPU ms with 1024 lights over that with 64"));
 }
 
 /// No light, and light without local lights.
@@ -62,6 +172,13 @@ fn wrong_arguments_are_one_line() {
         ("nothing-there", "nothing-there"),
         ("lamps --camera 99", "--camera 99: the scene has 2 cameras"),
         ("lamps --budget 0", "--budget: 0 is not a time"),
+        ("lamps --ray-rate -1", "--ray-rate"),
+        ("lamps --samplers ris:nothing=1", "lights.nothing"),
+        ("lamps --samplers ris:ris_candidates=99", "ris_candidates"),
+        ("flicker --change 1", "BEFORE:AFTER"),
+        ("flicker --change 0:1 --blocks", "--blocks"),
+        ("--lights-sweep 0", "0 is not a number of lights"),
+        ("lamps --figure no/such/folder/f.svg", "no/such/folder"),
         ("lamps --set lights.nothing=1", "lights.nothing"),
     ] {
         let failed = pt_lights(line, folder.path());

@@ -114,6 +114,28 @@ pub fn bench(
     Ok(rows)
 }
 
+/// Million rays of one kind a second by one backend, in the best window: what [`bench()`] says, without the other rows. 0: there are no such rays.
+///
+/// # Errors
+/// When the backend can't be set up.
+pub fn rate(
+    device: &Device,
+    (meshes, instances): (&[MeshGeometry], &[InstancePlacement]),
+    camera: &CameraRecord,
+    (backend, kind): (TraceBackend, RayKind),
+    options: BenchOptions,
+) -> Result<f64> {
+    let rays = NativeRays::new(meshes, instances, camera, options.size, options.seed)?;
+    let Some(list) = rays.lists.iter().find(|list| list.kind == kind && !list.rays.is_empty()) else {
+        return Ok(0.0);
+    };
+    let mut run = Run::new(device, meshes, instances, backend)?;
+    let mut timed = run.add(list)?;
+    run.warm_up(&mut timed)?;
+    run.time(&mut timed, options.windows.max(1))?;
+    Ok(best(&timed.rates))
+}
+
 /// The measurements of `auto`.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Choice {

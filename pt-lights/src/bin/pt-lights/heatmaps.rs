@@ -1,6 +1,6 @@
 //! Pictures of the results.
 
-use super::bench::Measured;
+use super::measure::Measured;
 use super::truth::Truth;
 use anyhow::{Context, Result};
 use pt_image::image_file::{self, PixelLayout};
@@ -27,7 +27,7 @@ pub fn write(results: &[Measured], truth: &Truth, size: [u32; 2], folder: &Path)
             .flat_map(|p| p.to_array().map(|c| image_file::srgb_encode_8bit(c as f32)))
             .collect();
         for (name, bytes) in
-            [(m.sampler.name().to_owned(), shown), (format!("{}-error", m.sampler.name()), colours)]
+            [(file_name(&m.choice.name), shown), (format!("{}-error", file_name(&m.choice.name)), colours)]
         {
             image_file::write_png(
                 &folder.join(format!("{name}.png")),
@@ -39,4 +39,9 @@ pub fn write(results: &[Measured], truth: &Truth, size: [u32; 2], folder: &Path)
         }
     }
     Ok(())
+}
+
+/// The name of an entry, without the signs between its knobs.
+fn file_name(entry: &str) -> String {
+    entry.replace([':', '=', '/', '\\'], "_")
 }

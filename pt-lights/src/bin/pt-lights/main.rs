@@ -1,23 +1,28 @@
 //! Light samplers compared on one view: mean and error of the direct light against the reference path tracer, at equal samples and at
-//! equal time. Exit codes: 0 done, 2 usage or environment.
+//! equal time; how they follow a change; and what they cost with more and more lights. Exit codes: 0 done, 2 usage or environment.
 
 #![forbid(unsafe_code)]
 
-mod bench;
+mod change;
+mod contestant;
+mod figure;
 mod heatmaps;
+mod measure;
 mod report;
+mod statistics;
+mod sweep;
 mod truth;
 mod view;
 
 use anyhow::{Result, bail, ensure};
+use change::Change;
 use clap::Parser;
+use contestant::{Choice, Entry};
 use pt_core::settings::apply_sets;
 use pt_core::trace::TraceBackend;
 use pt_core::{console, knobs};
+use pt_image::atomic_file::check_writable;
 use pt_lights::DirectParams;
-use pt_lights::records::LightRays;
-use pt_shaders::named_enum::NamedEnum;
-use pt_shaders::records::LightSampler;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -28,8 +33,8 @@ use std::process::ExitCode;
 #[command(version)]
 struct Args {
     /// glTF file, built-in scene, or folder that `pt capture` has written: its first frame gives camera and size.
-    #[arg(value_name = "SCENE|CAPTURE")]
-    scene: String,
+    #[arg(value_name = "SCENE|CAPTURE", required_unless_present = "lights_sweep")]
+    scene: Option<String>,
     /// Scene of a capture, if it is not a built-in one.
     #[arg(long, value_name = "FILE")]
     scene_file: Option<String>,
@@ -39,15 +44,19 @@ struct Args {
     /// Load an environment with negative, infinite or undefined values: they are set to 0 or to the largest half-precision number.
     #[arg(long, requires = "env")]
     env_clamp: bool,
-    /// Samplers, separated by commas [default: all].
-    #[arg(long, value_delimiter = ',', value_parser = sampler)]
-    samplers: Vec<LightSampler>,
+    /// Samplers, separated by commas, each with knobs of its own if need be: NAME:KNOB=VALUE:... The name per-kind stands for a ray for each
+    /// kind of light, without a sampler [default: per-kind and all samplers].
+    #[arg(long, value_delimiter = ',', value_parser = Entry::parse)]
+    samplers: Vec<Entry>,
     /// Independent runs of each sampler.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=4096))]
     runs: u32,
     /// Frames of a run.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
     frames: u32,
+    /// Frames before them, which do not count: samplers with a history learn.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=65536))]
+    warm_up: u32,
     /// GPU time of a run at equal time, milliseconds [default: what `--frames` frames of the slowest sampler take].
     #[arg(long, value_name = "MS")]
     budget: Option<f64>,
@@ -63,6 +72,24 @@ struct Args {
     /// Sets a knob of direct lighting (pt knobs lights).
     #[arg(long = "set", value_name = "lights.NAME=VALUE")]
     sets: Vec<String>,
+    /// Million shadow rays a second that the device traces in the scene [default: measured, as pt bench trace does].
+    #[arg(long, value_name = "MRAYS")]
+    ray_rate: Option<f64>,
+    /// Also compares the means of 16x16 blocks with the reference, in standard errors.
+    #[arg(long)]
+    blocks: bool,
+    /// Instead, measures how long samplers take to follow a change: the scene jumps from one time to another, seconds.
+    #[arg(long, value_name = "BEFORE:AFTER", value_parser = Change::parse, conflicts_with_all = ["blocks", "budget", "figure", "markdown", "heatmaps", "ray_rate"])]
+    change: Option<Change>,
+    /// Instead, times the samplers in a generated hall with so many lights, separated by commas.
+    #[arg(long, value_name = "N,N,...", value_delimiter = ',', value_parser = sweep::count, conflicts_with_all = ["scene", "change", "blocks", "budget", "figure", "markdown", "heatmaps", "ray_rate"])]
+    lights_sweep: Vec<u32>,
+    /// Writes error against GPU time as SVG.
+    #[arg(long, value_name = "FILE.svg")]
+    figure: Option<PathBuf>,
+    /// Writes the ranking as a table in Markdown.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
     /// Writes the rows as JSON.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -88,10 +115,6 @@ knobs! {
     }
 }
 
-fn sampler(name: &str) -> Result<LightSampler, String> {
-    LightSampler::from_name(name).map_err(|unknown| unknown.to_string())
-}
-
 fn main() -> ExitCode {
     console::program(|args, out| run(args, out).map(|()| true))
 }
@@ -99,16 +122,37 @@ fn main() -> ExitCode {
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut settings = Settings::default();
     apply_sets(&mut settings, &args.sets)?;
-    settings.lights.rays = LightRays::Merged;
-    if args.budget.is_some_and(|ms| ms.is_nan() || ms <= 0.0) {
-        bail!("--budget: {} is not a time", args.budget.unwrap_or_default());
+    for (option, value) in [("--budget", args.budget), ("--ray-rate", args.ray_rate)] {
+        if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
+            bail!("{option}: {value} is not a {}", if option == "--budget" { "time" } else { "rate" });
+        }
     }
-    let samplers = if args.samplers.is_empty() { LightSampler::VALUES } else { &args.samplers };
-    let of = |&sampler: &LightSampler| DirectParams { sampler, ..settings.lights.clone() };
-    let mut view = view::View::open(args, &samplers.iter().map(of).collect::<Vec<_>>())?;
+    for path in [&args.json, &args.figure, &args.markdown].into_iter().flatten() {
+        check_writable(path)?;
+    }
+    let entries = if args.samplers.is_empty() { Entry::all() } else { args.samplers.clone() };
+    let choices: Vec<Choice> =
+        entries.iter().map(|entry| entry.choose(&settings.lights)).collect::<Result<_>>()?;
+    for note in contestant::unequal(&choices)? {
+        console::print_warning(&note);
+    }
+    if !args.lights_sweep.is_empty() {
+        let costs = sweep::run(args, &args.lights_sweep, &choices, out)?;
+        return args.json.iter().try_for_each(|path| report::write_json(&sweep::rows(&costs), path));
+    }
+    compare(args, &choices, out)
+}
+
+/// Compares the samplers with the reference.
+fn compare(args: &Args, choices: &[Choice], out: &mut impl Write) -> Result<()> {
+    let stages: Vec<_> = choices.iter().map(|choice| choice.params.clone()).collect();
+    let mut view = view::View::open(args, &stages)?;
+    if let Some(change) = args.change {
+        view.set_time(change.after, change.after);
+    }
     writeln!(out, "{}", view.describe())?;
     let truth = truth::Truth::trace(&mut view, args.reference_spp)?;
-    let mask = bench::mask(&mut view)?;
+    let mask = measure::mask(&mut view)?;
     let kept = mask.iter().filter(|keep| **keep).count();
     ensure!(kept > 0, "no pixel of the view shows a surface that is neither a lamp nor a mirror nor glass");
     writeln!(
@@ -118,17 +162,38 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         truth.relative_error,
         mask.len()
     )?;
-    let plan = bench::Plan {
+    let mut plan = measure::Plan {
         runs: args.runs,
         frames: args.frames,
+        warm_up: args.warm_up,
         budget_ms: args.budget,
         seed: args.seed,
-        params: &settings.lights,
+        ray_rate: 0.0,
     };
-    let results = bench::compare(&mut view, &truth, &mask, samplers, &plan, |line| eprintln!("{line}"))?;
-    report::table(&results, &plan, out)?;
+    let tell = |line: &str| eprintln!("{line}");
+    if let Some(change) = args.change {
+        let results = change::follow(&mut view, &truth, &mask, choices, &plan, change, tell)?;
+        change::table(&results, &plan, change, out)?;
+        let rows = change::rows(&results, &plan, change, &view);
+        return args.json.iter().try_for_each(|path| report::write_json(&rows, path));
+    }
+    plan.ray_rate = args.ray_rate.map_or_else(|| view.shadow_rate(), Ok)?;
+    writeln!(out, "shadow rays of the scene: {:.1} million a second", plan.ray_rate)?;
+    let results = measure::compare(&mut view, &truth, &mask, choices, &plan, tell)?;
+    report::tables(&results, &plan, out)?;
+    if args.blocks {
+        report::blocks(&results, out)?;
+    }
     if let Some(path) = &args.json {
-        report::write_json(&results, &view, path)?;
+        report::write_json(&report::rows(&results, &plan, &view), path)?;
+    }
+    if let Some(path) = &args.figure {
+        let [width, height] = view.size();
+        let title = format!("{}, {width}x{height}, {}", view.scene.name, view.device.info().name);
+        report::write_text(&figure::draw(&figure::curves(&results), &title)?, path)?;
+    }
+    if let Some(path) = &args.markdown {
+        report::write_text(&report::markdown(&results, &plan), path)?;
     }
     if let Some(folder) = &args.heatmaps {
         heatmaps::write(&results, &truth, view.size(), folder)?;

@@ -4,6 +4,8 @@ use super::Args;
 use anyhow::{Context, Result, ensure};
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::frame::Uniforms;
+use pt_core::trace::bench::{BenchOptions, default_size, rate};
+use pt_core::trace::{RayKind, TraceBackend};
 use pt_core::{ChannelImages, Device, DeviceOptions, FrameSizes, SplitLight, StageInputs, console};
 use pt_core::{Frame, FramePlan};
 use pt_denoise::{Composite, DenoiseParams};
@@ -11,10 +13,13 @@ use pt_gbuffer::{GbufferParams, PrimaryRays};
 use pt_import::LoadOptions;
 use pt_light_sampling::LightTables;
 use pt_lights::{Counted, DirectLighting, DirectParams};
-use pt_scene::gpu::{GpuScene, camera_record};
+use pt_scene::gpu::{GpuScene, camera_record, mesh_geometry, placements};
 use pt_scene::{BadTexels, Scene};
 use pt_shaders::records::{CameraRecord, FrameRecord};
 use std::path::Path;
+
+/// Timed windows of the rate of shadow rays.
+const RATE_WINDOWS: u32 = 5;
 
 /// A scene and a camera.
 pub struct View {
@@ -34,12 +39,13 @@ pub struct View {
 impl View {
     /// Loads the scene, and the camera of the capture if there is one. `stages`: the direct lighting that is to be recorded.
     pub fn open(args: &Args, stages: &[DirectParams]) -> Result<Self> {
-        let folder = Path::new(&args.scene);
+        let scene = args.scene.as_deref().unwrap_or_default();
+        let folder = Path::new(scene);
         let recorded = folder.is_dir().then(|| recorded_view(folder)).transpose()?;
         let name = match (&recorded, &args.scene_file) {
             (Some(_), Some(file)) => file,
             (Some(capture), None) => &capture.scene,
-            (None, _) => &args.scene,
+            (None, _) => scene,
         };
         let options = LoadOptions {
             environment: args.env.clone(),
@@ -69,9 +75,21 @@ impl View {
                 (gbuffer.with_lens(camera_record(&camera, size)), size)
             }
         };
-        let device =
-            Device::open(&DeviceOptions { device: args.device.clone(), ..DeviceOptions::default() })?;
-        let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
+        let device = open_device(args)?;
+        Self::of_scene(device, scene, camera, size, args.backend, stages)
+    }
+
+    /// A scene from a camera.
+    pub fn of_scene(
+        device: Device,
+        scene: Scene,
+        camera: CameraRecord,
+        size: [u32; 2],
+        backend: TraceBackend,
+        stages: &[DirectParams],
+    ) -> Result<Self> {
+        let gbuffer = GbufferParams::default();
+        let mut gpu = GpuScene::new(&device, &scene, backend)?;
         let lights = LightTables::new(&device, &scene)?;
         lights.attach(&mut gpu);
         let mut plan = FramePlan::new(FrameSizes::same(size));
@@ -125,17 +143,31 @@ impl View {
         FrameRecord::new(self.camera, self.camera, self.size, index, seed)
     }
 
-    /// Records a frame up to its radiance.
+    /// Million shadow rays a second that the backend traces in this scene, as `pt bench trace` measures them.
+    pub fn shadow_rate(&self) -> Result<f64> {
+        let size = default_size(&self.device).map(|side| side / 2);
+        let options = BenchOptions { size, windows: RATE_WINDOWS, seed: 0 };
+        let (meshes, instances) = (mesh_geometry(&self.scene), placements(&self.scene));
+        let rays = (self.gpu.backend(), RayKind::Shadow);
+        Ok(rate(&self.device, (&meshes, &instances), &self.camera, rays, options)?)
+    }
+
+    /// Moves the scene to a time, from where it was at another (seconds); the camera stays.
+    pub fn set_time(&mut self, now: f64, previous: f64) {
+        self.scene.set_time(now, previous);
+    }
+
+    /// Records a frame up to its radiance, with these lights of the scene.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         record: &FrameRecord,
-        stage: &DirectLighting,
-        params: &DirectParams,
+        lights: &mut LightTables,
+        (stage, params): (&DirectLighting, &DirectParams),
         counted: Option<&Counted>,
     ) -> Result<()> {
         self.images.begin_frame();
-        self.lights.update(frame, &self.scene, &mut self.gpu)?;
+        lights.update(frame, &self.scene, &mut self.gpu)?;
         self.uniforms.upload(frame, record)?;
         let inputs =
             StageInputs { scene: Some(&self.gpu), uniforms: Some(&self.uniforms), images: &self.images };
@@ -144,6 +176,11 @@ impl View {
         let light = SplitLight::unfiltered(&self.images);
         Ok(self.composite.record(frame, &inputs, light, &DenoiseParams::default())?)
     }
+}
+
+/// The device that the arguments name.
+pub fn open_device(args: &Args) -> Result<Device> {
+    Ok(Device::open(&DeviceOptions { device: args.device.clone(), ..DeviceOptions::default() })?)
 }
 
 struct Recorded {

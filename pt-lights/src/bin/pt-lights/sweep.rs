@@ -1,0 +1,187 @@
+//! Cost against the number of lights: a hall with more and more emissive triangles.
+
+use super::Args;
+use super::contestant::{Choice, Contestant};
+use super::view::{View, open_device};
+use anyhow::{Result, bail};
+use glam::{Affine3A, Vec2, Vec3, Vec4};
+use pt_core::rng::random4;
+use pt_core::trace::TraceBackend;
+use pt_gbuffer::GbufferParams;
+use pt_scene::gpu::camera_record;
+use pt_scene::{Camera, Instance, Material, Mesh, Scene};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::time::Instant;
+
+/// Width, height and depth of the hall, metres.
+const HALL: Vec3 = Vec3::new(40.0, 8.0, 40.0);
+/// Power of all lights together: mean radiance times area, W / sr.
+const FLUX: f32 = 400.0;
+/// Most lights of a sweep: indices of lights have 32 bits, and some bits are kept free.
+const MOST: u32 = 1 << 24;
+
+/// What a sampler costs with so many lights.
+pub struct Cost {
+    pub lights: u32,
+    pub name: String,
+    pub gpu_ms: f64,
+    pub build_ms: f64,
+    pub bytes: u64,
+}
+
+/// Reads a number of lights.
+pub fn count(text: &str) -> Result<u32, String> {
+    let count = text.trim().parse::<u32>().ok().filter(|count| (1..=MOST).contains(count));
+    count.ok_or_else(|| format!("{text} is not a number of lights from 1 to {MOST}"))
+}
+
+/// Floor, walls and ceiling, and `count` lamps of one triangle each, all of one size and turned in any direction, in the upper half.
+fn hall(count: u32) -> Scene {
+    let mut scene = Scene::default();
+    scene.materials.push(Material::lambertian("wall", Vec3::splat(0.6)));
+    let side = 0.3 * (256.0 / count as f32).sqrt().min(1.0);
+    let area = 0.5 * side * side * count as f32;
+    scene.materials.push(Material::lamp("lamp", Vec3::splat(FLUX / area)));
+    let (mut shell, mut lamps) = (Vec::new(), Vec::new());
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    for axis in 0..3 {
+        let (u, v) = (axes[(axis + 1) % 3] * HALL, axes[(axis + 2) % 3] * HALL);
+        let far = axes[axis] * HALL;
+        // Faces point inwards.
+        for [a, b, c, d] in [[Vec3::ZERO, u, u + v, v], [far, far + v, far + u + v, far + u]] {
+            shell.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    for i in 0..count {
+        let random = |dimension| random4([i, 0], 0, dimension, 17);
+        let ([x, y, z, _], [a, b, c, d]) = (random(0), random(1));
+        let middle = Vec3::new(0.02 + 0.96 * x, 0.5 + 0.45 * y, 0.02 + 0.96 * z) * HALL;
+        let e1 = (Vec3::new(a, b, c) - 0.5).normalize_or(Vec3::X);
+        let e2 = e1.any_orthonormal_vector();
+        let e2 = e2 * (std::f32::consts::TAU * d).cos() + e1.cross(e2) * (std::f32::consts::TAU * d).sin();
+        lamps.push([middle, middle + side * e1, middle + side * e2]);
+    }
+    for (name, triangles, material) in [("hall", shell, 0), ("lamps", lamps, 1)] {
+        scene.instances.push(Instance::new(name, scene.meshes.len() as u32, Affine3A::IDENTITY));
+        scene.meshes.push(mesh(name, &triangles, material));
+    }
+    let eye = HALL * Vec3::new(0.5, 0.25, 0.95);
+    scene.cameras.push(Camera::look_at("hall", eye, HALL * Vec3::new(0.5, 0.2, 0.3), 1.0));
+    scene.name = format!("hall of {count} lamps");
+    scene
+}
+
+fn mesh(name: &str, triangles: &[[Vec3; 3]], material: u32) -> Mesh {
+    let vertices = 3 * triangles.len();
+    let normal = |t: &[Vec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).normalize_or(Vec3::Y);
+    Mesh {
+        name: name.into(),
+        positions: triangles.concat(),
+        normals: triangles.iter().flat_map(|t| [normal(t); 3]).collect(),
+        tangents: vec![Vec4::X; vertices],
+        uv0: vec![Vec2::ZERO; vertices],
+        uv1: vec![Vec2::ZERO; vertices],
+        colors: vec![Vec4::ONE; vertices],
+        indices: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        triangle_materials: vec![material; triangles.len()],
+        first_masked: triangles.len(),
+        ..Mesh::default()
+    }
+}
+
+/// Times the samplers with each number of lights, and prints what they cost.
+pub fn run(args: &Args, counts: &[u32], choices: &[Choice], out: &mut impl Write) -> Result<Vec<Cost>> {
+    let device = open_device(args)?;
+    let size = [args.width, (args.width * 9 / 16).max(1)];
+    let width = choices.iter().map(|c| c.name.len()).max().unwrap_or(0).max(14);
+    let backend = match args.backend {
+        // One backend for all numbers of lights.
+        TraceBackend::Auto => TraceBackend::Compute,
+        backend => backend,
+    };
+    writeln!(
+        out,
+        "{}, {}, {backend}, {}x{}",
+        device.info().name,
+        device.info().driver_line(),
+        size[0],
+        size[1]
+    )?;
+    writeln!(out, "{:>10} {:<width$} {:>9} {:>11} {:>10}", "lights", "sampler", "GPU ms", "build ms", "KiB")?;
+    let mut costs: Vec<Cost> = Vec::new();
+    for &lights in counts {
+        let started = Instant::now();
+        let scene = hall(lights);
+        let Some(camera) = scene.cameras.first() else { bail!("the hall has no camera") };
+        let camera = GbufferParams::default().with_lens(camera_record(camera, size));
+        let stages: Vec<_> = choices.iter().map(|c| c.params.clone()).collect();
+        let mut view = View::of_scene(device.clone(), scene, camera, size, backend, &stages)?;
+        eprintln!("{lights} lights: scene after {:.1} s", started.elapsed().as_secs_f64());
+        for choice in choices {
+            let Contestant { gpu_ms, build_ms, bytes, .. } = Contestant::new(&mut view, choice, args.seed)?;
+            writeln!(
+                out,
+                "{lights:>10} {:<width$} {gpu_ms:>9.3} {build_ms:>11.1} {:>10}",
+                choice.name,
+                bytes.div_ceil(1024)
+            )?;
+            out.flush()?;
+            costs.push(Cost { lights, name: choice.name.clone(), gpu_ms, build_ms, bytes });
+        }
+    }
+    if let ([first, .., last], true) = (counts, counts.len() > 1) {
+        writeln!(out, "\nGPU ms with {last} lights over that with {first}")?;
+        for choice in choices {
+            let of =
+                |lights| costs.iter().find(|c| c.lights == lights && c.name == choice.name).map(|c| c.gpu_ms);
+            if let (Some(few), Some(many)) = (of(*first), of(*last)) {
+                writeln!(out, "{:<width$} {:>6.3}", choice.name, many / few)?;
+            }
+        }
+    }
+    Ok(costs)
+}
+
+/// The rows for a JSON file.
+pub fn rows(costs: &[Cost]) -> Vec<Value> {
+    let row = |c: &Cost| {
+        json!({
+            "sampler": c.name,
+            "lights": c.lights,
+            "gpu_ms": c.gpu_ms,
+            "build_ms": c.build_ms,
+            "bytes": c.bytes,
+        })
+    };
+    costs.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_light_sampling::LightLists;
+
+    #[test]
+    fn the_hall_has_as_many_lights_of_the_same_power() {
+        let power = |count| {
+            let lists = LightLists::new(&hall(count));
+            assert_eq!(lists.emissives.len(), count as usize);
+            lists.emissives.iter().map(|t| t.weight).sum::<f64>()
+        };
+        let (few, many) = (power(64), power(4096));
+        assert!(
+            (few / many - 1.0).abs() < 1e-3 && (few / f64::from(FLUX) - 1.0).abs() < 1e-3,
+            "{few} {many}"
+        );
+    }
+
+    #[test]
+    fn walls_face_inwards() {
+        let shell = &hall(1).meshes[0];
+        for triangle in 0..shell.triangle_count() {
+            let [a, b, c] = shell.triangle(triangle);
+            assert!((b - a).cross(c - a).dot(0.5 * HALL - a) > 0.0, "{triangle}");
+        }
+    }
+}
