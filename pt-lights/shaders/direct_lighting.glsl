@@ -81,7 +81,7 @@ LightSample local_candidate(LightContext c, ivec2 p, uint light_sample, uvec2 ke
         if (light != NONE) s = sample_local_light(c, light, xi.zw);
         s.pdf *= pmf;
     }
-    bool on = light != NONE && (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) != 0u;
+    bool on = light != NONE && (push.kinds & kind_of_light(light)) != 0u;
     return on ? s : NO_LIGHT_SAMPLE;
 }
 #endif
@@ -125,6 +125,7 @@ void direct_lighting(ivec2 p) {
     LightContext context = light_context(s, p);
     uvec2 seed = imageLoad(ch_rng_seed, p).xy;
     bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
+    bool listed = merged_rays && environment_is_listed();
     uint candidates = reflects ? CANDIDATES : CANDIDATES - 1u;
     uvec2 rays = uvec2(0u), choice = uvec2(NONE, 0u);
     LightFeedback feedback = NO_FEEDBACK;
@@ -132,20 +133,21 @@ void direct_lighting(ivec2 p) {
     for (uint i = 0u; i < push.samples * candidates; i++) {
         uint candidate = i % candidates;
         bool merged = merged_rays && (candidate == CANDIDATE_POSITIONAL || candidate == CANDIDATE_EMISSIVE);
-        if ((push.kinds & CANDIDATE_KINDS[candidate]) == 0u || merged) continue;
+        if ((push.kinds & CANDIDATE_KINDS[candidate]) == 0u || merged || (listed && candidate == CANDIDATE_ENVIRONMENT)) continue;
         uvec2 key = uvec2(seed.x, seed.y * push.samples + i / candidates);
         uint local;
         LightSample light = candidate_light(s, context, p, i / candidates, candidate, key, local);
         float weight = 1.0;
-        if (reflects && candidate >= CANDIDATE_ENVIRONMENT) {
-            // Multiple importance sampling of the environment and of what the surface reflects.
+        bool distant = candidate >= CANDIDATE_ENVIRONMENT || (local != NONE && kind_of_light(local) == KIND_ENVIRONMENT);
+        if (reflects && distant) {
+            // Multiple importance sampling of the environment and of what the surface reflects. Both densities are functions of the direction.
             float pdf = reflected_pdf(s, light.direction);
-            if (candidate == CANDIDATE_REFLECTION) {
-                light.pdf = pdf;
-                weight = power_weight(pdf, environment_pdf(light.direction));
-            } else {
-                weight = power_weight(light.pdf, pdf);
-            }
+            bool reflection = candidate == CANDIDATE_REFLECTION;
+            float light_pdf = light.pdf;
+            if (listed) light_pdf = listed_environment_pdf(context, light.direction);
+            else if (reflection) light_pdf = environment_pdf(light.direction);
+            if (reflection) light.pdf = pdf;
+            weight = reflection ? power_weight(pdf, light_pdf) : power_weight(light_pdf, pdf);
         }
         BrdfValue before = sum;
         bool traced;

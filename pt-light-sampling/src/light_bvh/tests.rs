@@ -16,6 +16,7 @@ fn light(i: u32, stream: u32) -> LightBounds {
         cos_spread: if kind < 0.5 { -1.0 } else { 1.0 },
         cos_emission: if kind > 0.8 { 0.7 } else { 0.0 },
         power: 0.01 + power,
+        irradiance: 0.0,
     }
 }
 
