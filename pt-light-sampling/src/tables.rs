@@ -90,10 +90,10 @@ impl LightTables {
     }
 
     /// Makes the tables of a light sampler, new ones without any statistics, and attaches all to the scene on the device. `None`: no tables
-    /// beyond those that picks by power or uniform picks need.
+    /// beyond those that picks by power or uniform picks need, and the environment apart.
     ///
     /// # Errors
-    /// When the device has no memory left.
+    /// When the device has no memory left. A listed environment takes 12 bytes a texel.
     pub fn prepare(
         &mut self,
         device: &Device,

@@ -55,7 +55,7 @@ float last_target(LightContext c, uint light, uint numbers, uint kinds) {
     if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) {
         return primary_target(c, sample_triangle_light(c.position, c.normal, l, light, area_sampling, xi));
     }
-    if ((l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) {
+    if (environment_is_listed() && (l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) {
         return primary_target(c, sample_environment_quad(l, light - first_environment_light(), xi));
     }
     uint kind = (l.kind & LOCAL_KIND) == LOCAL_SPOT ? LIGHT_SPOT : LIGHT_POINT;

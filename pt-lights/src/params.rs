@@ -84,7 +84,7 @@ impl DirectParams {
     pub fn sampler_choice(&self) -> Option<SamplerChoice> {
         let Self { sampler, ris_source, statistics_table, statistics_frames, statistics_interval, .. } =
             *self;
-        let environment_listed = self.environment_rays == EnvironmentRays::List;
+        let environment_listed = self.is_environment_listed();
         let merged = self.rays == LightRays::Merged;
         merged.then_some(SamplerChoice {
             sampler,
@@ -94,6 +94,11 @@ impl DirectParams {
             statistics_interval,
             environment_listed,
         })
+    }
+
+    /// Whether the environment is among the lights that the sampler picks from.
+    pub(crate) fn is_environment_listed(&self) -> bool {
+        self.rays == LightRays::Merged && self.environment_rays == EnvironmentRays::List
     }
 
     /// Whether the stage keeps reservoirs.

@@ -6,8 +6,11 @@
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EnvironmentQuadTable { EnvironmentQuadRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer EnvironmentNodeTable { EnvironmentQuadNode at[]; };
 
+// False: a kernel for scenes whose environment is sampled apart leaves out the quads.
+layout(constant_id = 6) const bool environment_listed = true;
+
 // Whether the environment is among the local lights: it is then not sampled apart.
-bool environment_is_listed() { return scene.environment_quad_count > 0u; }
+bool environment_is_listed() { return environment_listed && scene.environment_quad_count > 0u; }
 
 uint first_environment_light() { return scene.emissive_count + scene.light_count - scene.sun_count; }
 

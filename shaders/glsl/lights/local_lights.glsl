@@ -22,7 +22,7 @@ LocalLightRecord local_light(uint light) { return LocalLightTable(scene.local_li
 // KIND_* bit of a local light.
 uint kind_of_light(uint light) {
     if (light < scene.emissive_count) return KIND_EMISSIVE;
-    return light < first_environment_light() ? KIND_POSITIONAL : KIND_ENVIRONMENT;
+    return !environment_is_listed() || light < first_environment_light() ? KIND_POSITIONAL : KIND_ENVIRONMENT;
 }
 
 // Probability with which the power distribution picks a light.
@@ -75,7 +75,7 @@ float quad_mass(LightContext c, LocalLightRecord l) {
 // Weight of a light in the choice among a cluster's candidates: solid angle x Phong mix x luminance. 0 only when the point gets nothing
 // from it: the light is below the horizon, faces away, or is dark.
 float light_mass(LightContext c, LocalLightRecord l) {
-    if ((l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) return quad_mass(c, l);
+    if (environment_is_listed() && (l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) return quad_mass(c, l);
     vec3 middle = l.position - c.position;
     float mass;
     if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) {
@@ -184,6 +184,6 @@ LightSample sample_local_light(LightContext c, uint light, vec2 xi) {
     LocalLightRecord l = local_light(light);
     uint kind = l.kind & LOCAL_KIND;
     if (kind == LOCAL_TRIANGLE) return sample_triangle_light(c.position, c.normal, l, light, area_sampling, xi);
-    if (kind == LOCAL_ENVIRONMENT) return sample_environment_quad(l, light - first_environment_light(), xi);
+    if (environment_is_listed() && kind == LOCAL_ENVIRONMENT) return sample_environment_quad(l, light - first_environment_light(), xi);
     return sample_positional_light(c.position, LightTable(scene.lights).at[scene.sun_count + light - scene.emissive_count], xi);
 }
