@@ -111,6 +111,7 @@ fn what_is_no_light_is_left_out() {
     let nan = Vec3::new(0.0, f32::NAN, 0.0);
     let broken = [
         LightBounds { power: 0.0, ..good[0] },
+        LightBounds { irradiance: 1.0, ..good[0] },
         LightBounds { power: -1.0, ..good[0] },
         LightBounds { power: f32::NAN, ..good[0] },
         LightBounds { power: f32::INFINITY, ..good[0] },
