@@ -150,11 +150,11 @@ impl Rect {
     fn parts(&self, split: [u32; 2]) -> [Self; 4] {
         std::array::from_fn(|i| {
             let mut part = *self;
-            for axis in 0..2 {
+            for (axis, split) in split.into_iter().enumerate() {
                 if i >> axis & 1 == 0 {
-                    part.max[axis] = split[axis];
+                    part.max[axis] = split;
                 } else {
-                    part.min[axis] = split[axis];
+                    part.min[axis] = split;
                 }
             }
             part

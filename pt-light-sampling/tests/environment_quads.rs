@@ -154,69 +154,61 @@ fn directions_follow_the_pdf() {
     }
 }
 
-/// Over the cells of each quad, the density of the choice integrates to the probability of the quad; the look-up is that of the host; a cell with
-/// radiance has a density with every sampler that may pick its light at all.
+/// For every sampler with a probability for each light: densities of the choice, and weights made from them.
 #[test]
-fn densities_integrate_to_the_probability_of_the_quad() {
+fn densities_belong_to_the_choice() {
     let device = TestDevice::open();
-    for sampler in LightSampler::VALUES.iter().copied() {
-        {
-            let environment = Environment { rotation: 2.0, ..bright_spot(13, 9) };
-            let mut scene = Listed::new(&device, environment, sampler);
-            let cells = scene.cells(&device);
-            let first = scene.first_quad();
-            let quads = scene.uploaded.lights.lists().environment_quads.clone().unwrap();
-            let width = quads.grid()[0];
-            let (mut sums, mut pmfs) = (vec![0.0; quads.quads().len()], vec![0.0; quads.quads().len()]);
-            for (i, cell) in (0..).zip(&cells) {
-                let expected = quads.find([i % width, i / width]);
-                assert_eq!(
-                    (cell.word != u32::MAX).then(|| (cell.word - first) as usize),
-                    expected,
-                    "cell {i}"
-                );
-                let Some(quad) = expected else {
-                    assert_eq!((cell.pdf, cell.radiance.max_element()), (0.0, 0.0), "cell {i}");
-                    continue;
-                };
-                sums[quad] += f64::from(cell.pdf) * quads.cell_solid_angle(i / width);
-                pmfs[quad] = f64::from(cell.pdf_again);
-                let lit = cell.radiance.max_element() > 0.0;
-                assert!(!lit || cell.pdf > 0.0 || cell.pdf_again == 0.0, "{}: cell {i}", sampler.name());
-            }
-            for (quad, (sum, pmf)) in sums.iter().zip(&pmfs).enumerate() {
-                assert!((sum - pmf).abs() <= 1e-4 * pmf, "{}: quad {quad}: {sum} {pmf}", sampler.name());
-            }
-            assert!(pmfs.iter().any(|&pmf| pmf > 0.0), "{}", sampler.name());
-        }
-    }
-}
-
-/// The density of the choice of a light and of a direction on it is that which the other strategy finds for the direction: with a
-/// density of the other strategy, the weights of multiple importance sampling sum to 1.
-#[test]
-fn weights_sum_to_one() {
-    let device = TestDevice::open();
-    let weight = |pdf: f64, other: f64| if pdf > 0.0 { 1.0 / (1.0 + (other / pdf).powi(2)) } else { 0.0 };
     let resamples = |s: &LightSampler| matches!(s, LightSampler::Ris | LightSampler::RestirDi);
     for sampler in LightSampler::VALUES.iter().copied().filter(|s| !resamples(s)) {
         let environment = Environment { rotation: 2.0, intensity: 3.0, ..bright_spot(13, 9) };
         let mut scene = Listed::new(&device, environment, sampler);
-        let first = scene.first_quad();
-        let picks = scene.run(&device, PICKS, 20_000);
-        let distant: Vec<_> = picks.iter().filter(|p| p.word != u32::MAX && p.word >= first).collect();
-        assert!(distant.len() > 200, "{}: {}", sampler.name(), distant.len());
-        let wrong = |other: f64| {
-            let off = |p: &&&SampleRecord| {
-                let (own, found) = (f64::from(p.pdf), f64::from(p.pdf_again));
-                (weight(own, other) + weight(other, found) - 1.0).abs() > 1e-5
-            };
-            distant.iter().filter(off).count()
+        densities_integrate_to_the_probability_of_the_quad(&device, &mut scene, sampler.name());
+        weights_sum_to_one(&device, &mut scene, sampler.name());
+    }
+}
+
+/// Over the cells of each quad, the density of the choice integrates to the probability of the quad; the look-up is that of the host; a cell with
+/// radiance has a density if its light may be picked at all.
+fn densities_integrate_to_the_probability_of_the_quad(device: &TestDevice, scene: &mut Listed, name: &str) {
+    let cells = scene.cells(device);
+    let first = scene.first_quad();
+    let quads = scene.uploaded.lights.lists().environment_quads.clone().unwrap();
+    let width = quads.grid()[0];
+    let (mut sums, mut pmfs) = (vec![0.0; quads.quads().len()], vec![0.0; quads.quads().len()]);
+    for (i, cell) in (0..).zip(&cells) {
+        let expected = quads.find([i % width, i / width]);
+        assert_eq!((cell.word != u32::MAX).then(|| (cell.word - first) as usize), expected, "cell {i}");
+        let Some(quad) = expected else {
+            assert_eq!((cell.pdf, cell.radiance.max_element()), (0.0, 0.0), "cell {i}");
+            continue;
         };
-        for other in [0.01, 0.3, 4.0] {
-            // A direction on the border of two cells has the density of either.
-            assert!(wrong(other) * 200 <= distant.len(), "{}: {} weights", sampler.name(), wrong(other));
-        }
+        sums[quad] += f64::from(cell.pdf) * quads.cell_solid_angle(i / width);
+        pmfs[quad] = f64::from(cell.pdf_again);
+        let lit = cell.radiance.max_element() > 0.0;
+        assert!(!lit || cell.pdf > 0.0 || cell.pdf_again == 0.0, "{name}: cell {i}");
+    }
+    for (quad, (sum, pmf)) in sums.iter().zip(&pmfs).enumerate() {
+        assert!((sum - pmf).abs() <= 1e-4 * pmf, "{name}: quad {quad}: {sum} {pmf}");
+    }
+    assert!(pmfs.iter().any(|&pmf| pmf > 0.0), "{name}");
+}
+
+/// The density of the choice of a light and of a direction on it is that which the other strategy finds for the direction: with a
+/// density of the other strategy, the weights of multiple importance sampling sum to 1.
+fn weights_sum_to_one(device: &TestDevice, scene: &mut Listed, name: &str) {
+    let weight = |pdf: f64, other: f64| if pdf > 0.0 { 1.0 / (1.0 + (other / pdf).powi(2)) } else { 0.0 };
+    let first = scene.first_quad();
+    let picks = scene.run(device, PICKS, 10_000);
+    let distant: Vec<_> = picks.iter().filter(|p| p.word != u32::MAX && p.word >= first).collect();
+    assert!(distant.len() > 200, "{name}: {}", distant.len());
+    for other in [0.01, 0.3, 4.0] {
+        let off = |p: &&&SampleRecord| {
+            let (own, found) = (f64::from(p.pdf), f64::from(p.pdf_again));
+            (weight(own, other) + weight(other, found) - 1.0).abs() > 1e-5
+        };
+        let wrong = distant.iter().filter(off).count();
+        // A direction on the border of two cells has the density of either.
+        assert!(wrong * 200 <= distant.len(), "{name}: {wrong} weights");
     }
 }
 
@@ -269,12 +261,10 @@ fn one_texel_flux() -> f64 {
 #[test]
 fn changes_arrive_in_the_same_frame() {
     let device = TestDevice::open();
-    for sampler in
-        [LightSampler::Power, LightSampler::ClusterCdf, LightSampler::LightBvh, LightSampler::RestirDi]
-    {
+    for sampler in [LightSampler::ClusterCdf, LightSampler::LightBvh] {
         let mut changed = Listed::new(&device, bright_spot(13, 9), sampler);
         changed.run(&device, RECORDS, 1);
-        for (intensity, rotation) in [(3.0, 0.0), (0.0, 1.0), (0.5, 2.0)] {
+        for (intensity, rotation) in [(0.0, 1.0), (3.0, 2.0)] {
             let environment = Environment { intensity, rotation, ..bright_spot(13, 9) };
             changed.uploaded.scene.environment = environment.clone();
             let mut fresh = Listed::new(&device, environment, sampler);
