@@ -29,6 +29,7 @@ fn triangles(count: u32, at: f32) -> Vec<LightBounds> {
             cos_spread: 1.0,
             cos_emission: 0.0,
             power: 0.1 + 10.0 * random(i, 4).x,
+            irradiance: 0.0,
         }
     };
     (0..count).map(triangle).collect()

@@ -13,6 +13,9 @@ const float LEAST_COSINE = 0.05;
 
 // About what a light gives to surfaces of the cluster, `ball`, with normals to that side.
 float typical_mass(vec4 ball, vec3 normal, LocalLightRecord l) {
+    if ((l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) {
+        return l.luminance * max(cone_cosine(dot(normal, l.position), l.edge1.xy) + 0.6, LEAST_COSINE);
+    }
     bool triangle = (l.kind & LOCAL_KIND) == LOCAL_TRIANGLE;
     vec3 d = l.position - ball.xyz;
     if (triangle) d += (l.edge1 + l.edge2) * (1.0 / 3.0);

@@ -1,5 +1,5 @@
 // The local lights where they are now. Extent: one thread a light.
-#include "scene.glsl"
+#include "lights/local_lights.glsl"
 #include "local_lights_records.glsl"
 
 layout(local_size_x = 64) in;
@@ -32,10 +32,26 @@ LocalLightRecord positional_light(uint i) {
     return LocalLightRecord(l.position, kind, vec3(l.radius, l.spot_scale, l.spot_offset), luminance(l.intensity), l.direction, 0u, l.intensity, 0u);
 }
 
+LocalLightRecord environment_light(uint i) {
+    EnvironmentQuadRecord q = environment_quad(i);
+    vec2 r = scene.environment_rotation;
+    vec3 axis = vec3(r.x * q.axis.x + r.y * q.axis.z, q.axis.y, r.x * q.axis.z - r.y * q.axis.x);
+    vec3 spread = vec3(q.cos_spread, sqrt(max(1.0 - q.cos_spread * q.cos_spread, 0.0)), 0.0);
+    float intensity = scene.environment_intensity;
+    return LocalLightRecord(axis, LOCAL_ENVIRONMENT, spread, q.irradiance * intensity, vec3(r, intensity), 0u, vec3(0.0), 0u);
+}
+
+LocalLightRecord light_now(uint i) {
+    switch (kind_of_light(i)) {
+    case KIND_EMISSIVE: return triangle_light(i);
+    case KIND_POSITIONAL: return positional_light(i - scene.emissive_count);
+    default: return environment_light(i - first_environment_light());
+    }
+}
+
 void main() {
     uint i = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
     if (gl_GlobalInvocationID.x >= push.width || i >= scene.local_light_count) return;
     if (push.previous != 0ul) LocalLightsOut(push.previous).at[i] = LocalLightTable(push.local_lights).at[i];
-    bool triangle = i < scene.emissive_count;
-    LocalLightsOut(push.local_lights).at[i] = triangle ? triangle_light(i) : positional_light(i - scene.emissive_count);
+    LocalLightsOut(push.local_lights).at[i] = light_now(i);
 }

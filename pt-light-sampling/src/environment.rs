@@ -4,7 +4,7 @@ use crate::luminance;
 use pt_scene::Environment;
 use std::f64::consts::PI;
 
-/// Per texel, row by row: solid angle x mean luminance of what a lookup inside it can return.
+/// Per texel, row by row: solid angle x mean luminance of what a lookup inside it can return, at intensity 1.
 ///
 /// Lookups are bilinear between texel centres, so the radiance inside a texel depends on its eight neighbours: its mean is
 /// the separable kernel (1, 6, 1) / 8 over them. No direction with radiance is in a texel of weight zero, and only such
@@ -24,7 +24,7 @@ pub(crate) fn weights(environment: &Environment) -> Vec<f64> {
             let (x, y) = (i % width, i / width);
             let at = |y: usize| along_row[y * width + x];
             let mean = kernel(at(y.saturating_sub(1)), at(y), at((y + 1).min(height - 1)));
-            f64::from(environment.intensity) * mean * texel_solid_angle(width, height, y)
+            mean * texel_solid_angle(width, height, y)
         })
         .collect()
 }

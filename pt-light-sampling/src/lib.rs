@@ -10,6 +10,7 @@ mod alias;
 pub mod cluster_lists;
 mod emissive;
 mod environment;
+mod environment_quads;
 mod light_bounds;
 mod light_bvh;
 mod lists;
@@ -25,6 +26,7 @@ mod texture_mean;
 
 pub use alias::AliasTable;
 pub use emissive::EmissiveTriangle;
+pub use environment_quads::EnvironmentQuads;
 pub use light_bounds::{LightBounds, local_lights};
 pub use light_bvh::{LightBvh, NO_TRAIL};
 pub use lists::LightLists;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use pt_scene::{Bounds, Light, LightKind, Scene};
 use std::f64::consts::PI;
 
-/// A local light: an emissive triangle, a point light or a spot light.
+/// A local light: an emissive triangle, a point light or a spot light, or a quad of the environment, which is infinitely far away.
 ///
 /// A direction w can receive light only when the angle between w and `axis` is at most acos(`cos_spread`) + acos(`cos_emission`)
 /// (Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", section 4.1).
@@ -23,6 +23,17 @@ pub struct LightBounds {
     pub cos_emission: f32,
     /// Luminous flux: radiant watts weighted by Rec. 709 luminance, as [`crate::light_powers`] has them. 0: the light is dark.
     pub power: f32,
+    /// Luminance of the irradiance that a distant light gives to a surface that faces it; 0 for a light that has a place. A distant light
+    /// has no box: its directions are in the cone about `axis`, with the half angle of `cos_spread`, and `power` is what falls on the scene's
+    /// bounding sphere.
+    pub irradiance: f32,
+}
+
+impl LightBounds {
+    /// Whether the light is infinitely far away. One without light counts as one that has a place.
+    pub fn is_distant(&self) -> bool {
+        self.irradiance > 0.0
+    }
 }
 
 /// The local lights of a scene where they are now, in the order of their indices: the emissive triangles, then the point and spot lights in
@@ -50,6 +61,7 @@ pub fn triangle(scene: &Scene, t: &EmissiveTriangle) -> LightBounds {
         cos_spread: if all { -1.0 } else { 1.0 },
         cos_emission: 0.0,
         power: (PI * t.weight) as f32 * if double_sided { 2.0 } else { 1.0 },
+        irradiance: 0.0,
     }
 }
 
@@ -67,5 +79,6 @@ pub fn punctual(light: &Light) -> LightBounds {
         cos_spread,
         cos_emission,
         power: flux as f32,
+        irradiance: 0.0,
     }
 }

@@ -23,6 +23,8 @@ const PARALLEL: usize = 4096;
 
 /// A binary tree over the local lights; each leaf is one light.
 ///
+/// Distant lights are left out: they have no place (`lights/tree_and_quads.glsl` chooses between the tree and them).
+///
 /// Lights that can't be sampled are left out: those without power, and those whose power, box, axis or cosines are not finite or
 /// whose box reaches beyond [`pt_shaders::constants::SKY_DISTANCE`]. The sampler never returns them, and their probability is 0: to it they
 /// are dark.
@@ -35,6 +37,7 @@ const PARALLEL: usize = 4096;
 pub struct LightBvh {
     nodes: Vec<LightBvhNode>,
     trails: Vec<u64>,
+    power: f64,
 }
 
 impl LightBvh {
@@ -43,9 +46,9 @@ impl LightBvh {
         if lights.len() >= (LIGHT_BVH_LEAF / 2) as usize {
             return None;
         }
-        let mut bvh = Self { nodes: build::topology(lights), trails: Vec::new() };
+        let mut bvh = Self { nodes: build::topology(lights), trails: Vec::new(), power: 0.0 };
         bvh.trails = trails(&bvh.nodes, lights.len());
-        refit_tree(&mut bvh.nodes, lights);
+        bvh.power = refit_tree(&mut bvh.nodes, lights);
         Some(bvh)
     }
 
@@ -60,7 +63,7 @@ impl LightBvh {
         if lights.len() != self.trails.len() || !lights.iter().zip(&self.trails).all(covers) {
             return false;
         }
-        refit_tree(&mut self.nodes, lights);
+        self.power = refit_tree(&mut self.nodes, lights);
         true
     }
 
@@ -73,6 +76,11 @@ impl LightBvh {
     /// (`LIGHT_BVH_TRAILS` of the sampler).
     pub fn trails(&self) -> &[u64] {
         &self.trails
+    }
+
+    /// Luminous flux of the lights in the tree, of which the nodes have shares.
+    pub fn power(&self) -> f64 {
+        self.power
     }
 
     /// How many nodes a tree over `lights` lights has at most: what a buffer has to hold for a tree that is built again.
@@ -98,12 +106,14 @@ fn trails(nodes: &[LightBvhNode], count: usize) -> Vec<u64> {
     trails
 }
 
-fn refit_tree(nodes: &mut [LightBvhNode], lights: &[LightBounds]) {
+/// Returns the flux of all lights.
+fn refit_tree(nodes: &mut [LightBvhNode], lights: &[LightBounds]) -> f64 {
     let total: f64 =
         lights.iter().filter(|light| Summary::of(light, 1.0).is_some()).map(|l| f64::from(l.power)).sum();
     if let [root, block @ ..] = nodes {
         refit_node(root, block, lights, if total > 0.0 { 1.0 / total } else { 0.0 });
     }
+    total
 }
 
 /// Bounds of a node whose descendants are `block`, laid out as [`build::topology`] says. `None` if all its lights are dark.

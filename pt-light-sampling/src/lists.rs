@@ -1,10 +1,11 @@
 use crate::alias::AliasTable;
 use crate::emissive::{self, EmissiveTriangle, Twin};
 use crate::light_bounds::{self, LightBounds, local_lights};
-use crate::{environment, punctual};
+use crate::{EnvironmentQuads, environment, punctual};
 use glam::{UVec2, Vec2};
 use pt_scene::{LightKind, Scene};
 use pt_shaders::records::{EmissiveRecord, LightRecord, NONE, SceneRecord};
+use std::f64::consts::PI;
 
 /// How the local lights of a frame differ from those of the last one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,6 +28,11 @@ fn by_power(local: &[LightBounds]) -> Option<AliasTable> {
     AliasTable::new(&local.iter().map(|light| light.power.into()).collect::<Vec<f64>>())
 }
 
+fn quads(quads: &Option<EnvironmentQuads>, scene: &Scene, disc: f64) -> impl Iterator<Item = LightBounds> {
+    let quads = quads.iter().flat_map(|quads| (0..quads.quads().len()).map(move |quad| (quads, quad)));
+    quads.map(move |(quads, quad)| quads.light(quad, &scene.environment, disc))
+}
+
 /// Everything that light samplers of a scene need, on the host: lists, probabilities and alias tables.
 #[derive(Clone, Debug)]
 pub struct LightLists {
@@ -42,7 +48,7 @@ pub struct LightLists {
     pub emissive_alias: Option<AliasTable>,
     /// Those of `emissives` that can move, as indices.
     pub moving: Vec<u32>,
-    /// The local lights where they are now; see [`local_lights`].
+    /// The local lights where they are now; see [`local_lights`]. If the environment is listed, its quads follow.
     pub local: Vec<LightBounds>,
     /// Distribution over them by power; `None` when all are dark.
     pub local_alias: Option<AliasTable>,
@@ -54,6 +60,15 @@ pub struct LightLists {
     pub environment_rotation: [f32; 2],
     /// Factor on the environment's radiance; 0 when it is black.
     pub environment_intensity: f32,
+    /// The environment as local lights, after [`LightLists::list_environment`].
+    pub environment_quads: Option<EnvironmentQuads>,
+    /// Area of the disc that the bounding sphere of the scene shows to distant lights, square metres.
+    disc: f64,
+}
+
+fn disc(scene: &Scene) -> f64 {
+    let radius = scene.bounds().map_or(1.0, |b| 0.5 * f64::from(b.size().length()));
+    PI * radius * radius
 }
 
 impl LightLists {
@@ -81,11 +96,32 @@ impl LightLists {
             environment_rotation: [cos, sin],
             environment_intensity: if environment_alias.is_some() { environment.intensity } else { 0.0 },
             environment_alias,
+            environment_quads: None,
+            disc: disc(scene),
         }
     }
 
-    /// Lists the punctual lights anew; whether anything has changed.
+    /// Makes the quads of the environment local lights, or takes them out; whether that has changed anything. The lights that were there keep
+    /// their indices.
+    pub fn list_environment(&mut self, scene: &Scene, listed: bool) -> bool {
+        if listed == self.environment_quads.is_some() {
+            return false;
+        }
+        self.environment_quads = listed.then(|| EnvironmentQuads::new(&scene.environment));
+        let others = self.emissives.len() + self.lights.len() - self.sun_count as usize;
+        self.local.truncate(others);
+        self.local.extend(quads(&self.environment_quads, scene, self.disc));
+        self.local_alias = by_power(&self.local);
+        true
+    }
+
+    /// Lists the punctual lights anew; whether anything of them has changed. Rotation and intensity of the environment are those of the scene
+    /// from now on.
     pub fn update_lights(&mut self, scene: &Scene) -> bool {
+        let (sin, cos) = scene.environment.rotation.sin_cos();
+        self.environment_rotation = [cos, sin];
+        self.environment_intensity =
+            if self.environment_alias.is_some() { scene.environment.intensity } else { 0.0 };
         let (lights, sun_count) = punctual::records(&scene.lights);
         let changed = lights != self.lights;
         (self.lights, self.sun_count) = (lights, sun_count);
@@ -101,7 +137,9 @@ impl LightLists {
             .map(|&i| (i as usize, light_bounds::triangle(scene, &self.emissives[i as usize])));
         let positional = scene.lights.iter().filter(|light| light.kind != LightKind::Directional);
         let punctual = (self.emissives.len()..).zip(positional.map(light_bounds::punctual));
-        for (index, now) in triangles.chain(punctual) {
+        let first_quad = self.local.len() - self.quad_count();
+        let quads = (first_quad..).zip(quads(&self.environment_quads, scene, self.disc));
+        for (index, now) in triangles.chain(punctual).chain(quads) {
             let before = &mut self.local[index];
             change.power |= now.power != before.power;
             change.moved |= now != *before;
@@ -111,6 +149,11 @@ impl LightLists {
             self.local_alias = by_power(&self.local);
         }
         change
+    }
+
+    /// How many of the local lights are quads of the environment.
+    pub fn quad_count(&self) -> usize {
+        self.environment_quads.as_ref().map_or(0, |quads| quads.quads().len())
     }
 
     /// The emissive triangles as the GPU sees them.
@@ -152,5 +195,8 @@ impl LightLists {
         record.environment_size = UVec2::from_array(self.environment_size);
         record.environment_rotation = Vec2::from_array(self.environment_rotation);
         record.environment_intensity = self.environment_intensity;
+        record.environment_quad_count = self.quad_count() as u32;
+        let grid = self.environment_quads.as_ref().map_or([1; 2], EnvironmentQuads::grid);
+        record.environment_grid = UVec2::from_array(grid);
     }
 }

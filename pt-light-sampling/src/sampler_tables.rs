@@ -19,10 +19,12 @@ pub struct SamplerChoice {
     pub statistics_frames: u32,
     /// Frames between two visits of a cluster.
     pub statistics_interval: u32,
+    /// Whether the quads of the environment are among the local lights.
+    pub environment_listed: bool,
 }
 
 impl From<LightSampler> for SamplerChoice {
-    /// With sixteen frames of statistics, and candidates from the cluster.
+    /// With sixteen frames of statistics, candidates from the cluster, and the environment apart.
     fn from(sampler: LightSampler) -> Self {
         Self {
             sampler,
@@ -30,6 +32,7 @@ impl From<LightSampler> for SamplerChoice {
             statistics_table: StatisticsTable::Auto,
             statistics_frames: 16,
             statistics_interval: 4,
+            environment_listed: false,
         }
     }
 }
@@ -130,6 +133,8 @@ impl SamplerTables {
         if let Some(tree) = &self.tree {
             record.light_bvh = tree.nodes.address();
             record.light_bvh_trails = tree.trails.address();
+            let power = tree.host.as_ref().map_or(0.0, LightBvh::power);
+            record.light_bvh_power = power.min(f32::MAX.into()) as f32;
         }
         record.shadow_count_slots = 0;
         if let Some(statistics) = &self.statistics {
@@ -192,7 +197,9 @@ impl DeviceTree {
 impl DeviceLists {
     fn new(device: &Device, scene: &Scene, clusters: &Clusters, lights: &LightLists) -> Result<Self> {
         let boxes = cluster_boxes(scene, clusters);
-        let may_change = changing_lights(scene, &lights.emissives);
+        let mut may_change = changing_lights(scene, &lights.emissives);
+        // The intensity and rotation of the environment are whatever the caller sets in a frame.
+        may_change.resize(lights.local.len(), true);
         let limits = ListLimits::default();
         let changing = may_change.iter().filter(|may| **may).count();
         let room = (changing * boxes.len()).min(limits.max_entries) * size_of::<u32>();

@@ -1,3 +1,4 @@
+use crate::EnvironmentQuads;
 use crate::lists::LightLists;
 use crate::records::LocalLightsPush;
 use crate::sampler_tables::{SamplerChoice, SamplerTables};
@@ -21,6 +22,7 @@ pub struct LightTables {
     emissive_alias: Buffer,
     emissive_lookup: Buffer,
     environment_alias: Buffer,
+    quads: Option<QuadBuffers>,
     local_alias: Buffer,
     local_lights: Buffer,
     /// `local_lights` of the last frame, for samplers that reuse its samples.
@@ -31,6 +33,27 @@ pub struct LightTables {
     /// Whether `previous` is as well.
     settled: bool,
     sampler: Option<SamplerTables>,
+}
+
+/// The quads of the environment on the device.
+struct QuadBuffers {
+    quads: Buffer,
+    nodes: Buffer,
+    cells: Buffer,
+}
+
+impl QuadBuffers {
+    fn new(device: &Device, quads: &EnvironmentQuads) -> Result<Self> {
+        Ok(Self {
+            quads: Buffer::from_slice(device, "environment quads", quads.quads())?,
+            nodes: Buffer::from_slice(device, "environment quad-tree", quads.nodes())?,
+            cells: Buffer::from_slice(device, "cells of environment quads", quads.cells())?,
+        })
+    }
+
+    fn all(&self) -> [&Buffer; 3] {
+        [&self.quads, &self.nodes, &self.cells]
+    }
 }
 
 impl LightTables {
@@ -47,19 +70,16 @@ impl LightTables {
         let room = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Location::Device);
         let lights = room("lights", scene.lights.len() * size_of::<LightRecord>())?;
         lights.write_through_staging(bytemuck::cast_slice(&lists.lights))?;
-        // Room for lights that are dark now.
-        let local_alias = room("local light alias", lists.local.len() * size_of::<AliasRecord>())?;
-        if let Some(table) = &lists.local_alias {
-            local_alias.write_through_staging(bytemuck::cast_slice(table.entries()))?;
-        }
+        let [local_alias, local_lights] = local_buffers(device, &lists)?;
         Ok(Self {
             lights,
             emissives: Buffer::from_slice(device, "emissive triangles", &lists.emissive_records())?,
             emissive_alias: alias("emissive alias", &lists.emissive_alias)?,
             emissive_lookup: Buffer::from_slice(device, "emissive lookup", &lists.emissive_lookup(scene))?,
             environment_alias: alias("environment alias", &lists.environment_alias)?,
+            quads: None,
             local_alias,
-            local_lights: room("local lights", lists.local.len() * size_of::<LocalLightRecord>())?,
+            local_lights,
             place: Kernel::compute::<LocalLightsPush>(device, &crate::kernels::LOCAL_LIGHTS, &[])?,
             placed: false,
             previous: None,
@@ -70,10 +90,10 @@ impl LightTables {
     }
 
     /// Makes the tables of a light sampler, new ones without any statistics, and attaches all to the scene on the device. `None`: no tables
-    /// beyond those that picks by power or uniform picks need.
+    /// beyond those that picks by power or uniform picks need, and the environment apart.
     ///
     /// # Errors
-    /// When the device has no memory left.
+    /// When the device has no memory left. A listed environment takes 12 bytes a texel.
     pub fn prepare(
         &mut self,
         device: &Device,
@@ -81,6 +101,12 @@ impl LightTables {
         gpu: &mut GpuScene,
         choice: Option<SamplerChoice>,
     ) -> Result<()> {
+        if self.lists.list_environment(scene, choice.is_some_and(|choice| choice.environment_listed)) {
+            let quads = self.lists.environment_quads.as_ref();
+            self.quads = quads.map(|quads| QuadBuffers::new(device, quads)).transpose()?;
+            [self.local_alias, self.local_lights] = local_buffers(device, &self.lists)?;
+            self.placed = false;
+        }
         let tables = |choice| SamplerTables::new(device, scene, gpu.clusters(), &self.lists, choice);
         self.sampler = choice.map(tables).transpose()?;
         let bytes = self.local_lights.size();
@@ -164,6 +190,13 @@ impl LightTables {
         record.emissive_alias = self.emissive_alias.address();
         record.emissive_lookup = self.emissive_lookup.address();
         record.environment_alias = self.environment_alias.address();
+        for (address, buffer) in [
+            (&mut record.environment_quads, self.quads.as_ref().map(|q| &q.quads)),
+            (&mut record.environment_quad_nodes, self.quads.as_ref().map(|q| &q.nodes)),
+            (&mut record.environment_quad_cells, self.quads.as_ref().map(|q| &q.cells)),
+        ] {
+            *address = buffer.map_or(0, Buffer::address);
+        }
         record.local_alias = self.local_alias.address();
         record.local_lights = self.local_lights.address();
         record.local_lights_previous = self.previous.as_ref().map_or(0, Buffer::address);
@@ -185,9 +218,20 @@ impl LightTables {
             &self.local_lights,
         ];
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
-        let tables = tables.into_iter().chain(&self.previous).chain(sampler).cloned().collect();
+        let quads = self.quads.iter().flat_map(QuadBuffers::all);
+        let tables = tables.into_iter().chain(&self.previous).chain(quads).chain(sampler).cloned().collect();
         let counts =
             self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
         gpu.set_light_tables(tables, counts.cloned().collect());
     }
+}
+
+/// The alias table over the local lights, with room for those that are dark now, and room for their records.
+fn local_buffers(device: &Device, lists: &LightLists) -> Result<[Buffer; 2]> {
+    let room = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Location::Device);
+    let alias = room("local light alias", lists.local.len() * size_of::<AliasRecord>())?;
+    if let Some(table) = &lists.local_alias {
+        alias.write_through_staging(bytemuck::cast_slice(table.entries()))?;
+    }
+    Ok([alias, room("local lights", lists.local.len() * size_of::<LocalLightRecord>())?])
 }

@@ -93,6 +93,7 @@ fn point_light(position: Vec3, power: f32) -> LightBounds {
         cos_spread: -1.0,
         cos_emission: 0.0,
         power,
+        irradiance: 0.0,
     }
 }
 

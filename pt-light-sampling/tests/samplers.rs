@@ -9,21 +9,24 @@ use pt_core::Kernel;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::trace::TraceBackend;
+use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::test_support::{Uploaded, all_kinds};
 use pt_scene::{Scene, builtin};
 use pt_shaders::named_enum::NamedEnum;
 use pt_shaders::records::LightSampler;
 
 const PICKS: u32 = 100_000;
-/// Scenes and points: all kinds of light, and many lamps in rooms.
-const POINTS: [(&str, Vec3); 3] = [
+/// Scenes and points: all kinds of light, without and with the environment among them, and many lamps in rooms.
+const POINTS: [(&str, Vec3); 4] = [
     ("all kinds", Vec3::new(0.2, 0.1, 0.3)),
+    (LISTED, Vec3::new(0.2, 0.1, 0.3)),
     ("lamps", Vec3::new(7.4, 0.02, 7.1)),
     ("lamps", Vec3::new(2.6, 1.2, 2.4)),
 ];
+const LISTED: &str = "all kinds and the environment";
 
 fn scene(name: &str) -> Scene {
-    if name == "all kinds" { all_kinds() } else { builtin(name).unwrap() }
+    if name.starts_with("all kinds") { all_kinds() } else { builtin(name).unwrap() }
 }
 
 /// Samplers that have a probability for each light.
@@ -40,7 +43,8 @@ struct Picks {
 fn picks(device: &TestDevice, sampler: LightSampler, name: &str, at: Vec3) -> Picks {
     let mut uploaded = Uploaded::new(device, scene(name), TraceBackend::Compute);
     let Uploaded { scene, lights, gpu } = &mut uploaded;
-    lights.prepare(device, scene, gpu, Some(sampler.into())).unwrap();
+    let choice = SamplerChoice { environment_listed: name == LISTED, ..sampler.into() };
+    lights.prepare(device, scene, gpu, Some(choice)).unwrap();
     let count = lights.lists().local.len() as u32;
     let constants = [("light_sampler", sampler.code().into())];
     let kernel = Kernel::compute::<SamplerPush>(device, &kernels::PICK_LIGHT, &constants).unwrap();

@@ -40,7 +40,7 @@ LightSample local_candidate(LightContext c, ivec2 p, uvec2 key, uvec4 bits, out 
         if (light != NONE) s = sample_local_light(c, light, xi.zw);
         s.pdf *= pmf;
     }
-    bool on = light != NONE && (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) != 0u;
+    bool on = light != NONE && (push.kinds & kind_of_light(light)) != 0u;
     return on ? s : NO_LIGHT_SAMPLE;
 }
 #endif
@@ -94,22 +94,25 @@ uint choose_lights(ivec2 p) {
         LightContext context = light_context(s, p);
         uvec2 key = sample_key(p);
         bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
+        bool listed = merged_rays && environment_is_listed();
         // A loop, so that the kernel has the BRDF once.
         [[dont_unroll]] for (uint slot = 0u; slot < slot_count(); slot++) {
             uint candidate = slot_candidate(slot);
             if ((push.kinds & CANDIDATE_KINDS[candidate]) == 0u || candidate == CANDIDATE_REFLECTION && !reflects) continue;
+            if (listed && candidate == CANDIDATE_ENVIRONMENT) continue;
             uint local;
             LightSample light = candidate_light(s, context, p, candidate, key, local);
             float weight = 1.0;
-            if (reflects && candidate >= CANDIDATE_ENVIRONMENT) {
-                // Multiple importance sampling of the environment and of what the surface reflects.
+            bool distant = candidate >= CANDIDATE_ENVIRONMENT || (local != NONE && kind_of_light(local) == KIND_ENVIRONMENT);
+            if (reflects && distant) {
+                // Multiple importance sampling of the environment and of what the surface reflects. Both densities are functions of the direction.
                 float pdf = reflected_pdf(s, light.direction);
-                if (candidate == CANDIDATE_REFLECTION) {
-                    light.pdf = pdf;
-                    weight = power_weight(pdf, environment_pdf(light.direction));
-                } else {
-                    weight = power_weight(light.pdf, pdf);
-                }
+                bool reflection = candidate == CANDIDATE_REFLECTION;
+                float light_pdf = light.pdf;
+                if (listed) light_pdf = listed_environment_pdf(context, light.direction);
+                else if (reflection) light_pdf = environment_pdf(light.direction);
+                if (reflection) light.pdf = pdf;
+                weight = reflection ? power_weight(pdf, light_pdf) : power_weight(light_pdf, pdf);
             }
             if (keep_candidate(s, light, weight, local, slot_place(slot, texel_index(p)))) {
                 kept |= 1u << slot;

@@ -29,8 +29,6 @@ uint round_numbers(uvec4 bits) { return bits.z >> 16u | (bits.w & 0xffff0000u); 
 
 vec2 unit_numbers(uint numbers) { return (vec2(numbers & 0xffffu, numbers >> 16u) + 0.5) * (1.0 / 65536.0); }
 
-uint kind_of_light(uint light) { return light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL; }
-
 bool is_local_light(uint light, uint kinds) { return light < scene.local_light_count && (kinds & kind_of_light(light)) != 0u; }
 
 // Target over the density of the point on the light: proportional to the unshadowed light in primary sample space.
@@ -56,6 +54,9 @@ float last_target(LightContext c, uint light, uint numbers, uint kinds) {
     vec2 xi = unit_numbers(numbers);
     if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) {
         return primary_target(c, sample_triangle_light(c.position, c.normal, l, light, area_sampling, xi));
+    }
+    if (environment_is_listed() && (l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) {
+        return primary_target(c, sample_environment_quad(l, light - first_environment_light(), xi));
     }
     uint kind = (l.kind & LOCAL_KIND) == LOCAL_SPOT ? LIGHT_SPOT : LIGHT_POINT;
     LightRecord r = LightRecord(l.radiance, kind, l.position, l.edge1.x, l.edge2, l.edge1.y, l.edge1.z, 0.0, 0.0, 0u);

@@ -70,6 +70,7 @@ impl DirectLighting {
             ("bvh_importance", params.bvh_importance.code().into()),
             sampler,
             merged,
+            ("environment_listed", params.is_environment_listed().into()),
         ];
         let choice = Kernel::compute::<DirectPush>(device, code, &constants)?;
         let mut constants = variant.unseen().constants().to_vec();

@@ -1,7 +1,8 @@
 //! The knobs of direct lighting.
 
 use crate::records::{
-    DirectPush, GlassShadows, LightRays, LightStorage, PartialMetal, RestirVisibility, RestirWeights,
+    DirectPush, EnvironmentRays, GlassShadows, LightRays, LightStorage, PartialMetal, RestirVisibility,
+    RestirWeights,
 };
 use pt_core::knobs;
 use pt_light_sampling::SamplerChoice;
@@ -31,6 +32,9 @@ knobs! {
         pub reflection_roughness: f32 = 0.3, in 0.0..=1.0, source "Veach 1997, section 9.2";
         /// How many shadow rays a sample has for local lights: emissive triangles, point and spot lights.
         pub rays: LightRays = LightRays::PerKind => structural;
+        /// Whether the environment has a shadow ray of its own. With `list` and `rays=merged`, quads of it are among the lights that `sampler`
+        /// picks from, and a sample has one ray for all but directional lights.
+        pub environment_rays: EnvironmentRays = EnvironmentRays::Own => structural;
         /// How a local light is picked with `rays=merged`.
         pub sampler: LightSampler = LightSampler::ClusterStats => structural;
         /// How points of emissive triangles are drawn with `rays=merged`.
@@ -83,6 +87,7 @@ impl DirectParams {
     pub fn sampler_choice(&self) -> Option<SamplerChoice> {
         let Self { sampler, ris_source, statistics_table, statistics_frames, statistics_interval, .. } =
             *self;
+        let environment_listed = self.is_environment_listed();
         let merged = self.rays == LightRays::Merged;
         merged.then_some(SamplerChoice {
             sampler,
@@ -90,7 +95,13 @@ impl DirectParams {
             statistics_table,
             statistics_frames,
             statistics_interval,
+            environment_listed,
         })
+    }
+
+    /// Whether the environment is among the lights that the sampler picks from.
+    pub(crate) fn is_environment_listed(&self) -> bool {
+        self.rays == LightRays::Merged && self.environment_rays == EnvironmentRays::List
     }
 
     /// Whether the stage keeps reservoirs.

@@ -33,6 +33,16 @@ pt_shaders::named_enum! {
 }
 
 pt_shaders::named_enum! {
+    /// Which shadow rays go to the environment.
+    pub enum EnvironmentRays {
+        /// One of its own.
+        Own = "own",
+        /// With `rays=merged`: none of its own. The environment is divided into quads, which `sampler` picks among all lights.
+        List = "list",
+    }
+}
+
+pt_shaders::named_enum! {
     /// How the samples of several reservoirs are weighted by `sampler=restir-di`; `RESTIR_WEIGHTS_*` in GLSL.
     pub enum RestirWeights: "RESTIR_WEIGHTS" {
         /// By their numbers of candidates alone: biased, loses light where not all of them could hold the sample. The cheapest.

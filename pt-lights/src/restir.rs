@@ -103,6 +103,7 @@ impl Restir {
             ("scene_features", variant.scene_features.into()),
             ("random_source", variant.random.code().into()),
             ("area_sampling", params.area_sampling.code().into()),
+            ("environment_listed", params.is_environment_listed().into()),
         ];
         let compute = |code| Kernel::compute::<DirectPush>(device, code, &constants);
         let temporal = compute(&kernels::RESTIR_TEMPORAL)?;

@@ -113,6 +113,7 @@ impl PathTracer {
         shading.extend([
             ("light_sampler", sampler.unwrap_or(LightSampler::Power).code().into()),
             ("bvh_importance", BvhImportance::SphericalGaussian.code().into()),
+            ("environment_listed", false.into()),
         ]);
         let compute = |code, constants: &[_]| Kernel::compute::<PathPush>(device, code, constants);
         let trace = |code, culling: Culling| {

@@ -90,32 +90,16 @@ SunDisc sun_disc(uint index, vec3 direction) {
     return SunDisc(light.intensity * (INV_PI / square(sin(light.radius))), light.pmf * cone_pdf(one_minus_cos));
 }
 
-// Solid angle of every texel of an environment row: cos(top) - cos(bottom) as a product, which keeps its digits at the poles.
-float environment_texel_solid_angle(uint row) {
-    vec2 size = vec2(scene.environment_size);
-    return 4.0 * PI / size.x * sin(PI * (float(row) + 0.5) / size.y) * sin(0.5 * PI / size.y);
-}
-
-// A texel by alias table, then uniform in its solid angle: azimuth and sin^2(theta / 2) are uniform between the texel's borders.
-// Rows below the horizon are sampled as their mirror images above, where sin^2(theta / 2) has all its digits.
+// A texel by alias table, then uniform in its solid angle.
 LightSample sample_environment(uvec4 bits) {
     if (scene.environment_intensity <= 0.0) return NO_LIGHT_SAMPLE;
     vec4 xi = unit_from_bits(bits);
     uvec2 size = scene.environment_size;
     uint texel = alias_pick(scene.environment_alias, size.x * size.y, bits.x, xi.y);
-    uint row = texel / size.x;
-    bool below = 2u * row >= size.y;
-    float mirrored_row = float(below ? size.y - 1u - row : row);
-    float half_step = 0.5 * PI / float(size.y);
-    float k = mix(square(sin(half_step * mirrored_row)), square(sin(half_step * (mirrored_row + 1.0))), xi.w);
-    float sin_theta = 2.0 * sqrt(k * (1.0 - k));
-    float cos_theta = below ? 2.0 * k - 1.0 : 1.0 - 2.0 * k;
-    float phi = 2.0 * PI * ((float(texel % size.x) + xi.z) / float(size.x) - 0.5);
-    vec2 r = scene.environment_rotation;
-    vec2 xz = sin_theta * vec2(cos(phi), sin(phi));
+    uvec2 cell = uvec2(texel % size.x, texel / size.x);
     LightSample s = NO_LIGHT_SAMPLE;
-    s.direction = vec3(r.x * xz.x + r.y * xz.y, cos_theta, r.x * xz.y - r.y * xz.x);
-    s.pdf = AliasTable(scene.environment_alias).at[texel].pmf / environment_texel_solid_angle(row);
+    s.direction = environment_cell_direction(size, cell, scene.environment_rotation, xi.zw);
+    s.pdf = AliasTable(scene.environment_alias).at[texel].pmf / environment_cell_solid_angle(size, cell.y);
     s.radiance = environment_radiance(s.direction);
     return s;
 }
@@ -123,7 +107,6 @@ LightSample sample_environment(uvec4 bits) {
 // Density of sample_environment for a direction that something else found.
 float environment_pdf(vec3 direction) {
     if (scene.environment_intensity <= 0.0) return 0.0;
-    uvec2 texel = min(uvec2(environment_uv(direction) * vec2(scene.environment_size)), scene.environment_size - 1u);
-    float pmf = AliasTable(scene.environment_alias).at[texel.y * scene.environment_size.x + texel.x].pmf;
-    return pmf / environment_texel_solid_angle(texel.y);
+    uvec2 size = scene.environment_size, texel = environment_cell(size, direction);
+    return AliasTable(scene.environment_alias).at[texel.y * size.x + texel.x].pmf / environment_cell_solid_angle(size, texel.y);
 }

@@ -46,6 +46,8 @@ gpu_constants! {
     pub const LOCAL_POINT: u32 = 1;
     /// Spot light.
     pub const LOCAL_SPOT: u32 = 2;
+    /// Quad of the environment.
+    pub const LOCAL_ENVIRONMENT: u32 = 3;
     /// Bit of `LocalLightRecord::kind`: both sides of the triangle emit.
     pub const LOCAL_DOUBLE_SIDED: u32 = 4;
     /// Bit of `LocalLightRecord::kind`: a texture or the coverage decides on the emission of each point.
@@ -61,7 +63,7 @@ gpu_constants! {
     pub const KIND_EMISSIVE: u32 = 4;
     /// Bit of a set of kinds of light: the environment.
     pub const KIND_ENVIRONMENT: u32 = 8;
-    /// Bit of a set of kinds of light: all that have a place, by one sampler.
+    /// Bit of a set of kinds of light: all that one sampler chooses from.
     pub const KIND_LOCAL: u32 = 16;
 
     /// Bit of `scene_features` (scene.glsl), the set of what the scene has: base colour textures.
@@ -104,6 +106,8 @@ gpu_constants! {
 
     /// `LightBvhNode::link`: the node is a leaf.
     pub const LIGHT_BVH_LEAF: u32 = 0x80000000;
+    /// `EnvironmentQuadNode::link`: the node is a quad. [`NONE`](crate::records::NONE): it is black.
+    pub const ENVIRONMENT_QUAD_LEAF: u32 = 0x80000000;
 
     /// Distance of the environment, metres: no ray reaches farther. Its square is finite.
     pub const SKY_DISTANCE: f32 = 1e18;

@@ -91,6 +91,12 @@ gpu_struct! {
         pub emissive_lookup: u64,
         /// `AliasRecord[environment_size.x * environment_size.y]`.
         pub environment_alias: u64,
+        /// `EnvironmentQuadRecord[environment_quad_count]`.
+        pub environment_quads: u64,
+        /// `EnvironmentQuadNode[]`: the quad-tree, the root first.
+        pub environment_quad_nodes: u64,
+        /// `AliasRecord[]`: for each quad a table over its cells.
+        pub environment_quad_cells: u64,
         /// `LocalLightRecord[local_light_count]`.
         pub local_lights: u64,
         /// The same as they were in the last frame; only for samplers that reuse its samples.
@@ -143,12 +149,20 @@ gpu_struct! {
         pub sun_count: u32,
         /// Coordinates that are near the origin, metres: there rays start off surfaces by a fixed length (ray_offset.glsl).
         pub near_origin: f32,
-        /// Number of local lights: emissive triangles, point and spot lights.
+        /// Number of local lights: emissive triangles, point and spot lights, quads of the environment. 0: all are dark.
         pub local_light_count: u32,
         /// Entries of `shadow_counts`, 0: none; a power of two when they are hashed.
         pub shadow_count_slots: u32,
         /// 1 = `shadow_counts` is a hash table, 0 = it has an entry for every cluster, light and direction.
         pub shadow_counts_hashed: u32,
+        /// Columns and rows of cells of the environment's quads.
+        pub environment_grid: UVec2,
+        /// How many quads of the environment are local lights.
+        pub environment_quad_count: u32,
+        /// Luminous flux of the lights in the light tree.
+        pub light_bvh_power: f32,
+        /// Alignment.
+        pub pad: UVec2,
     }
 }
 
@@ -543,18 +557,19 @@ named_enum! {
 }
 
 gpu_struct! {
-    /// A local light where it is now: an emissive triangle, a point or a spot light. The table has the emissive triangles, then the
-    /// positional lights in the order of their records.
+    /// A local light as it is now: an emissive triangle, a point or a spot light, a quad of the environment. The table has the emissive
+    /// triangles, then the positional lights in the order of their records, then the quads.
     pub struct LocalLightRecord {
-        /// First corner or centre, world space.
+        /// First corner or centre, world space. Quad: axis of the cone of its directions, world space, unit length.
         pub position: Vec3,
         /// `LOCAL_*`.
         pub kind: u32,
-        /// Triangle: second corner - first. Else radius, `spot_scale`, `spot_offset`.
+        /// Triangle: second corner - first. Quad: cosine and sine of the cone's half angle. Else radius, `spot_scale`, `spot_offset`.
         pub edge1: Vec3,
-        /// Luminance of the mean radiance (triangle) or of the intensity.
+        /// Luminance of the mean radiance (triangle), of the intensity, or of the irradiance of a surface that faces the light (quad).
         pub luminance: f32,
-        /// Triangle: third corner - first. Spot light: where it shines, unit length.
+        /// Triangle: third corner - first. Spot light: where it shines, unit length. Quad: cosine and sine of the environment's rotation,
+        /// and its intensity.
         pub edge2: Vec3,
         /// Alignment.
         pub pad0: u32,
@@ -562,6 +577,35 @@ gpu_struct! {
         pub radiance: Vec3,
         /// Alignment.
         pub pad1: u32,
+    }
+}
+
+gpu_struct! {
+    /// A quad of the environment, a rectangle of cells. In it a direction is drawn by cell, then uniformly in the cell's solid angle.
+    pub struct EnvironmentQuadRecord {
+        /// Axis of a cone that has all its directions, unit length, as the picture is before its rotation.
+        pub axis: Vec3,
+        /// Cosine of the cone's half angle.
+        pub cos_spread: f32,
+        /// First column and row.
+        pub corner: UVec2,
+        /// Columns and rows.
+        pub size: UVec2,
+        /// First entry of its cells, row by row, in the table of all cells.
+        pub first: u32,
+        /// Luminance of the irradiance of a surface that faces it, at intensity 1.
+        pub irradiance: f32,
+    }
+}
+
+gpu_struct! {
+    /// A node of the quad-tree over the environment.
+    pub struct EnvironmentQuadNode {
+        /// First column and row that belong to the children on the far side.
+        pub split: UVec2,
+        /// First of four children: near and far column of the near row, the same of the far row. Or [`ENVIRONMENT_QUAD_LEAF`] and the index
+        /// of a quad.
+        pub link: u32,
     }
 }
 
@@ -665,6 +709,8 @@ table! {
     EmissiveRecord,
     AliasRecord,
     LocalLightRecord,
+    EnvironmentQuadRecord,
+    EnvironmentQuadNode,
     ClusterListRecord,
     LightBvhNode,
     NeeAtTile,

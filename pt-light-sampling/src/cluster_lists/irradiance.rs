@@ -37,6 +37,8 @@ pub(super) struct Emitters {
     cones: Vec<Cone>,
     /// Lights of which the bounds or the power are not finite.
     unknown: Vec<usize>,
+    /// Distant lights, and the irradiance of a surface that faces them.
+    distant: Vec<(usize, f32)>,
     /// Lights that are not dark.
     pub lit: usize,
 }
@@ -68,6 +70,7 @@ impl Emitters {
             groups: vec![Group::default(); lights.len().div_ceil(LANES)],
             cones: Vec::new(),
             unknown: Vec::new(),
+            distant: Vec::new(),
             lit: 0,
         };
         for (index, light) in lights.enumerate() {
@@ -75,6 +78,10 @@ impl Emitters {
                 continue;
             }
             all.lit += 1;
+            if light.is_distant() {
+                all.distant.push((index, light.irradiance.min(f32::MAX)));
+                continue;
+            }
             let Some(emission) = Emission::of(light) else {
                 all.unknown.push(index);
                 continue;
@@ -102,6 +109,9 @@ impl Emitters {
             // A box of which nothing is known: only the strength tells lights apart.
             groups
                 .for_each(|(group, (most, typical))| (*most, *typical) = (group.intensity, group.intensity));
+        }
+        for &(light, irradiance) in &self.distant {
+            (most[light], typical[light]) = (irradiance, irradiance);
         }
         for &light in &self.unknown {
             (most[light], typical[light]) = (f32::INFINITY, 0.0);

@@ -23,8 +23,11 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    /// Of one light; its power is multiplied by `scale`. `None` if it is dark or no light that can be sampled.
+    /// Of one light; its power is multiplied by `scale`. `None` if it is dark, distant or no light that can be sampled.
     pub fn of(light: &LightBounds, scale: f64) -> Option<Self> {
+        if light.is_distant() {
+            return None;
+        }
         let (lower, upper) = (light.bounds.min, light.bounds.max);
         let near = |corner: Vec3| corner.abs().cmple(Vec3::splat(SKY_DISTANCE)).all();
         let placed = near(lower) && near(upper) && lower.cmple(upper).all();

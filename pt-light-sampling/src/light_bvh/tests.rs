@@ -16,6 +16,7 @@ fn light(i: u32, stream: u32) -> LightBounds {
         cos_spread: if kind < 0.5 { -1.0 } else { 1.0 },
         cos_emission: if kind > 0.8 { 0.7 } else { 0.0 },
         power: 0.01 + power,
+        irradiance: 0.0,
     }
 }
 
@@ -110,6 +111,7 @@ fn what_is_no_light_is_left_out() {
     let nan = Vec3::new(0.0, f32::NAN, 0.0);
     let broken = [
         LightBounds { power: 0.0, ..good[0] },
+        LightBounds { irradiance: 1.0, ..good[0] },
         LightBounds { power: -1.0, ..good[0] },
         LightBounds { power: f32::NAN, ..good[0] },
         LightBounds { power: f32::INFINITY, ..good[0] },

@@ -3,6 +3,7 @@
 //! Names are those of the GLSL functions in sampling.glsl, brdf.glsl, lights.glsl and lights/triangle_sampling.glsl.
 
 pub mod brdf;
+pub mod environment_quads;
 pub mod light_bvh;
 pub mod lights;
 pub mod sampling;

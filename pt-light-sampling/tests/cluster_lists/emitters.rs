@@ -101,6 +101,7 @@ impl Emitter {
             cos_spread,
             cos_emission,
             power,
+            irradiance: 0.0,
         };
         let ball = |center: Vec3, radius: f32| Bounds { min: center - radius, max: center + radius };
         match *self {

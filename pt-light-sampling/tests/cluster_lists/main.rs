@@ -112,6 +112,25 @@ fn dark_lights_are_nowhere_and_count_for_nothing() {
     assert_eq!((lists.fixed.list(0), lists.catch_all[0]), (&[1][..], MIN_CATCH_ALL));
 }
 
+/// However far a cluster is from everything, a distant light counts there with its irradiance, also where nothing is known of the box.
+#[test]
+fn distant_lights_count_everywhere() {
+    let distant = |irradiance: f32| LightBounds { irradiance, ..point(Vec3::ZERO, 1.0) };
+    let lights =
+        [point(Vec3::ZERO, 1.0), distant(1e-3), distant(1e-9), LightBounds { power: 0.0, ..distant(1.0) }];
+    let near = closed(Bounds { min: Vec3::ZERO, max: Vec3::ONE });
+    let far = closed(Bounds { min: Vec3::splat(1e6), max: Vec3::splat(1e6 + 1.0) });
+    let unknown = closed(Bounds { min: Vec3::NAN, max: Vec3::NAN });
+    let boxes = vec![near, far, unknown];
+    let lists = ClusterLists::new(boxes.clone(), &lights, &[], EXACT, None);
+    for cluster in 0..3 {
+        assert_eq!((lists.fixed.list(cluster), lists.catch_all[cluster]), (&[0, 1, 2][..], 0.0));
+    }
+    let lists = ClusterLists::new(boxes, &lights, &[], ListLimits::default(), None);
+    assert_eq!([0, 1].map(|cluster| lists.fixed.list(cluster)), [&[0, 1][..], &[1]]);
+    assert_eq!(lists.catch_all[..2], [MIN_CATCH_ALL; 2]);
+}
+
 #[test]
 fn unusual_input_loses_no_light() {
     let unit = Bounds { min: Vec3::ZERO, max: Vec3::ONE };

@@ -176,17 +176,22 @@ LightBvhBranch light_bvh_branch(LightBvhPoint p, uint link, uint steps) {
     return LightBvhBranch(cut, uint[2](first.link, second.link));
 }
 
-// A light, or NONE with pmf 0. 32 random bits choose, `bits.y` goes on where those of `bits.x` are used up. `view`: unit, to the viewer.
-uint light_bvh_pick(vec3 position, vec3 normal, vec3 view, float roughness, uvec2 bits, out float pmf) {
+// The number of steps that all choices together have: those that the tree does not take are left to lights outside of it.
+const uint LIGHT_BVH_STEPS = 1u << 31;
+
+// A light of the tree, or NONE with pmf 0. The tree, with some importance, has the first `steps` of all steps, of which number `place` is ours;
+// `more_bits` go on where its bits are used up.
+uint light_bvh_descend(LightBvhPoint p, uint steps, uint place, uint more_bits, out float pmf) {
     pmf = 0.0;
-    LightBvhPoint p = light_bvh_point(position, normal, view, roughness);
-    LightBvhNode root = LightBvhTable(LIGHT_BVH_NODES).at[0];
-    if (light_bvh_importance(p, root) <= 0.0) return NONE;
-    uint link = root.link;
-    // The random numbers that lead to this node are `steps` consecutive ones; ours is number `place` of them.
-    uint steps = 1u << 31, place = bits.x >> 1, used = 0u;
-    float product = 1.0;
+    uint link = LightBvhTable(LIGHT_BVH_NODES).at[0].link, used = 0u;
+    float product = float(steps) / float(LIGHT_BVH_STEPS);
+    // The random numbers that lead to a node are `steps` consecutive ones; ours is number `place` of them.
     while ((link & LIGHT_BVH_LEAF) == 0u) {
+        for (; steps < LIGHT_BVH_MIN_STEPS; used++) {
+            uint word = used < 4u ? more_bits >> (8u * used) : pcg(more_bits + used);
+            steps <<= 8;
+            place = place << 8 | word & 255u;
+        }
         LightBvhBranch branch = light_bvh_branch(p, link, steps);
         if (branch.first_steps == NONE) return NONE;
         bool second = place >= branch.first_steps;
@@ -194,28 +199,20 @@ uint light_bvh_pick(vec3 position, vec3 normal, vec3 view, float roughness, uvec
         if (second) place -= branch.first_steps;
         product *= float(taken) / float(steps);
         steps = taken;
-        for (; steps < LIGHT_BVH_MIN_STEPS; used++) {
-            uint word = used < 4u ? bits.y >> (8u * used) : pcg(bits.y + used);
-            steps <<= 8;
-            place = place << 8 | word & 255u;
-        }
         link = branch.links[second ? 1 : 0];
     }
     pmf = product;
     return link & ~LIGHT_BVH_LEAF;
 }
 
-// Probability with which light_bvh_pick returns a light.
-float light_bvh_pmf(vec3 position, vec3 normal, vec3 view, float roughness, uint light) {
-    if (light == NONE) return 0.0;
+// Probability with which light_bvh_descend returns a light.
+float light_bvh_descend_pmf(LightBvhPoint p, uint steps, uint light) {
     uint64_t trail = LightTrailTable(LIGHT_BVH_TRAILS).at[light];
     if (trail == LIGHT_BVH_NO_TRAIL) return 0.0;
-    LightBvhPoint p = light_bvh_point(position, normal, view, roughness);
-    LightBvhNode root = LightBvhTable(LIGHT_BVH_NODES).at[0];
-    if (light_bvh_importance(p, root) <= 0.0) return 0.0;
-    uint link = root.link, steps = 1u << 31;
-    float product = 1.0;
+    uint link = LightBvhTable(LIGHT_BVH_NODES).at[0].link;
+    float product = float(steps) / float(LIGHT_BVH_STEPS);
     for (; (link & LIGHT_BVH_LEAF) == 0u; trail >>= 1) {
+        while (steps < LIGHT_BVH_MIN_STEPS) steps <<= 8;
         LightBvhBranch branch = light_bvh_branch(p, link, steps);
         if (branch.first_steps == NONE) return 0.0;
         bool second = (trail & 1ul) != 0ul;
@@ -223,8 +220,24 @@ float light_bvh_pmf(vec3 position, vec3 normal, vec3 view, float roughness, uint
         if (taken == 0u) return 0.0;
         product *= float(taken) / float(steps);
         steps = taken;
-        while (steps < LIGHT_BVH_MIN_STEPS) steps <<= 8;
         link = branch.links[second ? 1 : 0];
     }
     return product;
+}
+
+float light_bvh_root_importance(LightBvhPoint p) { return light_bvh_importance(p, LightBvhTable(LIGHT_BVH_NODES).at[0]); }
+
+// A light, or NONE with pmf 0, of 64 random bits. `view`: unit, to the viewer.
+uint light_bvh_pick(vec3 position, vec3 normal, vec3 view, float roughness, uvec2 bits, out float pmf) {
+    pmf = 0.0;
+    LightBvhPoint p = light_bvh_point(position, normal, view, roughness);
+    if (light_bvh_root_importance(p) <= 0.0) return NONE;
+    return light_bvh_descend(p, LIGHT_BVH_STEPS, bits.x >> 1, bits.y, pmf);
+}
+
+// Probability with which light_bvh_pick returns a light.
+float light_bvh_pmf(vec3 position, vec3 normal, vec3 view, float roughness, uint light) {
+    LightBvhPoint p = light_bvh_point(position, normal, view, roughness);
+    if (light == NONE || light_bvh_root_importance(p) <= 0.0) return 0.0;
+    return light_bvh_descend_pmf(p, LIGHT_BVH_STEPS, light);
 }

@@ -1,6 +1,8 @@
-// Local lights (emissive triangles, point and spot lights) from a shading point: how much one may contribute, and a sample of it.
+// Local lights (emissive triangles, point and spot lights, quads of the environment) from a shading point: how much one may contribute, and
+// a sample of it.
 // All have an index in one table (LocalLightRecord); the tables are made each frame, from where the lights are then.
 #include "lights/light_sample.glsl"
+#include "lights/environment_quads.glsl"
 #include "sampling.glsl"
 #include "lights/triangle_sampling.glsl"
 
@@ -16,6 +18,12 @@ struct LightContext {
 };
 
 LocalLightRecord local_light(uint light) { return LocalLightTable(scene.local_lights).at[light]; }
+
+// KIND_* bit of a local light.
+uint kind_of_light(uint light) {
+    if (light < scene.emissive_count) return KIND_EMISSIVE;
+    return !environment_is_listed() || light < first_environment_light() ? KIND_POSITIONAL : KIND_ENVIRONMENT;
+}
 
 // Probability with which the power distribution picks a light.
 float power_pmf(uint light) { return AliasTable(scene.local_alias).at[light].pmf; }
@@ -37,9 +45,37 @@ float phong_lobe(LightContext c, vec3 direction) {
     return scale * pow(max(dot(h, c.normal), 1e-6), exponent);
 }
 
+// Upper bound of the cosine at a surface over a cone of directions. `cos_angle`: between normal and axis; `spread`: cosine and sine of the
+// cone's half angle. 0: the cone is below the horizon.
+float cone_cosine(float cos_angle, vec2 spread) {
+    if (cos_angle >= spread.x) return 1.0;
+    return max(cos_angle * spread.x + sqrt(max(1.0 - cos_angle * cos_angle, 0.0)) * spread.y, 0.0);
+}
+
+// light_mass() of a quad: irradiance x bound of the cosine x Phong mix. The lobe is that of the direction of the cone that is nearest to the
+// mirror direction, and at most what a lobe within the cone gives.
+float quad_mass(LightContext c, LocalLightRecord l) {
+    vec3 axis = l.position;
+    vec2 spread = l.edge1.xy;
+    float cosine = cone_cosine(dot(axis, c.normal), spread);
+    if (cosine <= 0.0) return 0.0;
+    float lobe = 1.0;
+    if (c.specular > 0.0) {
+        vec3 mirror = 2.0 * dot(c.view, c.normal) * c.normal - c.view;
+        vec3 aside = mirror - dot(mirror, axis) * axis;
+        bool within = dot(mirror, axis) >= spread.x || dot(aside, aside) < 1e-12;
+        vec3 nearest = within ? mirror : spread.x * axis + spread.y * normalize(aside);
+        // Opposite to the view there is no half vector.
+        if (dot(nearest, c.view) < -0.9999) nearest = axis;
+        lobe = min(phong_lobe(c, nearest), 0.5 / max(1.0 - spread.x, 1e-6));
+    }
+    return l.luminance * cosine * mix(1.0, lobe, c.specular);
+}
+
 // Weight of a light in the choice among a cluster's candidates: solid angle x Phong mix x luminance. 0 only when the point gets nothing
 // from it: the light is below the horizon, faces away, or is dark.
 float light_mass(LightContext c, LocalLightRecord l) {
+    if (environment_is_listed() && (l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) return quad_mass(c, l);
     vec3 middle = l.position - c.position;
     float mass;
     if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) {
@@ -146,6 +182,8 @@ layout(constant_id = 4) const uint area_sampling = AREA_SAMPLING_UNIFORM;
 // A sample of a local light that has been chosen: its pdf leaves the choice out.
 LightSample sample_local_light(LightContext c, uint light, vec2 xi) {
     LocalLightRecord l = local_light(light);
-    if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) return sample_triangle_light(c.position, c.normal, l, light, area_sampling, xi);
+    uint kind = l.kind & LOCAL_KIND;
+    if (kind == LOCAL_TRIANGLE) return sample_triangle_light(c.position, c.normal, l, light, area_sampling, xi);
+    if (environment_is_listed() && kind == LOCAL_ENVIRONMENT) return sample_environment_quad(l, light - first_environment_light(), xi);
     return sample_positional_light(c.position, LightTable(scene.lights).at[scene.sun_count + light - scene.emissive_count], xi);
 }
