@@ -10,6 +10,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer Ch
 // Whether local lights have one candidate together.
 layout(constant_id = 8) const bool merged_rays = true;
 
+#include "lights/emission_share.glsl"
 #include "lights/ris.glsl"
 #include "pack.glsl"
 #include "glass_shadow.glsl"
@@ -20,11 +21,13 @@ void add(inout BrdfValue sum, BrdfValue f, vec3 light) {
     sum.specular += f.specular * light;
 }
 
-// Adds a candidate's light; whether a shadow ray was traced and arrived. `weight`: of multiple importance sampling.
-bool add_light(ShadingPoint s, LightSample light, float weight, uvec2 ray_coverage, inout BrdfValue sum, out bool traced) {
+// Adds a candidate's light; whether a shadow ray was traced and arrived. `weight`: of multiple importance sampling; `bounced`: part of
+// the specular light that bounce rays find.
+bool add_light(ShadingPoint s, LightSample light, float weight, float bounced, uvec2 ray_coverage, inout BrdfValue sum, out bool traced) {
     traced = false;
     if (light.pdf <= 0.0 || weight <= 0.0 || max_component(light.radiance) <= 0.0) return false;
     BrdfValue f = reflected(s, light.direction);
+    f.specular *= 1.0 - bounced;
     if (max_component(f.diffuse + f.specular) <= 0.0) return false;
     traced = true;
     Ray ray = shadow_ray(s.position, s.vertex_normal, light);
@@ -47,6 +50,15 @@ const uint CANDIDATE_KINDS[CANDIDATES] =
     uint[](KIND_SUN, KIND_POSITIONAL, KIND_EMISSIVE, KIND_LOCAL, KIND_ENVIRONMENT, KIND_ENVIRONMENT);
 const uint CANDIDATE_DIMENSIONS[CANDIDATES] =
     uint[](DIM_SUN, DIM_POSITIONAL, DIM_EMISSIVE, DIM_LIGHT, DIM_ENVIRONMENT, DIM_REFLECTION);
+
+// Part of the specular light of a candidate that bounce rays find. `local`: the light, if its index is known.
+float bounced_share(ShadingPoint s, LightSample light, uint candidate, uint local) {
+    bool emissive = candidate == CANDIDATE_EMISSIVE || candidate == CANDIDATE_LOCAL && local < scene.emissive_count;
+    if (push.emission_share == EMISSION_SHARE_LIGHT_SAMPLES || !emissive || light.pdf <= 0.0) return 0.0;
+    // Without an index the light was picked by power.
+    float light_pdf = local == NONE ? light.pdf : emissive_sample_pdf(light, local, s.position);
+    return emission_bounce_share(push.emission_share, s.world_from_local, s.view, light.direction, s.roughness, light_pdf);
+}
 
 // A sample of one local light, `light`, by the kernel's sampler.
 #ifdef RESTIR
@@ -149,7 +161,8 @@ void direct_lighting(ivec2 p) {
         }
         BrdfValue before = sum;
         bool traced;
-        bool arrived = add_light(s, light, weight, random_coverage(key, CANDIDATE_DIMENSIONS[candidate]), sum, traced);
+        float bounced = bounced_share(s, light, candidate, local);
+        bool arrived = add_light(s, light, weight, bounced, random_coverage(key, CANDIDATE_DIMENSIONS[candidate]), sum, traced);
         if (light_sampler == LIGHT_SAMPLER_CLUSTER_STATS && traced && local != NONE) {
             count_shadow_ray(context.cluster, local, context.normal, arrived);
         }

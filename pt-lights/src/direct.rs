@@ -6,7 +6,7 @@ use crate::restir::Restir;
 use pt_core::trace::TraceVariant;
 use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo};
 use pt_shaders::channels;
-use pt_shaders::records::LightSampler;
+use pt_shaders::records::{EmissionShare, LightSampler};
 
 /// The direct lighting stage: for each light sample of a pixel a shadow ray.
 pub struct DirectLighting {
@@ -14,6 +14,7 @@ pub struct DirectLighting {
     /// The passes before it, of `sampler=restir-di`.
     restir: Option<Restir>,
     nee_at: Option<NeeAt>,
+    emission_share: EmissionShare,
 }
 
 impl DirectLighting {
@@ -68,7 +69,12 @@ impl DirectLighting {
             Restir::SHADING.check([&kernel])?;
         }
         let nee_at = NeeAt::is_used(params).then(|| NeeAt::new(device)).transpose()?;
-        Ok(Self { kernel, restir, nee_at })
+        Ok(Self { kernel, restir, nee_at, emission_share: EmissionShare::LightSamples })
+    }
+
+    /// Leaves part of the specular light of emissive triangles to the bounce rays of pt-indirect. Without this call no light is left out.
+    pub fn leave_to_bounce_rays(&mut self, share: EmissionShare) {
+        self.emission_share = share;
     }
 
     /// What tiles of the screen have learned about the lights, with `sampler=nee-at`.
@@ -103,6 +109,7 @@ impl DirectLighting {
         counted: Option<&Counted>,
     ) -> Result<()> {
         let mut push = params.push(texture_lod_bias);
+        push.emission_share = self.emission_share.code();
         if !inputs.images.has_history() {
             push.restir_history = 0;
         }

@@ -5,7 +5,7 @@ use pt_core::knobs;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::StatisticsTable;
 use pt_shaders::records::{
-    AreaSampling, BvhImportance, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN,
+    AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN,
     LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
@@ -126,6 +126,7 @@ impl DirectParams {
             restir_weights: self.restir_weights.code(),
             restir_visibility: self.restir_visibility.code(),
             nee_at_candidates: self.nee_at_candidates,
+            emission_share: EmissionShare::LightSamples.code(),
         }
     }
 }

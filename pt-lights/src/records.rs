@@ -135,5 +135,7 @@ pt_shaders::gpu_struct! {
         pub restir_visibility: u32,
         /// Candidates of a sample of nee-at.
         pub nee_at_candidates: u32,
+        /// `EMISSION_SHARE_*`.
+        pub emission_share: u32,
     }
 }

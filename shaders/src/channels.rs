@@ -265,8 +265,12 @@ crate::image_table! { "";
         "Premultiplied layer in front of the shaded surface: emission (alpha 0), environment (alpha 1).";
     COLOR_HF: "color_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
         "Direct diffuse light: irradiance / pi.";
-    COLOR_SPEC: "color_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
-        "Direct specular light, demodulated by the specular reflectance at normal incidence.";
+    COLOR_SPEC: "color_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0); m",
+        "Specular light, direct and indirect, demodulated by the specular reflectance at normal incidence; a = length of the bounce ray, 0 = it was not drawn for the specular lobes.";
+    COLOR_LF_SH: "color_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
+        "Indirect diffuse light: luma in spherical harmonics, xyz = l 1 along the axes, w = l 0.";
+    COLOR_LF_COCG: "color_lf_cocg", Rg32F, Split, Frame, XY, "irradiance / albedo",
+        "Indirect diffuse light: chroma without a direction, x = Co, y = Cg.";
     COLOR: "color", Rgba32F, Split, Frame, RGBA, "linear radiance",
         "Composited radiance, a = checkerboard flags.";
     FLAT_COLOR: "flat_color", Rgba32F, Flat, Frame, RGBA, "linear radiance",
