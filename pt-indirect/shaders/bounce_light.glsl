@@ -27,6 +27,10 @@ float kind_pmf() { return 1.0 / float(max(bitCount(light_kinds()), 1)); }
 // Shadow rays, and so light samples, go straight on through glass.
 bool glass_is_passed() { return (push.mask & MASK_TRANSMISSIVE) == 0u; }
 
+// They do not even see it (`lights.glass_shadows=passed`). What is behind glass is then not told from what is not: light samples find all
+// light but that of delta lobes.
+bool glass_is_ignored() { return scene_has(FEATURE_TRANSMISSION) && glass_is_passed() && push.tinted_glass == 0u; }
+
 LightContext light_context(BounceVertex v) {
     LobeProbabilities p = v.bsdf.lobes.p;
     return LightContext(v.position, v.bsdf.frame[2], v.bsdf.wo, cluster_of(v.position), max(v.sampled.roughness, 0.02),
@@ -88,11 +92,15 @@ vec3 light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach) {
     if (beyond && glass_is_passed()) return vec3(0.0);
     BsdfValue f = bsdf_evaluate(v.bsdf, s.direction);
     vec3 radiance = f.f_cos * s.radiance / s.pdf;
-    if (!last && ray_pdf > 0.0) radiance *= power_weight(ray_pdf, f.pdf);
     if (!(max_component(radiance) > 0.0)) return vec3(0.0);
+    float weight = last || ray_pdf <= 0.0 || glass_is_ignored() ? 1.0 : power_weight(ray_pdf, f.pdf);
     Ray ray = shadow_ray(v.position, beyond ? -v.bsdf.face_normal : v.bsdf.face_normal, s);
     uvec2 covered = random_coverage(key, bounce_dimension(vertex, BOUNCE_SHADOW_RAY));
     if (trace_occluded(ray, unseen_mask(push.mask), covered)) return vec3(0.0);
-    if (scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u) radiance *= glass_shadow(ray, covered);
-    return radiance;
+    if (scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u) {
+        vec3 passed = glass_shadow(ray, covered);
+        // Rays leave the light behind glass alone.
+        return radiance * passed * (passed == vec3(1.0) ? weight : 1.0);
+    }
+    return radiance * weight;
 }

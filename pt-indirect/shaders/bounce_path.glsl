@@ -41,7 +41,7 @@ BouncePath start_path(vec3 position, vec3 face_normal, vec2 cone, vec3 direction
 float ray_weight(BouncePath path, float light_pdf) {
     if ((path.flags & PATH_COVERED) != 0u) return 0.0;
     if ((path.flags & PATH_DELTA) != 0u || light_pdf <= 0.0) return 1.0;
-    return power_weight(path.last_pdf, light_pdf);
+    return glass_is_ignored() ? 0.0 : power_weight(path.last_pdf, light_pdf);
 }
 
 // The environment, and the discs of directional lights that have a size.

@@ -6,7 +6,7 @@ use pt_core::settings::InvalidValue;
 use pt_shaders::dimensions::MAX_BOUNCES;
 use pt_shaders::records::{
     AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN,
-    LightSampler, MASK_OPAQUE, RisSource,
+    LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {
@@ -60,9 +60,10 @@ impl IndirectParams {
         self.bounces == 0.5
     }
 
-    /// What direct lighting leaves to the bounce rays.
-    pub fn left_by_direct_light(&self) -> EmissionShare {
-        if self.bounces >= 1.0 { self.emission_share } else { EmissionShare::LightSamples }
+    /// What direct lighting leaves to the bounce rays. Where shadow rays do not see glass, it leaves nothing: bounce rays see it.
+    pub fn left_by_direct_light(&self, lights: &BounceLights) -> EmissionShare {
+        let sees_glass = lights.tinted_glass || lights.shadow_mask & MASK_TRANSMISSIVE != 0;
+        if self.bounces >= 1.0 && sees_glass { self.emission_share } else { EmissionShare::LightSamples }
     }
 
     /// The kernel's push constants.
@@ -74,7 +75,7 @@ impl IndirectParams {
             bounces: self.bounces.ceil() as u32,
             half_rows: u32::from(self.is_half()),
             roulette_start: self.roulette_start,
-            emission_share: self.left_by_direct_light().code(),
+            emission_share: self.left_by_direct_light(lights).code(),
             directional: u32::from(self.sh),
             uniform_hemisphere: u32::from(self.hemisphere == Hemisphere::Uniform),
             fixed_half: u32::from(self.lobe_choice == LobeChoice::Half),
@@ -171,9 +172,13 @@ mod tests {
     /// Rays of half a bounce look for diffuse light alone: direct lighting must find all specular light then.
     #[test]
     fn what_direct_light_leaves() {
-        let left = |bounces| IndirectParams { bounces, ..IndirectParams::default() }.left_by_direct_light();
+        let lights = BounceLights::all(LightSampler::Power);
+        let params = |bounces| IndirectParams { bounces, ..IndirectParams::default() };
+        let left = |bounces| params(bounces).left_by_direct_light(&lights);
         assert_eq!(left(0.0), EmissionShare::LightSamples);
         assert_eq!(left(0.5), EmissionShare::LightSamples);
         assert_eq!(left(1.0), EmissionShare::Mis);
+        let ignored = BounceLights { tinted_glass: false, ..lights };
+        assert_eq!(params(1.0).left_by_direct_light(&ignored), EmissionShare::LightSamples);
     }
 }

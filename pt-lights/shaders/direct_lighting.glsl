@@ -27,13 +27,18 @@ bool add_light(ShadingPoint s, LightSample light, float weight, float bounced, u
     traced = false;
     if (light.pdf <= 0.0 || weight <= 0.0 || max_component(light.radiance) <= 0.0) return false;
     BrdfValue f = reflected(s, light.direction);
-    f.specular *= 1.0 - bounced;
+    bool tinted = scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u;
+    if (!tinted) f.specular *= 1.0 - bounced;
     if (max_component(f.diffuse + f.specular) <= 0.0) return false;
     traced = true;
     Ray ray = shadow_ray(s.position, s.vertex_normal, light);
     if (trace_occluded(ray, unseen_mask(push.mask), ray_coverage)) return false;
     vec3 passed = vec3(1.0);
-    if (scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u) passed = glass_shadow(ray, ray_coverage);
+    if (tinted) {
+        passed = glass_shadow(ray, ray_coverage);
+        // Bounce rays leave the light behind glass alone: they do not go straight on.
+        if (passed == vec3(1.0)) f.specular *= 1.0 - bounced;
+    }
     add(sum, f, passed * light.radiance * (weight / light.pdf));
     return true;
 }

@@ -56,7 +56,7 @@ impl TracedStages {
                 direct: join(direct)?,
                 indirect: bounces.map(join).transpose()?,
             };
-            stages.direct.leave_to_bounce_rays(indirect.left_by_direct_light());
+            stages.direct.leave_to_bounce_rays(indirect.left_by_direct_light(&bounce_lights(lights)));
             Ok(stages)
         })
     }
