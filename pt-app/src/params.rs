@@ -54,11 +54,7 @@ pub const PROFILES: &[Profile] = &[
         "for comparison with the reference, averaged over frames: textures at their finest level where bounce rays end, no trims and no clamps",
         "[gbuffer]\nalternate_fields = true\n[checkerboard]\nblend_split = false\n[indirect]\ntexture_spread = 0.0\n",
     ),
-    (
-        "half-res-gi",
-        "indirect diffuse light at every other row alone",
-        "[indirect]\nbounces = 0.5\n",
-    ),
+    ("half-res-gi", "indirect diffuse light at every other row alone", "[indirect]\nbounces = 0.5\n"),
     (
         "realtime",
         "temporal anti-aliasing: one Halton offset a frame, no lens",

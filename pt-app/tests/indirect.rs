@@ -50,9 +50,12 @@ fn ratio(folder: &Path, scene: &str, bounces: u32, size: &str, frames: u32, opti
 #[test]
 fn energy_is_that_of_the_reference() {
     let folder = tempfile::tempdir().unwrap();
-    for (scene, bounces, size, frames) in
-        [("cornell", 1, "24x24", 256), ("cornell", 4, "24x24", 256), ("veach", 1, "32x18", 256), ("lamps", 2, "32x18", 192)]
-    {
+    for (scene, bounces, size, frames) in [
+        ("cornell", 1, "24x24", 256),
+        ("cornell", 4, "24x24", 256),
+        ("veach", 1, "32x18", 256),
+        ("lamps", 2, "32x18", 192),
+    ] {
         let ratio = ratio(folder.path(), scene, bounces, size, frames, "");
         assert!((0.99..=1.01).contains(&ratio), "{scene}, {bounces} bounces: {ratio}");
     }
@@ -81,7 +84,9 @@ fn profiles_render() {
     ] {
         let said = succeeds(
             at,
-            &format!("render cornell --size 24x24 --backend compute --profile {profile} --frames 4 -o {profile}.exr"),
+            &format!(
+                "render cornell --size 24x24 --backend compute --profile {profile} --frames 4 -o {profile}.exr"
+            ),
         );
         assert!(said.contains(&format!("light: {light}")), "{profile}: {said}");
         let mean = mean(&at.join(format!("{profile}.exr")));

@@ -13,10 +13,10 @@ mod kernels {
 }
 
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
+use pt_shaders::ShaderCode;
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, METALLIC_ROUGHNESS, NORMAL, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
-use pt_shaders::ShaderCode;
 use pt_shaders::records::Background;
 use records::CompositePush;
 
@@ -111,14 +111,14 @@ impl Composite {
             pass = pass.sample("light_lf_sh", lf.sh).sample("light_lf_cocg", lf.cocg);
         }
         pass.push(&CompositePush {
-                scale_hf: params.scale_hf,
-                scale_lf: params.scale_lf,
-                scale_spec: params.scale_spec,
-                scale_overlay: params.scale_overlay,
-                use_albedo: u32::from(params.fixed_albedo.is_some()),
-                albedo: params.fixed_albedo.unwrap_or(0.0),
-                transparent_background: u32::from(params.background == Background::Transparent),
-            })
-            .dispatch(inputs.split_threads())
+            scale_hf: params.scale_hf,
+            scale_lf: params.scale_lf,
+            scale_spec: params.scale_spec,
+            scale_overlay: params.scale_overlay,
+            use_albedo: u32::from(params.fixed_albedo.is_some()),
+            albedo: params.fixed_albedo.unwrap_or(0.0),
+            transparent_background: u32::from(params.background == Background::Transparent),
+        })
+        .dispatch(inputs.split_threads())
     }
 }

@@ -3,15 +3,15 @@
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
+use pt_core::pack::pack_unit_vector;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::oracle::{Pixel, composite};
 use pt_denoise::{Composite, DenoiseParams};
-use pt_core::pack::pack_unit_vector;
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, NORMAL,
-    SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
+    BASE_COLOR, COLOR, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS,
+    NORMAL, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
 use pt_shaders::glam::Vec3;
 use pt_shaders::records::Background;
@@ -89,7 +89,15 @@ fn pixel() -> impl Strategy<Value = Pixel> {
     let overlay = (light(), unit()).prop_map(|(c, a)| [c[0], c[1], c[2], a]);
     let lights = (light(), light(), light());
     (lights, base, unit(), material, 0u32..8, [unit(), unit(), unit()], overlay).prop_map(
-        |((color_hf, irradiance_lf, color_spec), base_color, metallic, material, flags, throughput, transparent)| Pixel {
+        |(
+            (color_hf, irradiance_lf, color_spec),
+            base_color,
+            metallic,
+            material,
+            flags,
+            throughput,
+            transparent,
+        )| Pixel {
             color_hf,
             irradiance_lf,
             color_spec,

@@ -25,7 +25,12 @@ fn writes_the_g_buffer() {
     let sheet = LinearImage::read(&folder.path().join("sheet.png")).unwrap();
     assert_eq!((sheet.width, sheet.height), (4 * 37 + 4, 4 * 22 + 4));
     // The tile of the depth is not of one colour, the gap beside it is.
-    let [column, row] = PrimaryRays::IO.writes.iter().position(|id| id.channel().name == "view_depth").map(|i| [i % 4, i / 4]).unwrap();
+    let [column, row] = PrimaryRays::IO
+        .writes
+        .iter()
+        .position(|id| id.channel().name == "view_depth")
+        .map(|i| [i % 4, i / 4])
+        .unwrap();
     let colors = |x: usize, y: usize, w: usize, h: usize| -> BTreeSet<[u32; 3]> {
         let at = |x: usize, y: usize| sheet.pixels[y * sheet.width as usize + x].map(f32::to_bits);
         (y..y + h).flat_map(|y| (x..x + w).map(move |x| at(x, y))).collect()

@@ -42,8 +42,7 @@ impl IndirectLighting {
             ("area_sampling", lights.area_sampling.code().into()),
             ("bvh_importance", lights.bvh_importance.code().into()),
         ]);
-        let kernel =
-            Kernel::trace::<IndirectPush>(device, &kernels::INDIRECT, variant.backend, &constants)?;
+        let kernel = Kernel::trace::<IndirectPush>(device, &kernels::INDIRECT, variant.backend, &constants)?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel, lights })
     }

@@ -154,14 +154,18 @@ mod tests {
             let mut params = IndirectParams::default();
             apply_sets(&mut params, &[format!("bounces={value}")]).map(|()| params)
         };
-        for (value, is_half, count) in [("0", false, 0), ("0.5", true, 1), ("1", false, 1), ("16", false, 16)] {
+        for (value, is_half, count) in [("0", false, 0), ("0.5", true, 1), ("1", false, 1), ("16", false, 16)]
+        {
             let params = set(value).unwrap();
             assert_eq!(params.is_half(), is_half, "{value}");
             assert_eq!(params.bounces.ceil() as u32, count, "{value}");
         }
         for value in ["1.5", "0.25", "2.001"] {
             let error = set(value).unwrap_err().to_string();
-            assert_eq!(error, format!("bounces: {value} is out of range, expected 0.5, or a whole number of 0 to 16"));
+            assert_eq!(
+                error,
+                format!("bounces: {value} is out of range, expected 0.5, or a whole number of 0 to 16")
+            );
         }
         for value in ["17", "-1", "nan"] {
             assert!(set(value).is_err(), "{value}");

@@ -5,8 +5,8 @@ use pt_core::knobs;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::StatisticsTable;
 use pt_shaders::records::{
-    AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN,
-    LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
+    AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL,
+    KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {

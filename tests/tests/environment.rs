@@ -59,7 +59,15 @@ fn brightness(environment: &Environment) -> [f32; 4] {
         scene.validate().unwrap();
         // Narrow enough that the spot itself is not in the picture.
         let camera = Camera::look_at("corner", eye, Vec3::ZERO, 0.4);
-        let mut frames = Frames::with_params(scene, &camera, TraceBackend::Compute, [SIZE; 2], 3, false, direct_light_only());
+        let mut frames = Frames::with_params(
+            scene,
+            &camera,
+            TraceBackend::Compute,
+            [SIZE; 2],
+            3,
+            false,
+            direct_light_only(),
+        );
         for _ in 0..4 {
             frames.render(0.0);
             let image = frames.image(FLAT_COLOR);

@@ -14,12 +14,24 @@ use pt_tests::{Frames, builtin};
 
 /// Fails when two means differ by more than 4 standard errors and `rounding`, relative.
 fn assert_same(what: &str, found: Mean, expected: Mean, rounding: f64) {
-    println!("{what}: {:.5} +- {:.5}, expected {:.5}, ratio {:.4}", found.mean, found.error, expected.mean, found.mean / expected.mean);
+    println!(
+        "{what}: {:.5} +- {:.5}, expected {:.5}, ratio {:.4}",
+        found.mean,
+        found.error,
+        expected.mean,
+        found.mean / expected.mean
+    );
     for c in 0..3 {
         let off = (found.mean[c] - expected.mean[c]).abs();
         let error = found.error[c].hypot(expected.error[c]);
-        assert!(off <= 4.0 * error + rounding * expected.mean[c], "{what}: channel {c}: {found:?}, expected {expected:?}");
-        assert!(error < 0.01 * expected.mean[c], "{what}: too much noise to say anything: {found:?}, {expected:?}");
+        assert!(
+            off <= 4.0 * error + rounding * expected.mean[c],
+            "{what}: channel {c}: {found:?}, expected {expected:?}"
+        );
+        assert!(
+            error < 0.01 * expected.mean[c],
+            "{what}: too much noise to say anything: {found:?}, {expected:?}"
+        );
     }
 }
 
@@ -42,7 +54,10 @@ fn the_furnace_is_known_bounce_by_bounce() {
     let found = frames_mean(&scene, &camera, [8, 8], 96, params(|p| p.indirect.bounces = 0.5));
     assert_same("half a bounce", found, exact(1), 1e-4);
     for (what, set) in [
-        ("uniform hemisphere", (|p| p.indirect.hemisphere = Hemisphere::Uniform) as fn(&mut pt_app::params::FrameParams)),
+        (
+            "uniform hemisphere",
+            (|p| p.indirect.hemisphere = Hemisphere::Uniform) as fn(&mut pt_app::params::FrameParams),
+        ),
         ("plain RGB", |p| p.indirect.sh = false),
         ("half of the rays", |p| p.indirect.lobe_choice = LobeChoice::Half),
     ] {
@@ -59,7 +74,8 @@ fn spherical_harmonics_keep_the_energy_of_each_sample() {
     let camera = scene.default_camera();
     let image = |sh: bool| {
         let params = params(|p| p.indirect.sh = sh);
-        let mut frames = Frames::with_params(scene.clone(), &camera, TraceBackend::Compute, [24, 24], 5, false, params);
+        let mut frames =
+            Frames::with_params(scene.clone(), &camera, TraceBackend::Compute, [24, 24], 5, false, params);
         frames.render(0.0);
         let image = frames.image(FLAT_COLOR);
         let directed = frames.floats(COLOR_LF_SH).chunks_exact(4).filter(|t| t[..3] != [0.0; 3]).count();
@@ -104,11 +120,19 @@ fn lobes() -> (Scene, Camera) {
         let at = Vec3::new(0.6 * (i % 3) as f32 - 0.6, 0.35 - 0.7 * (i / 3) as f32, -0.8);
         let turn = Quat::from_rotation_x(-0.3);
         let side = |x: f32, y: f32| at + turn * Vec3::new(0.26 * x, 0.3 * y, 0.0);
-        common::polygon(&mut scene, &[side(-1.0, -1.0), side(1.0, -1.0), side(1.0, 1.0), side(-1.0, 1.0)], material);
+        common::polygon(
+            &mut scene,
+            &[side(-1.0, -1.0), side(1.0, -1.0), side(1.0, 1.0), side(-1.0, 1.0)],
+            material,
+        );
     }
     let lamp = Material::lamp("lamp", Vec3::new(9.0, 8.0, 7.0));
     let corner = |x: f32, z: f32| Vec3::new(0.4 * x, 0.95, 0.4 * z + 0.2);
-    common::polygon(&mut scene, &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], lamp);
+    common::polygon(
+        &mut scene,
+        &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        lamp,
+    );
     scene.lights.push(Light::point("point", Vec3::new(0.5, 0.0, 0.6), Vec3::new(0.4, 0.5, 0.8)));
     scene.validate().unwrap();
     (scene, camera)
@@ -134,7 +158,11 @@ fn emission_is_shared_without_loss() {
     let (mut scene, _) = furnace(Vec3::ZERO, Vec3::splat(0.3));
     let corner = |x: f32, z: f32| Vec3::new(0.8 * x, -0.7, -0.8 * z);
     let metal = Material::metal("floor", Vec3::new(0.9, 0.8, 0.7), 0.12);
-    common::polygon(&mut scene, &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], metal);
+    common::polygon(
+        &mut scene,
+        &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        metal,
+    );
     let lamp = Material::lamp("lamp", Vec3::splat(4.0));
     let side = |x: f32, y: f32| Vec3::new(0.5 * x, 0.1 + 0.5 * y, -0.9);
     common::polygon(&mut scene, &[side(-1.0, -1.0), side(1.0, -1.0), side(1.0, 1.0), side(-1.0, 1.0)], lamp);
@@ -157,12 +185,21 @@ fn emission_is_shared_without_loss() {
 fn broken_input_stays_finite() {
     let (mut scene, camera) = lobes();
     // A triangle without area, one with normals and tangents that are no numbers, and a ball of glass round the camera.
-    common::polygon(&mut scene, &[Vec3::ZERO, Vec3::X * 0.3, Vec3::X * 0.6], Material::lamp("line", Vec3::ONE));
+    common::polygon(
+        &mut scene,
+        &[Vec3::ZERO, Vec3::X * 0.3, Vec3::X * 0.6],
+        Material::lamp("line", Vec3::ONE),
+    );
     let eye = Vec3::from(camera.world_from_camera.translation);
     let mut glass = Material::solid("glass", 1.5);
     glass.attenuation_color = Vec3::new(0.9, 0.8, 0.7);
     glass.attenuation_distance = 0.5;
-    common::cube(&mut scene, Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), Quat::IDENTITY, eye), false, glass);
+    common::cube(
+        &mut scene,
+        Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), Quat::IDENTITY, eye),
+        false,
+        glass,
+    );
     let broken = scene.meshes.iter_mut().nth(3).unwrap();
     broken.tangents.iter_mut().for_each(|t| *t = glam::Vec4::NAN);
     broken.normals[0] = Vec3::ZERO;
@@ -171,7 +208,8 @@ fn broken_input_stays_finite() {
             p.indirect.bounces = 4.0;
             p.gbuffer.reflect_refract = if glossy { 0 } else { 2 };
         });
-        let mut frames = Frames::with_params(scene.clone(), &camera, TraceBackend::Compute, [24, 16], 3, false, params);
+        let mut frames =
+            Frames::with_params(scene.clone(), &camera, TraceBackend::Compute, [24, 16], 3, false, params);
         for _ in 0..2 {
             frames.render(0.0);
         }

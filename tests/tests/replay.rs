@@ -78,15 +78,30 @@ fn stages_repeat_their_frame() {
 fn indirect_light_repeats_its_frame() {
     let folder = tempfile::tempdir().unwrap();
     let capture = folder.path().join("capture").display().to_string();
-    let line =
-        ["pt", "capture", "cornell", "--size", "33x18", "--frames", "0..2", "--backend", "compute", "-o", &capture];
+    let line = [
+        "pt",
+        "capture",
+        "cornell",
+        "--size",
+        "33x18",
+        "--frames",
+        "0..2",
+        "--backend",
+        "compute",
+        "-o",
+        &capture,
+    ];
     let Command::Capture(args) = Cli::try_parse_from(line).unwrap().command else {
         unreachable!("a capture command")
     };
     assert!(pt_app::commands::capture::run(&args, &mut Vec::new()).unwrap());
     let recorded = CaptureFolder::open(Path::new(&capture)).unwrap().frame(1).unwrap();
 
-    let device = DeviceArgs { backend: TraceBackend::Compute, device: std::env::var("PT_TEST_DEVICE").ok(), validation: true };
+    let device = DeviceArgs {
+        backend: TraceBackend::Compute,
+        device: std::env::var("PT_TEST_DEVICE").ok(),
+        validation: true,
+    };
     let mut session = Session::open(&device, &CameraArgs::default(), builtin("cornell")).unwrap();
     let params = FrameParams::default();
     let lights = bounce_lights(&params.lights);
@@ -102,7 +117,9 @@ fn indirect_light_repeats_its_frame() {
         session.update(&mut frame, 0.0, 0.0).unwrap();
         uniforms.upload(&mut frame, &recorded.sidecar.record()).unwrap();
         let inputs = StageInputs { scene: Some(&session.gpu), uniforms: Some(&uniforms), images: &images };
-        stage.record(&mut frame, &inputs, &IndirectParams { bounces, ..IndirectParams::default() }, 0.0).unwrap();
+        stage
+            .record(&mut frame, &inputs, &IndirectParams { bounces, ..IndirectParams::default() }, 0.0)
+            .unwrap();
         frame.submit().unwrap();
         recorder.finish().unwrap();
         [COLOR_LF_SH, COLOR_LF_COCG].map(|id| read_layer(&images, id).unwrap().0)

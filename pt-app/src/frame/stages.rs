@@ -1,10 +1,10 @@
 //! The stages by name, and those that need a scene.
 
+use crate::params::FrameParams;
 use crate::session::join;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Result};
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
-use crate::params::FrameParams;
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::{GlassShadows, LightRays};
 use pt_lights::{DirectLighting, DirectParams};
@@ -46,8 +46,9 @@ impl TracedStages {
         let FrameParams { lights, indirect, .. } = params;
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
-            let bounces =
-                indirect.is_on().then(|| threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights))));
+            let bounces = indirect
+                .is_on()
+                .then(|| threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights))));
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
             let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
             let mut stages = Self {

@@ -70,7 +70,14 @@ pub fn polygon(scene: &mut Scene, corners: &[Vec3], material: Material) {
     let n = corners.len();
     let up = (corners[1] - corners[0]).cross(corners[2] - corners[0]).try_normalize().unwrap_or(Vec3::Y);
     let tangent = (corners[1] - corners[0]).try_normalize().unwrap_or(Vec3::X).extend(1.0);
-    add(scene, corners.to_vec(), vec![up; n], vec![tangent; n], (1..n as u32 - 1).map(|i| [0, i, i + 1]).collect(), material);
+    add(
+        scene,
+        corners.to_vec(),
+        vec![up; n],
+        vec![tangent; n],
+        (1..n as u32 - 1).map(|i| [0, i, i + 1]).collect(),
+        material,
+    );
 }
 
 /// Adds a cube from -1 to 1; its fronts are inside or outside.
@@ -94,7 +101,14 @@ pub fn cube(scene: &mut Scene, place: Affine3A, inside: bool, material: Material
     add(scene, positions, normals, tangents, indices, material);
 }
 
-fn add(scene: &mut Scene, positions: Vec<Vec3>, normals: Vec<Vec3>, tangents: Vec<Vec4>, indices: Vec<[u32; 3]>, material: Material) {
+fn add(
+    scene: &mut Scene,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    tangents: Vec<Vec4>,
+    indices: Vec<[u32; 3]>,
+    material: Material,
+) {
     let n = positions.len();
     scene.instances.push(Instance::new(&material.name, scene.meshes.len() as u32, Affine3A::IDENTITY));
     scene.meshes.push(Mesh {

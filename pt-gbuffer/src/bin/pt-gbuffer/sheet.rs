@@ -50,7 +50,11 @@ fn false_colors(layer: &Layer) -> Vec<[u8; 3]> {
     let floats = |name: &str| find(name).filter(|s| !matches!(s, Samples::U32(_))).map(Samples::to_f32);
     let is_direction = find("code").is_some();
     if let [Some(x), Some(y), Some(z)] = ["X", "Y", "Z"].map(floats) {
-        let axes = if is_direction { [x, y, z].map(|v| v.iter().map(|v| 0.5 + 0.5 * v).collect()) } else { [x, y, z].map(stretched) };
+        let axes = if is_direction {
+            [x, y, z].map(|v| v.iter().map(|v| 0.5 + 0.5 * v).collect())
+        } else {
+            [x, y, z].map(stretched)
+        };
         return together(&axes, |v| (255.0 * v).round() as u8);
     }
     if let [Some(r), Some(g), Some(b)] = ["R", "G", "B"].map(floats) {
@@ -84,7 +88,8 @@ fn together([r, g, b]: &[Vec<f32>; 3], code: impl Fn(f32) -> u8) -> Vec<[u8; 3]>
 fn stretched(values: Vec<f32>) -> Vec<f32> {
     let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.abs() < 1e17).collect();
     sorted.sort_by(f32::total_cmp);
-    let quantile = |share: f64| sorted.get((share * (sorted.len().max(1) - 1) as f64).round() as usize).copied();
+    let quantile =
+        |share: f64| sorted.get((share * (sorted.len().max(1) - 1) as f64).round() as usize).copied();
     let (low, high) = (quantile(0.01).unwrap_or(0.0), quantile(0.99).unwrap_or(1.0));
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
     values.into_iter().map(|v| if v.is_nan() { 0.0 } else { ((v - low) * scale).clamp(0.0, 1.0) }).collect()

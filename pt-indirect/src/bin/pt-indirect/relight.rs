@@ -49,8 +49,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         bad_texels: BadTexels::clamp_if(args.env_clamp),
         ..LoadOptions::default()
     };
-    let mut scene =
-        pt_import::open(name, &options).context("the capture's scene; --scene-file names it")?;
+    let mut scene = pt_import::open(name, &options).context("the capture's scene; --scene-file names it")?;
     scene.notices.iter().for_each(|notice| console::print_warning(notice));
     scene.set_time(sidecar.time, sidecar.time);
 
