@@ -8,6 +8,7 @@
 #include "constants.glsl"
 #include "reflectance.glsl"
 #ifdef INDIRECT
+#include "math.glsl"
 #include "pack.glsl"
 #include "sh.glsl"
 #endif

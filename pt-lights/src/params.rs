@@ -127,6 +127,7 @@ impl DirectParams {
             restir_visibility: self.restir_visibility.code(),
             nee_at_candidates: self.nee_at_candidates,
             emission_share: EmissionShare::LightSamples.code(),
+            pad: 0,
         }
     }
 }

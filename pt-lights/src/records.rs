@@ -137,5 +137,7 @@ pt_shaders::gpu_struct! {
         pub nee_at_candidates: u32,
         /// `EMISSION_SHARE_*`.
         pub emission_share: u32,
+        /// Alignment.
+        pub pad: u32,
     }
 }

@@ -20,10 +20,9 @@ pub struct Mean {
 }
 
 /// Parameters for pictures that are averaged, textures as the reference reads them.
-pub fn params(change: impl FnOnce(&mut FrameParams)) -> FrameParams {
-    let mut params = pt_app::params::resolve(Some("unbiased"), &[]).unwrap();
-    change(&mut params);
-    params
+pub fn params(sets: &[&str]) -> FrameParams {
+    let sets: Vec<_> = sets.iter().map(|set| (*set).to_owned()).collect();
+    pt_app::params::resolve(Some("unbiased"), &sets).unwrap()
 }
 
 /// Mean over the pixels of `count` frames.
