@@ -141,17 +141,26 @@ fn lobes() -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// All lobes, first and later, as the reference reflects them; whoever finds the lamp, it counts once.
-#[test]
-fn lobes_bounce_as_in_the_reference() {
+/// All lobes, first and later, as the reference reflects them; whoever finds the lamp, it counts once, whichever sampler picks it.
+fn assert_lobes(bounces: u32, sampler: &str) {
     let (scene, camera) = lobes();
     let size = [24, 16];
-    for bounces in [1, 3] {
-        let truth = reference_mean(&scene, &camera, size, bounces, 512);
-        let found = frames_mean(&scene, &camera, size, 96, params(&[&format!("indirect.bounces={bounces}")]));
-        // The first surface has no lobe narrower than 0.03, and normals of 16 bits.
-        assert_same(&format!("lobes, {bounces} bounces"), found, truth, 0.005);
-    }
+    let truth = reference_mean(&scene, &camera, size, bounces, 512);
+    let sets =
+        [&format!("indirect.bounces={bounces}"), "lights.rays=merged", &format!("lights.sampler={sampler}")];
+    let found = frames_mean(&scene, &camera, size, 96, params(&sets));
+    // The first surface has no lobe narrower than 0.03, and normals of 16 bits.
+    assert_same(&format!("lobes, {bounces} bounces, {sampler}"), found, truth, 0.005);
+}
+
+#[test]
+fn lobes_bounce_as_in_the_reference() {
+    assert_lobes(1, "cluster-stats");
+}
+
+#[test]
+fn lobes_bounce_thrice_as_in_the_reference() {
+    assert_lobes(3, "ris");
 }
 
 /// A smooth metal floor under a lamp: all three ways to share its light between light samples and bounce rays have the same mean; rays find it with
