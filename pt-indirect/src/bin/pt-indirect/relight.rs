@@ -77,7 +77,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     })?;
     write!(out, "{times}")?;
     let rate = times.pass("indirect lighting").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);
-    writeln!(out, "{}: {} bounces, {rate:.1} Mpaths/s, {}", scene.name, params.bounces, gpu.backend())?;
+    writeln!(out, "{}: bounces {}, {rate:.1} Mpaths/s, {}", scene.name, params.bounces, gpu.backend())?;
     if let Some(path) = &args.output {
         let metadata: BTreeMap<String, String> = [
             (keys::SCENE, scene.name.clone()),
