@@ -34,7 +34,7 @@ knobs! {
         /// BIASED above 0: indirect specular light is divided by ray length times roughness times this, where that is above 1.
         pub anti_flicker: f32 = 0.0, in 0.0..=100.0, unit "1/m";
         /// BIASED above 0: length of the first ray at which bounced light of directional lights has faded out; 0 is no limit.
-        pub sun_range: f32 = 0.0, in 0.0..=1e9, unit "m";
+        pub sun_range: f32 = 0.0, in 0.0..=1e6, unit "m";
         /// BIASED above 0: largest radiance of a sample, per channel, against fireflies; 0 is no limit.
         pub clamp: f32 = 0.0, in 0.0..=f32::MAX, unit "radiance";
         check Self::has_whole_bounces;

@@ -219,7 +219,7 @@ fn broken_input_stays_finite() {
         false,
         glass,
     );
-    let broken = scene.meshes.iter_mut().nth(3).unwrap();
+    let broken = &mut scene.meshes[3];
     broken.tangents.iter_mut().for_each(|t| *t = glam::Vec4::NAN);
     broken.normals[0] = Vec3::ZERO;
     for glossy in [false, true] {
