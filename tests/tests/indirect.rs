@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Mean, frames_mean, furnace, params, reference_mean};
+use common::{Mean, frames_mean, frames_means, furnace, params, reference_mean};
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use pt_core::trace::TraceBackend;
 use pt_scene::{Camera, Light, Lobes, Material, Scene};
@@ -45,27 +45,23 @@ fn the_furnace_is_known_bounce_by_bounce() {
         Mean { mean: emission * sum, error: DVec3::ZERO }
     };
     // Triangles sampled uniformly in area have no finite variance near the edges of the box.
-    let mean = |set: &str| {
-        let sets = ["lights.rays=merged", "lights.sampler=power", "lights.area_sampling=spherical", set];
-        frames_mean(&scene, &camera, [12, 12], 64, params(&sets))
+    let means = |bounces: &str, sets: &[&str]| {
+        let with = |set: &str| {
+            let bounces = format!("indirect.bounces={bounces}");
+            let direct = ["lights.rays=merged", "lights.sampler=power", "lights.area_sampling=spherical"];
+            params(&[&direct[..], &[&bounces, set]].concat())
+        };
+        let params: Vec<_> = sets.iter().map(|set| with(set)).collect();
+        frames_means(&scene, &camera, [12, 12], 64, &params)
     };
     // 16 bits of base colour.
-    for bounces in [0, 1, 2, 16] {
-        assert_same(
-            &format!("{bounces} bounces"),
-            mean(&format!("indirect.bounces={bounces}")),
-            exact(bounces),
-            1e-4,
-        );
-    }
+    let check = |what: &str, found: Mean, bounces: i32| assert_same(what, found, exact(bounces), 1e-4);
+    check("16 bounces", means("16", &["indirect.sh=true"])[0], 16);
     // Every other row with twice the weight: the same mean, for surfaces without specular lobes.
-    for set in [
-        "indirect.bounces=0.5",
-        "indirect.hemisphere=uniform",
-        "indirect.sh=false",
-        "indirect.lobe_choice=half",
-    ] {
-        assert_same(set, mean(set), exact(1), 1e-4);
+    check("half a bounce", means("0.5", &["indirect.sh=true"])[0], 1);
+    let sets = ["indirect.sh=true", "indirect.sh=false", "indirect.hemisphere=uniform"];
+    for (set, found) in sets.iter().zip(means("1", &sets)) {
+        check(set, found, 1);
     }
 }
 
@@ -142,7 +138,7 @@ fn lobes() -> (Scene, Camera) {
 }
 
 /// All lobes, first and later, as the reference reflects them; whoever finds the lamp, it counts once, whichever sampler picks it.
-fn assert_lobes(bounces: u32, sampler: &str) {
+fn assert_lobes(bounces: u32, sampler: &str, choice: &str) {
     let (scene, camera) = lobes();
     let size = [24, 16];
     let truth = reference_mean(&scene, &camera, size, bounces, 512);
@@ -155,12 +151,12 @@ fn assert_lobes(bounces: u32, sampler: &str) {
 
 #[test]
 fn lobes_bounce_as_in_the_reference() {
-    assert_lobes(1, "cluster-stats");
+    assert_lobes(1, "cluster-stats", "indirect.lobe_choice=fresnel");
 }
 
 #[test]
 fn lobes_bounce_thrice_as_in_the_reference() {
-    assert_lobes(3, "ris");
+    assert_lobes(3, "ris", "indirect.lobe_choice=half");
 }
 
 /// A smooth metal floor under a lamp: all three ways to share its light between light samples and bounce rays have the same mean; rays find it with

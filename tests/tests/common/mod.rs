@@ -27,20 +27,37 @@ pub fn params(sets: &[&str]) -> FrameParams {
 
 /// Mean over the pixels of `count` frames.
 pub fn frames_mean(scene: &Scene, camera: &Camera, size: [u32; 2], count: u32, params: FrameParams) -> Mean {
-    let mut frames =
-        Frames::with_params(scene.clone(), camera, TraceBackend::Compute, size, 17, false, params);
-    let means: Vec<DVec3> = (0..count)
-        .map(|_| {
-            frames.render(0.0);
-            let pixels = frames.image(FLAT_COLOR).pixels;
-            pixels.iter().map(|p| DVec3::from_array(p.map(f64::from))).sum::<DVec3>() / pixels.len() as f64
-        })
-        .collect();
+    frames_means(scene, camera, size, count, &[params])[0]
+}
+
+/// The same for several parameters that differ in knobs which are not structural.
+pub fn frames_means(
+    scene: &Scene,
+    camera: &Camera,
+    size: [u32; 2],
+    count: u32,
+    params: &[FrameParams],
+) -> Vec<Mean> {
+    let backend = TraceBackend::Compute;
+    let mut frames = Frames::with_params(scene.clone(), camera, backend, size, 17, false, params[0].clone());
+    let mut mean = |params: &FrameParams| {
+        frames.set_params(params.clone());
+        let means: Vec<DVec3> = (0..count)
+            .map(|_| {
+                frames.render(0.0);
+                let pixels = frames.image(FLAT_COLOR).pixels;
+                let sum: DVec3 = pixels.iter().map(|p| DVec3::from_array(p.map(f64::from))).sum();
+                sum / pixels.len() as f64
+            })
+            .collect();
+        let n = f64::from(count);
+        let mean = means.iter().sum::<DVec3>() / n;
+        let variance = means.iter().map(|m| (m - mean) * (m - mean)).sum::<DVec3>() / (n - 1.0);
+        Mean { mean, error: (variance / n).map(f64::sqrt) }
+    };
+    let means = params.iter().map(&mut mean).collect();
     frames.finish();
-    let n = f64::from(count);
-    let mean = means.iter().sum::<DVec3>() / n;
-    let variance = means.iter().map(|m| (m - mean) * (m - mean)).sum::<DVec3>() / (n - 1.0);
-    Mean { mean, error: (variance / n).map(f64::sqrt) }
+    means
 }
 
 /// The same of the reference path tracer, with paths of at most `bounces` bounces.
