@@ -77,6 +77,7 @@ fn profiles_render() {
         );
         assert!(said.contains(&format!("light: {light}")), "{profile}: {said}");
         let mean = mean(&at.join(format!("{profile}.exr")));
-        assert!(mean.is_finite() && mean > 0.05, "{profile}: {mean}");
+        // Temporal anti-aliasing in the manner of that game takes most of what is not denoised for sparkle.
+        assert!(mean.is_finite() && mean > 0.02, "{profile}: {mean}");
     }
 }

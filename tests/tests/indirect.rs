@@ -142,8 +142,12 @@ fn assert_lobes(bounces: u32, sampler: &str, choice: &str) {
     let (scene, camera) = lobes();
     let size = [24, 16];
     let truth = reference_mean(&scene, &camera, size, bounces, 512);
-    let sets =
-        [&format!("indirect.bounces={bounces}"), "lights.rays=merged", &format!("lights.sampler={sampler}")];
+    let sets = [
+        &format!("indirect.bounces={bounces}"),
+        "lights.rays=merged",
+        &format!("lights.sampler={sampler}"),
+        choice,
+    ];
     let found = frames_mean(&scene, &camera, size, 96, params(&sets));
     // The first surface has no lobe narrower than 0.03, and normals of 16 bits.
     assert_same(&format!("lobes, {bounces} bounces, {sampler}"), found, truth, 0.005);
