@@ -50,12 +50,6 @@ pub const PROFILES: &[Profile] = &[
         "[gbuffer]\nalternate_fields = true\n[checkerboard]\nblend_split = false\n",
     ),
     (
-        "unbiased",
-        "for comparison with the reference, averaged over frames: textures at their finest level where bounce rays end, no trims and no clamps",
-        "[gbuffer]\nalternate_fields = true\n[checkerboard]\nblend_split = false\n[indirect]\ntexture_spread = 0.0\n",
-    ),
-    ("half-res-gi", "indirect diffuse light at every other row alone", "[indirect]\nbounces = 0.5\n"),
-    (
         "realtime",
         "temporal anti-aliasing: one Halton offset a frame, no lens",
         "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n[post.taa]\nenabled = true\n",
@@ -94,6 +88,12 @@ mode = "gaussian"
 sharpness = 0.2
 "#,
     ),
+    (
+        "unbiased",
+        "for comparison with the reference, averaged over frames: textures at their finest level where bounce rays end, no trims and no clamps",
+        "[gbuffer]\nalternate_fields = true\n[checkerboard]\nblend_split = false\n[indirect]\ntexture_spread = 0.0\n",
+    ),
+    ("half-res-gi", "indirect diffuse light at every other row alone", "[indirect]\nbounces = 0.5\n"),
 ];
 
 /// Parameters of the frame from a profile (name or file), then single assignments.
