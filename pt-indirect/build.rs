@@ -1,11 +1,16 @@
-//! Compiles the kernels of the tests.
+//! Compiles the kernels of `shaders/` and of the tests.
 
 use pt_shaders::GpuStruct;
 
+#[path = "src/records.rs"]
+mod records;
 #[path = "tests/common/records.rs"]
 mod test_records;
 
 fn main() {
+    pt_shaders::compiler::Kernels::new()
+        .header("indirect_records.glsl", records::IndirectPush::glsl())
+        .compile("shaders");
     pt_shaders::compiler::Kernels::new()
         .header("test_records.glsl", test_records::ShRecord::glsl())
         .compile_as("tests/shaders", "test_kernels.rs");

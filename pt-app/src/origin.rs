@@ -28,14 +28,14 @@ impl Origin {
     pub fn of_frame(scene: &Scene, camera: &Camera, params: &FrameParams) -> Self {
         let lights = &params.lights;
         let kinds = [lights.sun, lights.positional, lights.emissive, lights.environment];
-        Self::new(scene, camera, light(Some(0), kinds))
+        Self::new(scene, camera, light(Some(params.indirect.bounces), kinds))
     }
 
     /// Of a path traced image.
     pub fn of_reference(scene: &Scene, camera: &Camera, params: &ReferenceParams) -> Self {
         let types = &params.light_types;
         let kinds = [types.sun, types.positional, types.emissive, types.environment];
-        let bounces = Some(params.max_bounces).filter(|&bounces| bounces < u32::MAX);
+        let bounces = Some(params.max_bounces).filter(|&bounces| bounces < u32::MAX).map(|b| b as f32);
         Self::new(scene, camera, light(bounces, kinds))
     }
 
@@ -71,10 +71,11 @@ pub fn differences(
 }
 
 /// `bounces`: most scattering events after the first hit; `None` = no limit. `kinds`: sun, positional, emissive, environment.
-fn light(bounces: Option<u32>, kinds: [bool; 4]) -> String {
+fn light(bounces: Option<f32>, kinds: [bool; 4]) -> String {
     let bounces = match bounces {
-        Some(0) => "direct light only".to_owned(),
-        Some(1) => "direct light and 1 bounce".to_owned(),
+        Some(0.0) => "direct light only".to_owned(),
+        Some(0.5) => "direct light and 1 bounce of diffuse light at every other row".to_owned(),
+        Some(1.0) => "direct light and 1 bounce".to_owned(),
         Some(n) => format!("direct light and up to {n} bounces"),
         None => "direct light and all bounces".to_owned(),
     };
@@ -144,7 +145,16 @@ mod tests {
             let params = resolve_reference(ReferenceSettings::default(), None, &sets).unwrap().reference;
             Origin::of_reference(&scene, &camera, &params)
         };
-        let frame = Origin::of_frame(&scene, &camera, &resolve(None, &[]).unwrap());
+        let with_bounces = |bounces: &str| {
+            let set = format!("indirect.bounces={bounces}");
+            Origin::of_frame(&scene, &camera, &resolve(None, &[set]).unwrap())
+        };
+        assert_eq!(with_bounces("3"), reference("max_bounces=3"));
+        assert_eq!(with_bounces("1"), reference("max_bounces=1"));
+        assert_eq!(with_bounces("1").light(), "direct light and 1 bounce");
+        assert!(with_bounces("0.5").light().contains("every other row"));
+        assert_eq!(Origin::of_frame(&scene, &camera, &resolve(None, &[]).unwrap()), with_bounces("1"));
+        let frame = with_bounces("0");
         assert_eq!(frame, reference("max_bounces=0"));
         assert_eq!(frame.light(), "direct light only");
         assert_eq!(reference("").light(), "direct light and all bounces");

@@ -14,6 +14,8 @@ knobs! {
         pub gbuffer: pt_gbuffer::GbufferParams;
         /// Direct lighting.
         pub lights: pt_lights::DirectParams;
+        /// Indirect lighting.
+        pub indirect: pt_indirect::IndirectParams;
         /// Composite.
         pub denoise: pt_denoise::DenoiseParams;
         /// Interleave.
@@ -54,13 +56,22 @@ pub const PROFILES: &[Profile] = &[
     ),
     (
         "q2rtx",
-        "in the manner of Quake II RTX: shading of partial metals, temporal anti-aliasing, bloom, noise-aware tone curve",
+        "in the manner of Quake II RTX: shading of partial metals, bounce rays, temporal anti-aliasing, bloom, noise-aware tone curve",
         r#"
 [gbuffer]
 jitter = "halton"
 depth_of_field = false
 [lights]
 partial_metal = "mixed-parameters"
+[indirect]
+bounces = 1.0
+hemisphere = "uniform"
+lobe_choice = "half"
+emission_share = "crossover"
+ndf_trim = 0.9
+specular_fade = 0.2
+anti_flicker = 0.8
+sun_range = 50.0
 [post]
 tonemap = "noise-aware"
 centre_weight = 1.0
@@ -77,6 +88,12 @@ mode = "gaussian"
 sharpness = 0.2
 "#,
     ),
+    (
+        "unbiased",
+        "for comparison with the reference, averaged over frames: textures at their finest level where bounce rays end, no trims and no clamps",
+        "[gbuffer]\nalternate_fields = true\n[checkerboard]\nblend_split = false\n[indirect]\ntexture_spread = 0.0\n",
+    ),
+    ("half-res-gi", "indirect diffuse light at every other row alone", "[indirect]\nbounces = 0.5\n"),
 ];
 
 /// Parameters of the frame from a profile (name or file), then single assignments.

@@ -101,7 +101,7 @@ fn a_stage_can_be_asked_for() {
 }
 
 /// The stages whose READMEs have a table of knobs.
-const STAGES: [&str; 6] = ["gbuffer", "lights", "denoise", "checkerboard", "post", "reference"];
+const STAGES: [&str; 7] = ["gbuffer", "lights", "indirect", "denoise", "checkerboard", "post", "reference"];
 
 fn table(stage: &str) -> String {
     let mut text =

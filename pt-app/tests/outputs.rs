@@ -185,7 +185,9 @@ fn images_say_which_light_they_carry_and_are_compared_by_it() {
     let at = folder.path();
     write_sky(&at.join("sky.exr"), SKY);
     let size = "--size 16x12 --backend compute";
-    let (said, _) = succeeds(at, &format!("render cornell {size} -o frame.exr"));
+    let (said, _) = succeeds(at, &format!("render cornell {size} -o default.exr"));
+    assert!(said.lines().any(|line| line.starts_with("light: direct light and 1 bounce (")), "{said}");
+    let (said, _) = succeeds(at, &format!("render cornell {size} --set indirect.bounces=0 -o frame.exr"));
     assert!(said.lines().any(|line| line.starts_with("light: direct light only")), "{said}");
     let (said, _) = succeeds(at, &format!("reference cornell {size} --spp 2 --no-aov -o all.exr"));
     assert!(said.lines().any(|line| line == "light: direct light and all bounces"), "{said}");

@@ -213,6 +213,7 @@ fn scenes_and_passes_are_listed() {
         "choose lights",
         "shadow rays",
         "direct lighting",
+        "indirect lighting",
         "composite",
         "interleave",
         "accumulate",
@@ -295,6 +296,8 @@ fn a_render_holds_what_was_asked_for_and_repeats_itself() {
         ("throughput", "R"),
         ("color_hf", "G"),
         ("color_spec", "B"),
+        ("color_lf_sh", "W"),
+        ("color_lf_cocg", "X"),
         ("flat_color", "R"),
     ] {
         assert!(

@@ -5,7 +5,7 @@ use crate::frame::{Frame, Pass, Uniforms};
 use crate::image::Image;
 use crate::kernel::Kernel;
 use crate::plan::StageIo;
-use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
+use pt_shaders::channels::{COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC};
 use pt_shaders::records::FrameRecord;
 
 /// A scene on the device with its lights: everything that kernels access through `scene.glsl` and `trace.glsl`.
@@ -22,17 +22,38 @@ pub struct SplitLight<'a> {
     pub hf: &'a Image,
     /// Specular light divided by `max(0.01, F0)`, linear radiance.
     pub spec: &'a Image,
+    /// Indirect diffuse light, if there is any.
+    pub lf: Option<LowFrequencyLight<'a>>,
+}
+
+/// Low-frequency diffuse light as `sh.glsl` stores it: irradiance, for any normal.
+#[derive(Clone, Copy)]
+pub struct LowFrequencyLight<'a> {
+    /// Luma in spherical harmonics.
+    pub sh: &'a Image,
+    /// Chroma.
+    pub cocg: &'a Image,
 }
 
 impl<'a> SplitLight<'a> {
-    /// The output of the lighting stages, not denoised.
+    /// The output of the lighting stages, not denoised; indirect diffuse light where its channels are allocated.
     pub fn unfiltered(images: &'a ChannelImages) -> Self {
-        Self { hf: images.current(COLOR_HF), spec: images.current(COLOR_SPEC) }
+        let lf = match (images.get(COLOR_LF_SH), images.get(COLOR_LF_COCG)) {
+            (Ok(sh), Ok(cocg)) => Some(LowFrequencyLight { sh, cocg }),
+            _ => None,
+        };
+        Self { hf: images.current(COLOR_HF), spec: images.current(COLOR_SPEC), lf }
     }
 
-    /// The images that [`SplitLight::unfiltered`] returns.
+    /// The images that [`SplitLight::unfiltered`] returns of direct light.
     pub const UNFILTERED: StageIo =
         StageIo { reads: &[COLOR_HF, COLOR_SPEC], ..StageIo::of("denoiser: off") };
+
+    /// The images that [`SplitLight::unfiltered`] returns of direct and indirect light.
+    pub const UNFILTERED_INDIRECT: StageIo = StageIo {
+        reads: &[COLOR_HF, COLOR_SPEC, COLOR_LF_SH, COLOR_LF_COCG],
+        ..StageIo::of("denoiser: off")
+    };
 }
 
 /// The inputs of every stage: the scene with its lights, the frame uniforms, the images.

@@ -40,7 +40,7 @@ pub use error::{Error, Result};
 pub use frame::{Frame, Recorder};
 pub use history::History;
 pub use image::Image;
-pub use inputs::{SceneResources, SplitLight, StageInputs};
+pub use inputs::{LowFrequencyLight, SceneResources, SplitLight, StageInputs};
 pub use kernel::Kernel;
 pub use plan::{FramePlan, StageIo};
 pub use pt_shaders::{KnobType, glam, gpu_struct};

@@ -13,8 +13,9 @@ mod kernels {
 }
 
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
+use pt_shaders::ShaderCode;
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
+    BASE_COLOR, COLOR, METALLIC_ROUGHNESS, NORMAL, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
 use pt_shaders::records::Background;
 use records::CompositePush;
@@ -24,6 +25,8 @@ knobs! {
     pub struct DenoiseParams {
         /// Factor on the diffuse channel.
         pub scale_hf: f32 = 1.0, in 0.0..=10.0;
+        /// Factor on the indirect diffuse channel.
+        pub scale_lf: f32 = 1.0, in 0.0..=10.0;
         /// Factor on the specular channel.
         pub scale_spec: f32 = 1.0, in 0.0..=10.0;
         /// Factor on the radiance of the transparent layer; its alpha is not changed.
@@ -41,27 +44,55 @@ knobs! {
 /// pixels of a transparent background.
 pub struct Composite {
     kernel: Kernel,
+    io: StageIo,
 }
 
 impl Composite {
-    /// The images that it accesses besides its [`SplitLight`]; it writes every pixel.
+    /// The images that it accesses besides its [`SplitLight`], without indirect light; it writes every pixel.
     pub const IO: StageIo = StageIo {
         reads: &[BASE_COLOR, METALLIC_ROUGHNESS, SHADING_POSITION, VIEW_DIRECTION, THROUGHPUT, TRANSPARENT],
         writes: &[COLOR],
         ..StageIo::of("composite")
     };
 
-    /// Creates the kernel.
+    /// The same with indirect light, which is evaluated at the normal of the pixel.
+    pub const IO_INDIRECT: StageIo = StageIo {
+        reads: &[
+            BASE_COLOR,
+            METALLIC_ROUGHNESS,
+            NORMAL,
+            SHADING_POSITION,
+            VIEW_DIRECTION,
+            THROUGHPUT,
+            TRANSPARENT,
+        ],
+        ..Self::IO
+    };
+
+    /// Creates the kernel for direct light alone.
     ///
     /// # Errors
     /// When the device refuses it.
     pub fn new(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<CompositePush>(device, &kernels::COMPOSITE, &[])?;
-        Self::IO.check([&kernel])?;
-        Ok(Self { kernel })
+        Self::with_kernel(device, &kernels::COMPOSITE, Self::IO)
     }
 
-    /// Adds its pass to the frame; `light` may come from the lighting stages or from any denoiser.
+    /// Creates the kernel for direct and indirect light.
+    ///
+    /// # Errors
+    /// When the device refuses it.
+    pub fn with_indirect(device: &Device) -> Result<Self> {
+        Self::with_kernel(device, &kernels::COMPOSITE_INDIRECT, Self::IO_INDIRECT)
+    }
+
+    fn with_kernel(device: &Device, code: &ShaderCode, io: StageIo) -> Result<Self> {
+        let kernel = Kernel::compute::<CompositePush>(device, code, &[])?;
+        io.check([&kernel])?;
+        Ok(Self { kernel, io })
+    }
+
+    /// Adds its pass to the frame; `light` may come from the lighting stages or from any denoiser. It has indirect light if and only if the
+    /// composite was made for it.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
@@ -72,18 +103,22 @@ impl Composite {
         light: SplitLight<'_>,
         params: &DenoiseParams,
     ) -> Result<()> {
-        inputs
-            .pass(frame, "composite", &self.kernel, &Self::IO)
+        let mut pass = inputs
+            .pass(frame, "composite", &self.kernel, &self.io)
             .sample("light_hf", light.hf)
-            .sample("light_spec", light.spec)
-            .push(&CompositePush {
-                scale_hf: params.scale_hf,
-                scale_spec: params.scale_spec,
-                scale_overlay: params.scale_overlay,
-                use_albedo: u32::from(params.fixed_albedo.is_some()),
-                albedo: params.fixed_albedo.unwrap_or(0.0),
-                transparent_background: u32::from(params.background == Background::Transparent),
-            })
-            .dispatch(inputs.split_threads())
+            .sample("light_spec", light.spec);
+        if let Some(lf) = light.lf {
+            pass = pass.sample("light_lf_sh", lf.sh).sample("light_lf_cocg", lf.cocg);
+        }
+        pass.push(&CompositePush {
+            scale_hf: params.scale_hf,
+            scale_lf: params.scale_lf,
+            scale_spec: params.scale_spec,
+            scale_overlay: params.scale_overlay,
+            use_albedo: u32::from(params.fixed_albedo.is_some()),
+            albedo: params.fixed_albedo.unwrap_or(0.0),
+            transparent_background: u32::from(params.background == Background::Transparent),
+        })
+        .dispatch(inputs.split_threads())
     }
 }

@@ -2,13 +2,16 @@
 
 use crate::DenoiseParams;
 use pt_shaders::records::{Background, FLAG_PRIMARY};
+use std::f64::consts::PI;
 
 /// The inputs of the composite at one pixel, in the units of the channels of the same names.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pixel {
     /// Direct diffuse light.
     pub color_hf: [f32; 3],
-    /// Direct specular light, demodulated.
+    /// Irradiance of indirect diffuse light at the pixel's normal.
+    pub irradiance_lf: [f32; 3],
+    /// Specular light, demodulated.
     pub color_spec: [f32; 3],
     /// Base colour and F0 of the dielectric.
     pub base_color: [f32; 4],
@@ -49,6 +52,7 @@ pub fn composite(pixel: &Pixel, params: &DenoiseParams) -> [f64; 4] {
             let albedo = params.fixed_albedo.map_or(diffuse_albedo(base, metallic), f64::from);
             let f0 = specular_f0(base, metallic, f64::from(pixel.base_color[3]));
             light += f64::from(pixel.color_hf[i]) * albedo * f64::from(params.scale_hf);
+            light += f64::from(pixel.irradiance_lf[i]) / PI * albedo * f64::from(params.scale_lf);
             light += f64::from(pixel.color_spec[i]) * f0.max(0.01) * f64::from(params.scale_spec);
             light *= f64::from(pixel.throughput[i]);
         }

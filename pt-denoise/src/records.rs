@@ -5,6 +5,8 @@ pt_shaders::gpu_struct! {
     pub struct CompositePush {
         /// Factor on the diffuse channel.
         pub scale_hf: f32,
+        /// Factor on the indirect diffuse channel.
+        pub scale_lf: f32,
         /// Factor on the specular channel.
         pub scale_spec: f32,
         /// Factor on the transparent layer's radiance.

@@ -3,22 +3,36 @@
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
+use pt_core::pack::pack_unit_vector;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::oracle::{Pixel, composite};
 use pt_denoise::{Composite, DenoiseParams};
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
-    TRANSPARENT, VIEW_DIRECTION,
+    BASE_COLOR, COLOR, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS,
+    NORMAL, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
+use pt_shaders::glam::Vec3;
 use pt_shaders::records::Background;
 
-/// Runs the kernel over `pixels`, one frame of the given size; returns colours in the order of the split image.
-fn run(device: &TestDevice, size: [u32; 2], pixels: &mut [Pixel], params: &DenoiseParams) -> Vec<[f32; 4]> {
-    let images =
-        ChannelImages::alone(device, FrameSizes::same(size), &[SplitLight::UNFILTERED, Composite::IO])
-            .unwrap();
+/// The normal of all pixels.
+const NORMAL_OF_ALL: Vec3 = Vec3::new(0.6, 0.0, 0.8);
+
+/// Runs the kernel over `pixels`, one frame of the given size, with or without indirect light; returns colours in the order of the split
+/// image.
+fn run(
+    device: &TestDevice,
+    size: [u32; 2],
+    pixels: &mut [Pixel],
+    params: &DenoiseParams,
+    indirect: bool,
+) -> Vec<[f32; 4]> {
+    let (light, io) = match indirect {
+        true => (SplitLight::UNFILTERED_INDIRECT, Composite::IO_INDIRECT),
+        false => (SplitLight::UNFILTERED, Composite::IO),
+    };
+    let images = ChannelImages::alone(device, FrameSizes::same(size), &[light, io]).unwrap();
     let write = |id: ChannelId, texel: &dyn Fn(&Pixel) -> Vec<f32>| {
         let values: Vec<f32> = pixels.iter().flat_map(texel).collect();
         images.current(id).write_f32(&values).unwrap();
@@ -32,6 +46,18 @@ fn run(device: &TestDevice, size: [u32; 2], pixels: &mut [Pixel], params: &Denoi
     write(VIEW_DIRECTION, &|p| vec![7.0, p.flags as f32]);
     write(THROUGHPUT, &|p| rgb0(p.throughput));
     write(TRANSPARENT, &|p| p.transparent.to_vec());
+    if indirect {
+        // Light of one direction, whose irradiance at the normal is that of the pixel: luma L (1/4 + cos/2) with the hue of L.
+        let [d, n] = [Vec3::new(0.0, 0.6, 0.8), NORMAL_OF_ALL];
+        let radiance = |p: &Pixel| p.irradiance_lf.map(|e| e / (0.25 + 0.5 * d.dot(n)));
+        let ycocg = |[r, g, b]: [f32; 3]| [0.25 * r + 0.5 * g + 0.25 * b, r - b, g - 0.5 * (r + b)];
+        write(COLOR_LF_SH, &|p| {
+            let y = ycocg(radiance(p))[0];
+            (d * (0.488_602_5 * y)).extend(0.282_094_8 * y).to_array().to_vec()
+        });
+        write(COLOR_LF_COCG, &|p| ycocg(radiance(p))[1..].to_vec());
+        images.current(NORMAL).write_u32(&vec![pack_unit_vector(NORMAL_OF_ALL); pixels.len()]).unwrap();
+    }
     // The oracle gets what the images hold after rounding to their formats.
     let read = |id: ChannelId| images.current(id).read_f32().unwrap();
     let (base, metal, throughput) = (read(BASE_COLOR), read(METALLIC_ROUGHNESS), read(THROUGHPUT));
@@ -41,7 +67,7 @@ fn run(device: &TestDevice, size: [u32; 2], pixels: &mut [Pixel], params: &Denoi
         pixel.throughput.copy_from_slice(&throughput[4 * i..4 * i + 3]);
     }
 
-    let stage = Composite::new(device).unwrap();
+    let stage = if indirect { Composite::with_indirect(device) } else { Composite::new(device) }.unwrap();
     let mut recorder = Recorder::new(device).unwrap();
     let mut frame = recorder.begin().unwrap();
     stage.record(&mut frame, &StageInputs::new(&images), SplitLight::unfiltered(&images), params).unwrap();
@@ -61,9 +87,19 @@ fn pixel() -> impl Strategy<Value = Pixel> {
     let material = prop_oneof![Just(0u32), 1u32..100, Just(0x7f7f_ffff)];
     let base = [unit(), unit(), unit(), unit()];
     let overlay = (light(), unit()).prop_map(|(c, a)| [c[0], c[1], c[2], a]);
-    (light(), light(), base, unit(), material, 0u32..8, [unit(), unit(), unit()], overlay).prop_map(
-        |(color_hf, color_spec, base_color, metallic, material, flags, throughput, transparent)| Pixel {
+    let lights = (light(), light(), light());
+    (lights, base, unit(), material, 0u32..8, [unit(), unit(), unit()], overlay).prop_map(
+        |(
+            (color_hf, irradiance_lf, color_spec),
+            base_color,
+            metallic,
+            material,
+            flags,
+            throughput,
+            transparent,
+        )| Pixel {
             color_hf,
+            irradiance_lf,
             color_spec,
             base_color,
             metallic,
@@ -81,6 +117,7 @@ fn kernel_agrees_with_the_oracle() {
     let mut runner = TestRunner::deterministic();
     let altered = DenoiseParams {
         scale_hf: 0.5,
+        scale_lf: 2.0,
         scale_spec: 3.0,
         scale_overlay: 0.25,
         fixed_albedo: Some(0.7),
@@ -88,16 +125,28 @@ fn kernel_agrees_with_the_oracle() {
     };
     let transparent = DenoiseParams { background: Background::Transparent, ..DenoiseParams::default() };
     for size in [[1, 1], [3, 1], [17, 5], [31, 33], [64, 16]] {
-        for params in [DenoiseParams::default(), altered.clone(), transparent.clone()] {
+        for (params, indirect) in [
+            (DenoiseParams::default(), false),
+            (DenoiseParams::default(), true),
+            (altered.clone(), false),
+            (altered.clone(), true),
+            (transparent.clone(), false),
+        ] {
             let strategy = prop::collection::vec(pixel(), split_pixels(size));
             let mut pixels = strategy.new_tree(&mut runner).unwrap().current();
-            let gpu = run(&device, size, &mut pixels, &params);
+            if !indirect {
+                pixels.iter_mut().for_each(|pixel| pixel.irradiance_lf = [0.0; 3]);
+            }
+            let gpu = run(&device, size, &mut pixels, &params, indirect);
             for (got, pixel) in gpu.iter().zip(&pixels) {
                 let want = composite(pixel, &params);
                 for (g, w) in got.iter().zip(want) {
-                    // All terms are positive except 1 - a, which is exact enough: about eight roundings of 6e-8.
+                    // All terms are positive except 1 - a, which is exact enough: about eight roundings of 6e-8. Indirect light is made
+                    // of luma and chroma with signs, and the normal has 16 bits.
                     let error = (f64::from(*g) - w).abs();
-                    assert!(error <= 2e-6 * w.abs() + 1e-7, "{pixel:?}: {got:?}, oracle {want:?}");
+                    let largest = pixel.irradiance_lf.iter().fold(0.0, |a: f32, b| a.max(*b));
+                    let rounding = 5e-5 * f64::from(largest * params.scale_lf);
+                    assert!(error <= 2e-6 * w.abs() + 1e-7 + rounding, "{pixel:?}: {got:?}, oracle {want:?}");
                 }
             }
         }
@@ -129,7 +178,7 @@ fn closed_forms() {
     };
     let background = Pixel { material: 0, ..surface };
     let mut pixels = [surface, metal, matte, veiled, sky, background];
-    let colors = run(&device, [6, 1], &mut pixels, &DenoiseParams::default());
+    let colors = run(&device, [6, 1], &mut pixels, &DenoiseParams::default(), false);
     let expected = [
         [1.4, 0.9, 0.4, 1.0],
         [5.0, 2.5, 0.1, 1.0],

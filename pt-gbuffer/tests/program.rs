@@ -1,7 +1,8 @@
 //! The stage program from a scene to a capture.
 
 use pt_gbuffer::PrimaryRays;
-use pt_image::image_file::{LayeredImage, Samples};
+use pt_image::image_file::{LayeredImage, LinearImage, Samples};
+use std::collections::BTreeSet;
 use std::process::Command;
 
 #[test]
@@ -13,10 +14,29 @@ fn writes_the_g_buffer() {
     };
     let traced =
         ["cornell", "--size", "33x18", "--frames", "2", "--backend", "compute", "--set", "jitter=none"];
-    let done = run(&[&traced[..], &["-o", "g.exr"]].concat());
+    let done = run(&[&traced[..], &["-o", "g.exr", "--sheet", "sheet.png"]].concat());
     assert!(done.status.success(), "{done:?}");
     let table = String::from_utf8(done.stdout).unwrap();
     assert!(table.contains("\nprimary rays ") && table.contains("Mrays/s (primary), compute"), "{table}");
+
+    // Fifteen channels in four columns.
+    assert!(table.contains("\nsheet, row 1: rng_seed, visibility, "), "{table}");
+    assert!(table.lines().filter(|line| line.starts_with("sheet, row ")).count() == 4, "{table}");
+    let sheet = LinearImage::read(&folder.path().join("sheet.png")).unwrap();
+    assert_eq!((sheet.width, sheet.height), (4 * 37 + 4, 4 * 22 + 4));
+    // The tile of the depth is not of one colour, the gap beside it is.
+    let [column, row] = PrimaryRays::IO
+        .writes
+        .iter()
+        .position(|id| id.channel().name == "view_depth")
+        .map(|i| [i % 4, i / 4])
+        .unwrap();
+    let colors = |x: usize, y: usize, w: usize, h: usize| -> BTreeSet<[u32; 3]> {
+        let at = |x: usize, y: usize| sheet.pixels[y * sheet.width as usize + x].map(f32::to_bits);
+        (y..y + h).flat_map(|y| (x..x + w).map(move |x| at(x, y))).collect()
+    };
+    assert!(colors(4 + 37 * column, 4 + 22 * row, 33, 18).len() > 20);
+    assert_eq!(colors(37 * column, 22 * row, 4, 22).len(), 1);
 
     let capture = LayeredImage::read_exr(&folder.path().join("g.exr")).unwrap();
     assert_eq!((capture.width, capture.height), (33, 18));
@@ -40,6 +60,7 @@ fn writes_the_g_buffer() {
         (&["cornell", "--size", "0x9"], "out of range"),
         (&["cornell", "--backend", "cuda"], "expected one of auto, compute"),
         (&["cornell", "-o", "a.png"], "only exr"),
+        (&["cornell", "--sheet", "a.exr"], "the contact sheet is a png"),
     ] {
         let failed = run(arguments);
         let message = String::from_utf8(failed.stderr).unwrap();

@@ -1,8 +1,20 @@
-//! Indirect diffuse light as it is filtered and stored: luma with its direction in spherical harmonics up to l = 1, chroma
-//! without. The GPU side is `sh.glsl`; [`oracle`] is the same mathematics on the CPU.
+//! Indirect light: what reaches the surfaces of the G-buffer by bounces.
 //!
-//! Bounce rays, which will fill this representation, are not here yet: the frame has no indirect lighting pass.
+//! * [`IndirectLighting`]: the stage, one path of bounce rays a pixel;
+//! * `sh.glsl` (in pt-shaders): diffuse light as it is filtered and stored, luma with its direction in spherical harmonics up to l = 1,
+//!   chroma without;
+//! * [`oracle`]: the same mathematics on the CPU.
 
 #![forbid(unsafe_code)]
 
+mod indirect;
 pub mod oracle;
+mod params;
+pub mod records;
+
+pub use indirect::IndirectLighting;
+pub use params::{BounceLights, IndirectParams};
+
+mod kernels {
+    include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
+}

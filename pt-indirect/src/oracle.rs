@@ -28,6 +28,18 @@ impl ShLight {
         Self { luma1: direction * (y * y1()), luma0: y * y0(), chroma: [co, cg] }
     }
 
+    /// Light of one unit direction that gives a surface facing `normal`, above whose horizon it is, exactly that irradiance.
+    pub fn encode_irradiance(direction: DVec3, irradiance: DVec3, normal: DVec3) -> Self {
+        Self::encode(direction, irradiance / (0.25 + 0.5 * direction.dot(normal).max(0.0)))
+    }
+
+    /// Light without a direction: every normal gets that irradiance.
+    pub fn constant(irradiance: DVec3) -> Self {
+        let [y, co, cg] = ycocg_from_rgb(irradiance);
+        let whole = PI * y0();
+        Self { luma1: DVec3::ZERO, luma0: y / whole, chroma: [co, cg].map(|c| c / (whole * y0())) }
+    }
+
     /// Irradiance of a surface that faces the unit vector `normal`, linear RGB, never negative for non-negative light. Chroma
     /// keeps its share of the whole luma, so that every normal sees the same hue.
     pub fn irradiance(&self, normal: DVec3) -> DVec3 {

@@ -80,11 +80,14 @@ fn kernel_equals_the_oracle() {
     for (case, gpu) in cases.iter().zip(buffer.read::<ShRecord>().unwrap()) {
         let light = encode(&[0, 1].map(|k| (case.directions[k].as_dvec3(), case.radiances[k].as_dvec3())));
         let irradiance = light.irradiance(case.normal.as_dvec3());
-        let actual =
-            [gpu.irradiance.to_array().as_slice(), &gpu.luma1.to_array(), &[gpu.luma0], &gpu.chroma].concat();
-        let expected =
-            [irradiance.to_array().as_slice(), &light.luma1.to_array(), &[light.luma0], &light.chroma]
-                .concat();
+        let [direction, other] = case.directions.map(|d| d.as_dvec3());
+        let (first, normal) = (case.radiances[0].as_dvec3(), case.normal.as_dvec3());
+        let of_irradiance = ShLight::encode_irradiance(direction, first, other).irradiance(normal);
+        let of_constant = ShLight::constant(first).irradiance(normal);
+        let vectors = [gpu.irradiance, gpu.of_irradiance, gpu.of_constant, gpu.luma1].map(|v| v.to_array());
+        let actual = [vectors.as_flattened(), &[gpu.luma0], &gpu.chroma].concat();
+        let vectors = [irradiance, of_irradiance, of_constant, light.luma1].map(|v| v.to_array());
+        let expected = [vectors.as_flattened(), &[light.luma0], &light.chroma].concat();
         // Some ten roundings of sums whose terms are at most the radiance.
         let scale = f64::from((case.radiances[0] + case.radiances[1]).max_element());
         for (a, e) in actual.iter().zip(&expected) {
@@ -185,6 +188,23 @@ proptest! {
         let irradiance = encode(&lights).irradiance(normal);
         prop_assert!(irradiance.min_element() >= -1e-12 * scale, "{irradiance}");
         prop_assert!(irradiance.max_element() <= 4.0 * scale);
+    }
+
+    /// What bounce rays store: exact at the normal of the surface itself, whatever it is blurred with later.
+    #[test]
+    fn irradiance_is_exact_at_its_own_normal(lights in lights(), normal in direction()) {
+        let lights: Vec<_> = lights.into_iter().map(|(d, e)| (d * d.dot(normal).signum(), e)).collect();
+        let light: ShLight = lights.iter().map(|&(d, e)| ShLight::encode_irradiance(d, e, normal)).sum();
+        let exact: DVec3 = lights.iter().map(|&(_, e)| e).sum();
+        let luma = |c| ycocg_from_rgb(c)[0];
+        prop_assert!((luma(light.irradiance(normal)) - luma(exact)).abs() <= 1e-11 * luma(exact).max(1e-300));
+        let one = ShLight::encode_irradiance(lights[0].0, lights[0].1, normal).irradiance(normal);
+        prop_assert!(close(one, lights[0].1, 4.0 * lights[0].1.max_element()), "with its hue: {one}");
+    }
+
+    #[test]
+    fn constant_light_is_the_same_for_all_normals(e in radiance(), normal in direction()) {
+        prop_assert!(close(ShLight::constant(e).irradiance(normal), e, 4.0 * e.max_element()));
     }
 
     #[test]

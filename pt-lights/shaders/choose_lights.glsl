@@ -2,6 +2,7 @@
 // estimate of the reflected light is f(l) L cos / pdf (one-sample Monte Carlo), with the BRDF's parts kept apart. Candidates that can
 // give light go into the slots of shadow_ray_slots.glsl.
 #include "shadow_ray_slots.glsl"
+#include "lights/emission_share.glsl"
 #include "lights/ris.glsl"
 #include "shading_point.glsl"
 
@@ -71,10 +72,21 @@ LightContext light_context(ShadingPoint s, ivec2 p) {
                         nee_at_tile(push.nee_at_tiles, p, split_size()));
 }
 
-// Puts a candidate into its slot; whether it can give light. `weight`: of multiple importance sampling.
-bool keep_candidate(ShadingPoint s, LightSample light, float weight, uint local, uint place) {
+// Part of the specular light of a candidate that bounce rays find. `local`: the light, if its index is known.
+float bounced_share(ShadingPoint s, LightSample light, uint candidate, uint local) {
+    bool emissive = candidate == CANDIDATE_EMISSIVE || candidate == CANDIDATE_LOCAL && local < scene.emissive_count;
+    if (push.emission_share == EMISSION_SHARE_LIGHT_SAMPLES || !emissive || light.pdf <= 0.0) return 0.0;
+    // Without an index the light was picked by power.
+    float light_pdf = local == NONE ? light.pdf : emissive_sample_pdf(light, local, s.position);
+    return emission_bounce_share(push.emission_share, s.world_from_local, s.view, light.direction, s.roughness, light_pdf);
+}
+
+// Puts a candidate into its slot; whether it can give light. `weight`: of multiple importance sampling; `bounced`: bounced_share(), 0 where
+// it is not known yet whether the ray passes glass.
+bool keep_candidate(ShadingPoint s, LightSample light, float weight, float bounced, uint local, uint place) {
     if (light.pdf <= 0.0 || weight <= 0.0 || max_component(light.radiance) <= 0.0) return false;
     BrdfValue f = reflected(s, light.direction);
+    f.specular *= 1.0 - bounced;
     if (max_component(f.diffuse + f.specular) <= 0.0) return false;
     vec3 scaled = light.radiance * (weight / light.pdf);
     ShadowRayTables tables = shadow_ray_tables();
@@ -114,7 +126,12 @@ uint choose_lights(ivec2 p) {
                 if (reflection) light.pdf = pdf;
                 weight = reflection ? power_weight(pdf, light_pdf) : power_weight(light_pdf, pdf);
             }
-            if (keep_candidate(s, light, weight, local, slot_place(slot, texel_index(p)))) {
+            float bounced = bounced_share(s, light, candidate, local);
+            if (shares_are_late() && is_emissive_slot(slot)) {
+                ShareTable(shadow_ray_tables().shares).at[texel_index(p)] = bounced;
+                bounced = 0.0;
+            }
+            if (keep_candidate(s, light, weight, bounced, local, slot_place(slot, texel_index(p)))) {
                 kept |= 1u << slot;
                 if (light.finite || local != NONE) near |= 1u << slot;
             }

@@ -66,6 +66,8 @@ void add_slots(ivec2 p, uint texel, uint state, vec4 base, float metallic, inout
             uvec4 light = SlotTable(tables.lights).at[place];
             diffuse = passed * unpack_light(light.xy);
             specular = passed * unpack_light(light.zw);
+            bool shared_late = shares_are_late() && is_emissive_slot(slot) && passed == vec3(1.0);
+            if (shared_late) specular *= 1.0 - ShareTable(tables.shares).at[texel];
             float distance = (end.w & END_FINITE) != 0u ? length(uintBitsToFloat(end.xyz) - position) : SKY_DISTANCE;
             add_light(sums.diffuse, diffuse, distance);
             add_light(sums.specular, specular, distance);

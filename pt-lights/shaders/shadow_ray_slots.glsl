@@ -6,6 +6,7 @@
 //     lights   the light that the ray brings if nothing is in its way: diffuse part in xy, specular part in zw (packed_light.glsl)
 //     list     slots that have a ray, in no particular order: the slot in the upper 4 bits, the texel in the lower 28
 //     states   of each texel: STATE_*, a bit for each slot
+//     shares   of each texel: the part of the specular light of its emissive triangle that bounce rays find, if shares_are_late()
 //     sums     of each texel: the light of the samples before, with `samples` above 1
 //
 // "choose lights" fills them, "shadow rays" marks what is hidden, "direct lighting" adds up.
@@ -21,6 +22,7 @@ layout(push_constant, scalar) uniform Push { DirectPush push; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ShadowRays { ShadowRayTables tables; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SlotTable { uvec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer StateTable { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ShareTable { float at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayList { ShadowRayList head; uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumTable { vec4 at[]; };
 // Whether local lights have one candidate together.
@@ -40,6 +42,15 @@ uint slot_count() { return merged_rays ? 4u : 5u; }
 uint slot_candidate(uint slot) {
     if (merged_rays) return slot == 0u ? CANDIDATE_SUN : slot + 2u;
     return slot < 3u ? slot : slot + 1u;
+}
+
+// The slot that may hold a sample of an emissive triangle.
+bool is_emissive_slot(uint slot) { return slot_candidate(slot) == (merged_rays ? CANDIDATE_LOCAL : CANDIDATE_EMISSIVE); }
+
+// Bounce rays leave the light behind glass alone: they do not go straight on. Where shadow rays are tinted, what bounce rays find is known
+// after the rays have been traced.
+bool shares_are_late() {
+    return scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u && push.emission_share != EMISSION_SHARE_LIGHT_SAMPLES;
 }
 
 // First bits of the slots in the state of a texel.

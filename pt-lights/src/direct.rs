@@ -7,7 +7,7 @@ use crate::shadow_rays::ShadowRays;
 use pt_core::trace::TraceVariant;
 use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo};
 use pt_shaders::channels;
-use pt_shaders::records::LightSampler;
+use pt_shaders::records::{EmissionShare, LightSampler};
 
 /// The direct lighting stage. Three passes for each light sample: lights are chosen, shadow rays are traced, and what arrives is added up. Apart
 /// from each other they need fewer registers than in one kernel, so that the device hides more of the time that memory takes.
@@ -19,6 +19,7 @@ pub struct DirectLighting {
     /// The passes before them, of `sampler=restir-di`.
     restir: Option<Restir>,
     nee_at: Option<NeeAt>,
+    emission_share: EmissionShare,
 }
 
 impl DirectLighting {
@@ -90,7 +91,14 @@ impl DirectLighting {
             Restir::DROPPING.check([&sum])?;
         }
         let nee_at = NeeAt::is_used(params).then(|| NeeAt::new(device)).transpose()?;
-        Ok(Self { choice, tracing, sum, shadow_rays: ShadowRays::new(device), restir, nee_at })
+        let shadow_rays = ShadowRays::new(device);
+        let emission_share = EmissionShare::LightSamples;
+        Ok(Self { choice, tracing, sum, shadow_rays, restir, nee_at, emission_share })
+    }
+
+    /// Leaves part of the specular light of emissive triangles to the bounce rays of pt-indirect. Without this call no light is left out.
+    pub fn leave_to_bounce_rays(&mut self, share: EmissionShare) {
+        self.emission_share = share;
     }
 
     /// What tiles of the screen have learned about the lights, with `sampler=nee-at`.
@@ -126,6 +134,7 @@ impl DirectLighting {
         counted: Option<&Counted>,
     ) -> Result<()> {
         let mut push = params.push(texture_lod_bias);
+        push.emission_share = self.emission_share.code();
         if !inputs.images.has_history() {
             push.restir_history = 0;
         }

@@ -8,8 +8,8 @@ use pt_core::knobs;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::StatisticsTable;
 use pt_shaders::records::{
-    AreaSampling, BvhImportance, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN,
-    LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
+    AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL,
+    KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {
@@ -144,6 +144,8 @@ impl DirectParams {
             nee_at_candidates: self.nee_at_candidates,
             light_sample: 0,
             ray_columns: 0,
+            emission_share: EmissionShare::LightSamples.code(),
+            pad: 0,
         }
     }
 }

@@ -88,6 +88,8 @@ pt_shaders::gpu_struct! {
         pub list: u64,
         /// A word for each texel.
         pub states: u64,
+        /// `float` for each texel: part of specular light that bounce rays find.
+        pub shares: u64,
         /// Two `vec4` for each texel, 0: none.
         pub sums: u64,
     }
@@ -187,5 +189,9 @@ pt_shaders::gpu_struct! {
         pub light_sample: u32,
         /// Workgroups in a row of the launch over the shadow rays.
         pub ray_columns: u32,
+        /// `EMISSION_SHARE_*`.
+        pub emission_share: u32,
+        /// Alignment.
+        pub pad: u32,
     }
 }

@@ -17,7 +17,7 @@ const TRACE_GROUP: [u32; 2] = [8, 4];
 const MAX_TEXELS: u64 = 1 << 28;
 /// Bytes of an end, and of the light that a ray brings.
 const SLOT_BYTES: u64 = 16;
-/// Bytes of a word of the list, and of a texel's state.
+/// Bytes of a word of the list, of a texel's state, and of what it leaves to bounce rays.
 const WORD_BYTES: u64 = 4;
 /// Bytes of a texel's sums.
 const SUM_BYTES: u64 = 32;
@@ -36,6 +36,7 @@ struct Tables {
     lights: Buffer,
     list: Buffer,
     states: Buffer,
+    shares: Buffer,
     /// With more than one light sample a pixel.
     sums: Option<Buffer>,
     addresses: Buffer,
@@ -51,7 +52,7 @@ fn slot_count(params: &DirectParams) -> u64 {
 
 /// Bytes for a texel of the split frame.
 fn texel_bytes(slots: u64, sums: bool) -> u64 {
-    slots * (2 * SLOT_BYTES + WORD_BYTES) + WORD_BYTES + if sums { SUM_BYTES } else { 0 }
+    slots * (2 * SLOT_BYTES + WORD_BYTES) + 2 * WORD_BYTES + if sums { SUM_BYTES } else { 0 }
 }
 
 /// Workgroups in a row of the launch over the rays.
@@ -79,16 +80,18 @@ impl Tables {
         let head = ShadowRayList { count: 0, groups: UVec3::new(ray_columns(frame), 0, 1) };
         list.write_through_staging(bytemuck::bytes_of(&head))?;
         let states = buffer("shadow ray states", texels * WORD_BYTES)?;
+        let shares = buffer("specular light left to bounce rays", texels * WORD_BYTES)?;
         let sums = sums.then(|| buffer("light of samples", texels * SUM_BYTES)).transpose()?;
         let addresses = ShadowRayTables {
             ends: ends.address(),
             lights: lights.address(),
             list: list.address(),
             states: states.address(),
+            shares: shares.address(),
             sums: sums.as_ref().map_or(0, Buffer::address),
         };
         let addresses = Buffer::from_slice(device, "shadow ray tables", &[addresses])?;
-        Ok(Self { frame, slots, ends, lights, list, states, sums, addresses })
+        Ok(Self { frame, slots, ends, lights, list, states, shares, sums, addresses })
     }
 }
 
@@ -113,7 +116,7 @@ impl ShadowRays {
     pub(crate) fn bind_choice<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         self.tables.borrow().iter().fold(pass, |pass, t| {
             let pass = pass.addresses(&t.addresses).streams_written(&t.ends).streams_written(&t.lights);
-            pass.streams_updated(&t.list).streams_written(&t.states)
+            pass.streams_updated(&t.list).streams_written(&t.states).streams_written(&t.shares)
         })
     }
 
@@ -121,7 +124,7 @@ impl ShadowRays {
     pub(crate) fn bind_sum<'f, 'r>(&self, pass: Pass<'f, 'r>, params: &DirectParams) -> Pass<'f, 'r> {
         self.tables.borrow().iter().fold(pass, |pass, t| {
             let pass = pass.addresses(&t.addresses).addresses_updated(&t.list);
-            let pass = pass.streams(&t.ends).streams(&t.lights).streams(&t.states);
+            let pass = pass.streams(&t.ends).streams(&t.lights).streams(&t.states).streams(&t.shares);
             t.sums.iter().filter(|_| params.samples > 1).fold(pass, Pass::streams_updated)
         })
     }

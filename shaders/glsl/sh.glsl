@@ -41,3 +41,16 @@ vec3 sh_irradiance(ShLight light, vec3 normal) {
     float whole = light.luma.w / SH_Y0;
     return whole > 0.0 ? rgb_from_ycocg(vec3(y, light.chroma * (y / whole))) : vec3(0.0);
 }
+
+// Light of one direction that gives a surface facing `normal` exactly that irradiance. sh_encode() makes 1/4 + cos/2 of a cosine; this
+// makes the cosine itself of it for one normal, so that nothing is gained or lost where light is evaluated with the normal of its own
+// surface. The direction is above the horizon of `normal`.
+ShLight sh_encode_irradiance(vec3 direction, vec3 irradiance, vec3 normal) {
+    return sh_encode(direction, irradiance / (0.25 + 0.5 * max(dot(direction, normal), 0.0)));
+}
+
+// Light without a direction: every normal gets that irradiance.
+ShLight sh_constant(vec3 irradiance) {
+    vec3 c = ycocg_from_rgb(irradiance);
+    return ShLight(vec4(vec3(0.0), c.x / SH_COSINE_Y0), c.yz / (SH_COSINE_Y0 * SH_Y0));
+}

@@ -266,7 +266,11 @@ crate::image_table! { "";
     COLOR_HF: "color_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo; m",
         "Direct diffuse light: irradiance / pi. a = mean distance of its lights: sum w / sum (w / d) over what arrived, w = luminance; 1e18 = infinitely far, 0 = no light.";
     COLOR_SPEC: "color_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0); m",
-        "Direct specular light, demodulated by the specular reflectance at normal incidence. a = mean distance of its lights, as in color_hf.";
+        "Specular light, direct and indirect, demodulated by the specular reflectance at normal incidence. a = length of the bounce ray, if it was drawn for the specular lobes; else mean distance of the direct lights, as in color_hf.";
+    COLOR_LF_SH: "color_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
+        "Indirect diffuse light: luma in spherical harmonics, xyz = l 1 along the axes, w = l 0.";
+    COLOR_LF_COCG: "color_lf_cocg", Rg32F, Split, Frame, XY, "irradiance / albedo",
+        "Indirect diffuse light: chroma without a direction, x = Co, y = Cg.";
     COLOR: "color", Rgba32F, Split, Frame, RGBA, "linear radiance",
         "Composited radiance, a = checkerboard flags.";
     FLAT_COLOR: "flat_color", Rgba32F, Flat, Frame, RGBA, "linear radiance",

@@ -25,6 +25,12 @@ pub const MAX_RIS_CANDIDATES: u32 = 16;
 /// Most neighbours of spatiotemporal resampling.
 pub const MAX_RESTIR_NEIGHBOURS: u32 = 8;
 
+/// Most bounces of a path of indirect light.
+pub const MAX_BOUNCES: u32 = 16;
+
+/// Dimensions of a vertex of such a path; `bounce_random.glsl` of pt-indirect says which is which.
+pub const BOUNCE_DIMENSIONS: u32 = 8 + MAX_RIS_CANDIDATES;
+
 macro_rules! dimensions {
     ($($name:ident: $first:literal, $count:expr, $numbers:literal;)*) => {
         $(#[doc = $numbers] pub const $name: u32 = $first;)*
@@ -51,7 +57,8 @@ dimensions! {
     DIM_NEE_AT_FEEDBACK: 30, 1, "The light that a pixel keeps as feedback (nee-at). x: whether the new one replaces the old one.";
     DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
     DIM_LIGHT_STORAGE: 60, 2, "Rounding of stored light, 60: diffuse, 61: specular. x, y, z: red, green, blue.";
-    DIM_COVERAGE: 64, 64, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 64 + i.";
+    DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; 8 and on: candidates.";
+    DIM_COVERAGE: 1024, 1024, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 1024 + i.";
 }
 
 /// The entry of a dimension; `None` when no decision draws from it.
@@ -61,7 +68,8 @@ pub fn dimension(number: u32) -> Option<&'static Dimension> {
 
 /// GLSL constants (`dimensions.glsl`).
 pub fn glsl() -> String {
-    DIMENSIONS.iter().map(|d| format!("const uint {} = {}u;\n", d.name, d.first)).collect()
+    let first = DIMENSIONS.iter().map(|d| format!("const uint {} = {}u;\n", d.name, d.first));
+    first.chain([format!("const uint BOUNCE_DIMENSIONS = {BOUNCE_DIMENSIONS}u;\n")]).collect()
 }
 
 #[cfg(test)]

@@ -474,6 +474,18 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Which part of the specular light of emissive triangles direct lighting leaves to bounce rays; `EMISSION_SHARE_*` in GLSL.
+    pub enum EmissionShare: "EMISSION_SHARE" {
+        /// None: light samples find all of it.
+        LightSamples = "light-samples",
+        /// All of it where the surface is smoother than a perceptual roughness of 0.18, none where it is rougher.
+        Crossover = "crossover",
+        /// Multiple importance sampling: by the densities with which the two find a point of the triangle.
+        Mis = "mis",
+    }
+}
+
 gpu_struct! {
     /// A punctual light (KHR_lights_punctual), intensity used 1:1 with radiance.
     pub struct LightRecord {
@@ -727,6 +739,7 @@ pub fn glsl() -> String {
     text.push_str(&BvhImportance::glsl());
     text.push_str(&AreaSampling::glsl());
     text.push_str(&Background::glsl());
+    text.push_str(&EmissionShare::glsl());
     text.push_str(&declarations());
     text
 }

@@ -19,6 +19,13 @@ pub fn builtin(name: &str) -> Scene {
     pt_import::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// The default parameters without bounces.
+pub fn direct_light_only() -> FrameParams {
+    let mut params = FrameParams::default();
+    params.indirect.bounces = 0.0;
+    params
+}
+
 /// A scene that is rendered frame by frame. Its methods panic where a test has to fail.
 pub struct Frames {
     session: Session,
@@ -94,6 +101,11 @@ impl Frames {
         let [width, height] = self.full.images().size();
         let pixels = self.floats(channel).chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect();
         LinearImage { width, height, pixels, state: ImageState::SceneReferred }
+    }
+
+    /// Other values of knobs that are not structural, for the next frames.
+    pub fn set_params(&mut self, params: FrameParams) {
+        self.params = params;
     }
 
     /// How rays are traced.

@@ -10,7 +10,7 @@ use pt_core::trace::TraceBackend;
 use pt_reference::direct::{DirectLight, Quality};
 use pt_scene::{Camera, Projection, Scene};
 use pt_shaders::channels::{ACCUMULATED, FLAT_COLOR};
-use pt_tests::{Frames, builtin};
+use pt_tests::{Frames, builtin, direct_light_only};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -49,7 +49,8 @@ fn to_blocks(pixels: &[[f64; 3]], size: [u32; 2], block: u32) -> Vec<[f64; 3]> {
 }
 
 fn accumulate(scene: Scene, camera: &Camera, size: [u32; 2], block: u32) -> Accumulated {
-    let mut frames = Frames::new(scene, camera, TraceBackend::Compute, size, 11, true);
+    let direct = direct_light_only();
+    let mut frames = Frames::with_params(scene, camera, TraceBackend::Compute, size, 11, true, direct);
     let rgb = |image: pt_image::image_file::LinearImage| -> Vec<[f64; 3]> {
         image.pixels.iter().map(|p| p.map(f64::from)).collect()
     };

@@ -5,7 +5,7 @@ use pt_core::trace::TraceBackend;
 use pt_image::image_file::{Layer, LayeredImage};
 use pt_scene::{Camera, Environment, Instance, Material, Mesh, Scene};
 use pt_shaders::channels::FLAT_COLOR;
-use pt_tests::Frames;
+use pt_tests::{Frames, direct_light_only};
 use std::f32::consts::FRAC_PI_2;
 use std::path::Path;
 
@@ -59,7 +59,15 @@ fn brightness(environment: &Environment) -> [f32; 4] {
         scene.validate().unwrap();
         // Narrow enough that the spot itself is not in the picture.
         let camera = Camera::look_at("corner", eye, Vec3::ZERO, 0.4);
-        let mut frames = Frames::new(scene, &camera, TraceBackend::Compute, [SIZE; 2], 3, false);
+        let mut frames = Frames::with_params(
+            scene,
+            &camera,
+            TraceBackend::Compute,
+            [SIZE; 2],
+            3,
+            false,
+            direct_light_only(),
+        );
         for _ in 0..4 {
             frames.render(0.0);
             let image = frames.image(FLAT_COLOR);

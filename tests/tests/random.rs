@@ -2,13 +2,13 @@
 
 use pt_app::params::{self, FrameParams};
 use pt_core::trace::TraceBackend;
-use pt_shaders::channels::{ACCUMULATED, COLOR_HF, ChannelId, VIEW_DIRECTION, VISIBILITY};
+use pt_shaders::channels::{ACCUMULATED, COLOR_HF, COLOR_LF_SH, ChannelId, VIEW_DIRECTION, VISIBILITY};
 use pt_tests::{Frames, builtin};
 
 const SOURCES: [&str; 3] = ["white", "blue-noise", "sobol"];
 
 fn with(source: &str, sets: &[&str]) -> FrameParams {
-    let mut all = vec![format!("gbuffer.random={source}")];
+    let mut all = vec![format!("gbuffer.random={source}"), "indirect.bounces=0".into()];
     all.extend(sets.iter().map(|set| (*set).to_owned()));
     params::resolve(None, &all).unwrap()
 }
@@ -39,10 +39,12 @@ fn every_stage_draws_from_the_source() {
     let still = ["gbuffer.jitter=none", "gbuffer.depth_of_field=false"];
     let lens = ["gbuffer.jitter=none", "gbuffer.lens_radius=0.05"];
     let choices = [&still[..], &["gbuffer.alternate_fields=false"]].concat();
-    let cases: [(&str, &str, &[&str], ChannelId); 5] = [
+    let bounce = [&still[..], &["indirect.bounces=1"]].concat();
+    let cases: [(&str, &str, &[&str], ChannelId); 6] = [
         ("position in the pixel", "cornell", &["gbuffer.depth_of_field=false"], VIEW_DIRECTION),
         ("position on the lens", "cornell", &lens, VIEW_DIRECTION),
         ("points on lights", "cornell", &still, COLOR_HF),
+        ("bounce rays", "cornell", &bounce, COLOR_LF_SH),
         ("lobe of glass", "glass", &choices, VIEW_DIRECTION),
         ("blended surfaces", "kinds", &still, VISIBILITY),
     ];

@@ -9,6 +9,7 @@ use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
 use pt_denoise::Composite;
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
+use pt_indirect::IndirectLighting;
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
 use pt_shaders::records::Background;
@@ -27,7 +28,7 @@ impl FullFrame {
     ) -> Result<Self> {
         let Session { device, scene, gpu, lights, .. } = session;
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
-        let traced = Some(TracedStages::new(device, params.gbuffer.variant(gpu.variant()), &params.lights)?);
+        let traced = Some(TracedStages::new(device, params.gbuffer.variant(gpu.variant()), params)?);
         Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
     }
 
@@ -56,14 +57,22 @@ impl FullFrame {
         let alpha = params.denoise.background == Background::Transparent;
         let parts = ChainParts { accumulate, picture: true, alpha };
         let post = PostChain::new(device, parts, &params.post)?;
+        let composite = || match params.indirect.is_on() {
+            true => Composite::with_indirect(device),
+            false => Composite::new(device),
+        };
         let mut stages: Vec<StageIo> = Vec::new();
         if traced.is_some() {
             stages.push(PrimaryRays::IO);
             stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
             stages.extend(DirectLighting::io(&params.lights));
+            stages.extend(params.indirect.is_on().then_some(IndirectLighting::IO));
         }
         if Stage::Denoise.is_in(first) {
-            stages.extend([SplitLight::UNFILTERED, Composite::IO]);
+            stages.extend(match params.indirect.is_on() {
+                true => [SplitLight::UNFILTERED_INDIRECT, Composite::IO_INDIRECT],
+                false => [SplitLight::UNFILTERED, Composite::IO],
+            });
         }
         stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
         stages.extend(post.io());
@@ -79,7 +88,7 @@ impl FullFrame {
             given,
             previous_camera: None,
             traced,
-            composite: Stage::Denoise.is_in(first).then(|| Composite::new(device)).transpose()?,
+            composite: Stage::Denoise.is_in(first).then(composite).transpose()?,
             interleave: Stage::Checkerboard.is_in(first).then(|| Interleave::new(device)).transpose()?,
             post,
             made_for: params.clone(),

@@ -4,7 +4,7 @@ mod access;
 mod assemble;
 mod stages;
 
-pub use stages::Stage;
+pub use stages::{Stage, bounce_lights};
 
 use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
@@ -105,6 +105,9 @@ impl FullFrame {
                 traced.reflect_refract.record(frame, &inputs, &gbuffer, bounce)?;
             }
             traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
+            if let Some(indirect) = &traced.indirect {
+                indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
+            }
         }
         if let Some(composite) = &self.composite {
             composite.record(frame, &inputs, SplitLight::unfiltered(&self.images), &params.denoise)?;

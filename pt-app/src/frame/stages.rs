@@ -1,11 +1,15 @@
 //! The stages by name, and those that need a scene.
 
+use crate::params::FrameParams;
 use crate::session::join;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Result};
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
+use pt_indirect::{BounceLights, IndirectLighting};
+use pt_lights::records::{GlassShadows, LightRays};
 use pt_lights::{DirectLighting, DirectParams};
 use pt_shaders::named_enum;
+use pt_shaders::records::LightSampler;
 use std::thread;
 
 named_enum! {
@@ -32,20 +36,47 @@ pub(super) struct TracedStages {
     pub(super) primary: PrimaryRays,
     pub(super) reflect_refract: ReflectRefract,
     pub(super) direct: DirectLighting,
+    /// Absent without bounces.
+    pub(super) indirect: Option<IndirectLighting>,
 }
 
 impl TracedStages {
     /// Compiles their kernels side by side.
-    pub(super) fn new(device: &Device, variant: TraceVariant, lights: &DirectParams) -> Result<Self> {
+    pub(super) fn new(device: &Device, variant: TraceVariant, params: &FrameParams) -> Result<Self> {
+        let FrameParams { lights, indirect, .. } = params;
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
+            let bounces = indirect
+                .is_on()
+                .then(|| threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights))));
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
             let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
-            Ok(Self {
+            let mut stages = Self {
                 primary: PrimaryRays::new(device, variant)?,
                 reflect_refract: join(reflect_refract)?,
                 direct: join(direct)?,
-            })
+                indirect: bounces.map(join).transpose()?,
+            };
+            stages.direct.leave_to_bounce_rays(indirect.left_by_direct_light(&bounce_lights(lights)));
+            Ok(stages)
         })
+    }
+}
+
+/// The surfaces that bounce rays meet are lit as those of the G-buffer are. Without one sampler for all local lights these are picked by
+/// power.
+pub fn bounce_lights(params: &DirectParams) -> BounceLights {
+    let push = params.push(0.0);
+    let merged = params.rays == LightRays::Merged;
+    BounceLights {
+        kinds: push.kinds,
+        sampler: if merged { params.sampler } else { LightSampler::Power },
+        area_sampling: params.area_sampling,
+        bvh_importance: params.bvh_importance,
+        ris_source: params.ris_source,
+        ris_candidates: params.ris_candidates,
+        ris_stratified: params.ris_stratified,
+        shadow_mask: push.mask,
+        tinted_glass: params.glass_shadows == GlassShadows::Tinted,
     }
 }

@@ -13,6 +13,10 @@ pt_shaders::gpu_struct! {
         pub normal: Vec3,
         /// Result: irradiance.
         pub irradiance: Vec3,
+        /// Result: irradiance at `normal` of `sh_encode_irradiance` of the first direction and radiance, for the second direction as normal.
+        pub of_irradiance: Vec3,
+        /// Result: irradiance at `normal` of `sh_constant` of the first radiance.
+        pub of_constant: Vec3,
         /// Result: luma coefficients of both together, l = 1.
         pub luma1: Vec3,
         /// Result: luma, l = 0.

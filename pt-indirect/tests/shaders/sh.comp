@@ -14,6 +14,8 @@ void main() {
     light.luma += second.luma;
     light.chroma += second.chroma;
     sh_case[i].irradiance = sh_irradiance(light, r.normal);
+    sh_case[i].of_irradiance = sh_irradiance(sh_encode_irradiance(r.directions[0], r.radiances[0], r.directions[1]), r.normal);
+    sh_case[i].of_constant = sh_irradiance(sh_constant(r.radiances[0]), r.normal);
     sh_case[i].luma1 = light.luma.xyz;
     sh_case[i].luma0 = light.luma.w;
     sh_case[i].chroma[0] = light.chroma.x;

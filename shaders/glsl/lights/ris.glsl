@@ -49,13 +49,14 @@ LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint ligh
 }
 
 // One of `count` candidates; its pdf is the reciprocal of the weight. `stratified`: the numbers that choose the lights are spread evenly.
-LightSample ris_sample(LightContext c, uvec2 key, float xi, uint source, uint count, bool stratified, out uint light) {
+// `dimension`: of the first candidate's random numbers.
+LightSample ris_sample(LightContext c, uvec2 key, uint dimension, float xi, uint source, uint count, bool stratified, out uint light) {
     LightSample kept = NO_LIGHT_SAMPLE;
     float sum = 0.0, kept_target = 0.0;
     light = NONE;
     if (scene.local_light_count == 0u) return kept;
     for (uint i = 0u; i < count; i++) {
-        uvec4 bits = random_bits(key, DIM_RIS + i);
+        uvec4 bits = random_bits(key, dimension + i);
         if (stratified) bits.x = bits.x / count + i * (0xffffffffu / count);
         uint drawn;
         LightSample s = ris_candidate(c, source, bits, drawn);
@@ -75,4 +76,8 @@ LightSample ris_sample(LightContext c, uvec2 key, float xi, uint source, uint co
     }
     if (light != NONE) kept.pdf = float(count) * kept_target / sum;
     return kept;
+}
+
+LightSample ris_sample(LightContext c, uvec2 key, float xi, uint source, uint count, bool stratified, out uint light) {
+    return ris_sample(c, key, DIM_RIS, xi, source, count, stratified, light);
 }

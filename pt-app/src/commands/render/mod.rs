@@ -64,7 +64,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     }
     writeln!(
         out,
-        "light: {} (pt reference traces the bounces too)",
+        "light: {} (pt reference traces all bounces)",
         images.origin(frames - 1, &session).light()
     )?;
     report::summary(frames, &timings, &session, size, full.images().size(), out)

@@ -1,29 +1,13 @@
-//! Projects an environment into the representation and compares its irradiance with the exact integral. Exit codes: 0 done,
-//! 2 usage or environment.
-
-#![forbid(unsafe_code)]
+//! Irradiance of the six axes from an environment: spherical harmonics up to l = 1 against the exact integral.
 
 use anyhow::Result;
-use clap::Parser;
 use glam::{DVec3, Vec2};
 use pt_core::console;
 use pt_indirect::oracle::{ShLight, ycocg_from_rgb};
 use pt_scene::{BadTexels, Environment};
 use std::f64::consts::{PI, TAU};
 use std::io::Write;
-use std::path::PathBuf;
-use std::process::ExitCode;
-
-/// Irradiance of the six axes from a lat-long environment: spherical harmonics up to l = 1 against the exact integral.
-#[derive(Parser)]
-#[command(version)]
-struct Args {
-    /// Lat-long radiance: hdr or exr.
-    environment: PathBuf,
-    /// Load an environment with negative, infinite or undefined values: they are set to 0 or to the largest half-precision number.
-    #[arg(long)]
-    env_clamp: bool,
-}
+use std::path::Path;
 
 const AXES: [(&str, DVec3); 6] = [
     ("+X", DVec3::X),
@@ -34,13 +18,10 @@ const AXES: [(&str, DVec3); 6] = [
     ("-Z", DVec3::NEG_Z),
 ];
 
-fn main() -> ExitCode {
-    console::program(|args, out| run(args, out).map(|()| true))
-}
-
-fn run(args: &Args, out: &mut impl Write) -> Result<()> {
-    let bad_texels = BadTexels::clamp_if(args.env_clamp);
-    let (environment, notices) = Environment::read(&args.environment, bad_texels)?;
+/// Prints the table. `clamp`: negative, infinite or undefined values are set to what can be used.
+pub fn run(path: &Path, clamp: bool, out: &mut impl Write) -> Result<()> {
+    let bad_texels = BadTexels::clamp_if(clamp);
+    let (environment, notices) = Environment::read(path, bad_texels)?;
     notices.iter().for_each(|notice| console::print_warning(notice));
     let (width, height) = (environment.image.width, environment.image.height);
     let mut light = ShLight::default();
@@ -59,7 +40,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         }
     }
 
-    writeln!(out, "{}: {width}x{height} texels; irradiance R G B", args.environment.display())?;
+    writeln!(out, "{}: {width}x{height} texels; irradiance R G B", path.display())?;
     writeln!(out, "axis {:>27}  {:>29}  {:>12}", "exact", "l <= 1", "luma error")?;
     for ((name, axis), exact) in AXES.into_iter().zip(exact) {
         let projected = light.irradiance(axis);

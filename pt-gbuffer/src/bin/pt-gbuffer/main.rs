@@ -2,7 +2,9 @@
 
 #![forbid(unsafe_code)]
 
-use anyhow::Result;
+mod sheet;
+
+use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_core::capture::keys;
 use pt_core::frame::Uniforms;
@@ -11,7 +13,7 @@ use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
 use pt_core::{FrameSizes, StageInputs};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
-use pt_image::image_file::ImageSize;
+use pt_image::image_file::{ImageSize, OutputFormat, PixelLayout, write_png};
 use pt_import::LoadOptions;
 use pt_scene::BadTexels;
 use pt_scene::gpu::{GpuScene, camera_record};
@@ -29,6 +31,9 @@ struct Args {
     /// The G-buffer of the last frame: an EXR with a layer for each channel.
     #[arg(short, long, value_name = "OUT.exr")]
     output: Option<PathBuf>,
+    /// A contact sheet: every channel in false colour, in the order that the program prints.
+    #[arg(long, value_name = "OUT.png")]
+    sheet: Option<PathBuf>,
     /// Image size in pixels.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     size: ImageSize,
@@ -56,6 +61,10 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let params: GbufferParams = args.stage.params()?;
     if let Some(path) = &args.output {
         check_output(path)?;
+    }
+    if let Some(path) = &args.sheet {
+        let format = pt_image::image_file::check_output(path)?;
+        ensure!(format == OutputFormat::Png, "{}: the contact sheet is a png", path.display());
     }
     let options = LoadOptions {
         environment: args.env.clone(),
@@ -90,6 +99,13 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let triangles = scene.statistics().instanced_triangles;
     writeln!(out, "{}: {triangles} triangles, {rate:.1} Mrays/s (primary), {}", scene.name, gpu.backend())?;
 
+    if let Some(path) = &args.sheet {
+        let sheet = sheet::contact_sheet(&images, PrimaryRays::IO.writes)?;
+        write_png(path, sheet.width, sheet.height, PixelLayout::Rgb, &sheet.pixels)?;
+        for (number, row) in (1..).zip(&sheet.rows) {
+            writeln!(out, "sheet, row {number}: {}", row.join(", "))?;
+        }
+    }
     if let Some(path) = &args.output {
         let metadata = [
             (keys::SCENE, scene.name.clone()),

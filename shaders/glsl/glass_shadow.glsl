@@ -2,6 +2,7 @@
 // the light of its middle, without the caustics that refraction makes.
 #include "absorption.glsl"
 #include "media.glsl"
+#include "ray_offset.glsl"
 #include "reflectance.glsl"
 #include "surface.glsl"
 

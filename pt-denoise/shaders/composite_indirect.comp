@@ -1,0 +1,3 @@
+// Composite of direct and indirect light.
+#define INDIRECT
+#include "composite.glsl"
