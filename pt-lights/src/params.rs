@@ -32,8 +32,7 @@ knobs! {
         pub reflection_roughness: f32 = 0.3, in 0.0..=1.0, source "Veach 1997, section 9.2";
         /// How many shadow rays a sample has for local lights: emissive triangles, point and spot lights.
         pub rays: LightRays = LightRays::PerKind => structural;
-        /// Whether the environment has a shadow ray of its own. With `list` and `rays=merged`, quads of it are among the lights that `sampler`
-        /// picks from, and a sample has one ray for all but directional lights.
+        /// Whether the environment has a shadow ray of its own, or is, with `rays=merged`, a part of the lights that `sampler` picks from, as quads.
         pub environment_rays: EnvironmentRays = EnvironmentRays::Own => structural;
         /// How a local light is picked with `rays=merged`.
         pub sampler: LightSampler = LightSampler::ClusterStats => structural;
