@@ -27,15 +27,14 @@ LocalLightRecord triangle_light(uint i) {
 }
 
 LocalLightRecord positional_light(uint i) {
-    LightRecord l = LightTable(scene.lights).at[scene.sun_count + i];
+    LightRecord l = LightTable(scene.light_tables.lights).at[scene.light_tables.sun_count + i];
     uint kind = l.kind == LIGHT_SPOT ? LOCAL_SPOT : LOCAL_POINT;
     return LocalLightRecord(l.position, kind, vec3(l.radius, l.spot_scale, l.spot_offset), luminance(l.intensity), l.direction, 0u, l.intensity, 0u);
 }
 
 void main() {
     uint i = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
-    if (gl_GlobalInvocationID.x >= push.width || i >= scene.local_light_count) return;
-    if (push.previous != 0ul) LocalLightsOut(push.previous).at[i] = LocalLightTable(push.local_lights).at[i];
+    if (gl_GlobalInvocationID.x >= push.width || i >= push.count) return;
     bool triangle = i < scene.emissive_count;
     LocalLightsOut(push.local_lights).at[i] = triangle ? triangle_light(i) : positional_light(i - scene.emissive_count);
 }

@@ -124,6 +124,7 @@ void direct_lighting(ivec2 p) {
     ShadingPoint s = load_shading_point(p, position);
     LightContext context = light_context(s, p);
     uvec2 seed = imageLoad(ch_rng_seed, p).xy;
+    begin_choices(seed, frame.frame_index);
     bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
     uint candidates = reflects ? CANDIDATES : CANDIDATES - 1u;
     uvec2 rays = uvec2(0u), choice = uvec2(NONE, 0u);

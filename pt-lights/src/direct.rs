@@ -59,6 +59,7 @@ impl DirectLighting {
             ("area_sampling", params.area_sampling.code().into()),
             ("bvh_importance", params.bvh_importance.code().into()),
             ("merged_rays", merged.into()),
+            ("replays_samples", params.replays().into()),
         ]);
         let restir = params.is_restir().then(|| Restir::new(device, variant, params)).transpose()?;
         let code = if restir.is_some() { &kernels::DIRECT_RESTIR } else { &kernels::DIRECT };
