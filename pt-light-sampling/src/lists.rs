@@ -1,6 +1,6 @@
 use crate::alias::AliasTable;
-use crate::emissive::{self, EmissiveTriangle, Twin};
 use crate::cluster_lists::changing_lights;
+use crate::emissive::{self, EmissiveTriangle, Twin};
 use crate::light_bounds::{self, LightBounds, local_lights};
 use crate::places::Places;
 use crate::{environment, punctual};

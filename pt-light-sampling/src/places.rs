@@ -112,7 +112,11 @@ mod tests {
         assert_eq!(step(&mut places, &[7, 5]), [5, 0, 7]);
         assert_eq!([0, 1, 2].map(|i| places.has_changed(i)), [false, true, false]);
         assert_eq!(step(&mut places, &[8, 7, 5]), [5, 8, 7], "a free place is taken");
-        assert_eq!(step(&mut places, &[8, 9, 5]), [5, 8, 0, 9], "that of a light that has just vanished is not");
+        assert_eq!(
+            step(&mut places, &[8, 9, 5]),
+            [5, 8, 0, 9],
+            "that of a light that has just vanished is not"
+        );
         assert_eq!(step(&mut places, &[8, 9, 5, 7]), [5, 8, 7, 9]);
         assert_eq!(step(&mut places, &[]), [0; 4]);
     }

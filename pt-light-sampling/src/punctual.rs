@@ -21,10 +21,8 @@ pub(crate) fn positional(scene: &Scene) -> impl Iterator<Item = &Light> + Clone 
 
 /// The directional lights, then the positional ones, each by their places. Free places and lights without intensity have probability 0.
 pub(crate) fn records(suns: &[Option<&Light>], positional: &[Option<&Light>]) -> Vec<LightRecord> {
-    let (no_sun, no_lamp) = (
-        Light::directional("", Vec3::NEG_Y, Vec3::ZERO),
-        Light::point("", Vec3::ZERO, Vec3::ZERO),
-    );
+    let (no_sun, no_lamp) =
+        (Light::directional("", Vec3::NEG_Y, Vec3::ZERO), Light::point("", Vec3::ZERO, Vec3::ZERO));
     let all = |lights: &[Option<&Light>], none: &Light| {
         group(&lights.iter().map(|light| light.unwrap_or(none)).collect::<Vec<_>>())
     };
@@ -129,7 +127,8 @@ mod tests {
     #[test]
     fn groups_stand_in_order_with_exact_probabilities() {
         let scene = Scene { lights: scene(), ..Scene::default() };
-        let [suns, lamps] = [suns(&scene).map(Some).collect::<Vec<_>>(), positional(&scene).map(Some).collect()];
+        let [suns, lamps] =
+            [suns(&scene).map(Some).collect::<Vec<_>>(), positional(&scene).map(Some).collect()];
         assert_eq!(suns.len(), 2);
         let records = records(&suns, &lamps);
         assert_eq!(

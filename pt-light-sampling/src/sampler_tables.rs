@@ -119,7 +119,11 @@ impl SamplerTables {
     pub(crate) fn buffers(&self) -> Vec<&Buffer> {
         let lists = self.lists.iter().flat_map(|l| [&l.records, &l.fixed, &l.changing]);
         let tree = self.tree.iter().flat_map(|t| [&t.nodes, &t.trails]);
-        lists.chain(tree).flat_map(Table::copies).chain(self.statistics.iter().flat_map(|s| s.buffers())).collect()
+        lists
+            .chain(tree)
+            .flat_map(Table::copies)
+            .chain(self.statistics.iter().flat_map(|s| s.buffers()))
+            .collect()
     }
 
     pub(crate) fn fill(&self, record: &mut SceneRecord) {

@@ -186,7 +186,11 @@ impl LightTables {
         let width = count.min(ROW);
         let push = LocalLightsPush { local_lights: self.local_lights.address(), width, count };
         let pass = gpu.bind(frame.pass("local lights", &self.place));
-        pass.addresses_updated(self.local_lights.now()).push(&push).dispatch([width, count.div_ceil(width), 1])
+        pass.addresses_updated(self.local_lights.now()).push(&push).dispatch([
+            width,
+            count.div_ceil(width),
+            1,
+        ])
     }
 
     /// Sets the addresses and counts of lights, emissive triangles and environment, and the environment's size, rotation
@@ -211,7 +215,8 @@ impl LightTables {
     pub fn attach(&self, gpu: &mut GpuScene) {
         self.fill(gpu.record_mut());
         let fixed = [&self.emissives, &self.emissive_alias, &self.emissive_lookup, &self.environment_alias];
-        let replaced = [&self.lights, &self.local_alias, &self.local_lights].into_iter().flat_map(Table::copies);
+        let replaced =
+            [&self.lights, &self.local_alias, &self.local_lights].into_iter().flat_map(Table::copies);
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
         let tables = fixed.into_iter().chain(replaced).chain(sampler).cloned().collect();
         let counts =

@@ -106,9 +106,11 @@ fn lists_follow_lights_that_change_unannounced() {
     let mut scene = Scene::default();
     let corners = [(-9.0, 9.0), (9.0, 9.0), (9.0, -9.0), (-9.0, -9.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
     polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::splat(0.5)));
-    // One side of the floor has lamps just above it, the other has them below: these do not reach its points.
+    // Some shine down from above the floor, the others from below it: these reach none of its clusters.
     let place = |i: u32, above: bool| Vec3::new(i as f32 - 8.0, if above { 0.5 } else { -0.5 }, 0.3);
-    scene.lights.extend((0..16).map(|i| Light::point("lamp", place(i, i < 4), Vec3::ONE)));
+    scene
+        .lights
+        .extend((0..16).map(|i| Light::spot("lamp", place(i, i < 4), Vec3::NEG_Y, 1.0, 1.4, Vec3::ONE)));
     let mut uploaded = Uploaded::new(&device, scene, TraceBackend::Compute);
     let sampler = LightSampler::ClusterCdf;
     let Uploaded { scene, lights, gpu } = &mut uploaded;

@@ -13,7 +13,7 @@ use pt_lights::records::LightRays;
 use pt_scene::animation::{Deformation, Influence, Skin};
 use pt_scene::{Light, Material, Scene};
 use pt_shaders::named_enum::NamedEnum;
-use pt_shaders::records::{LightSampler, RisSource};
+use pt_shaders::records::{LightSampler, NONE, RisSource};
 use std::sync::Arc;
 
 const SIZE: [u32; 2] = [16, 16];
@@ -67,7 +67,8 @@ fn lamp(id: u32) -> Light {
 fn hall() -> Scene {
     let mut scene = floor();
     for i in 0..24 {
-        let centre = Vec3::new((i % 6) as f32 * 1.4 - 3.5, 1.4 + (i % 4) as f32 * 0.3, (i / 6) as f32 * 2.0 - 3.0);
+        let centre =
+            Vec3::new((i % 6) as f32 * 1.4 - 3.5, 1.4 + (i % 4) as f32 * 0.3, (i / 6) as f32 * 2.0 - 3.0);
         let radiance = Vec3::new(1.0, 0.8, 0.6) * (1 + i * 5 % 8) as f32;
         square(&mut scene, centre, 0.15, true, Material::lamp("lamp", radiance));
     }
@@ -104,8 +105,9 @@ fn claims() -> Vec<(String, DirectParams)> {
     all
 }
 
-fn view<'d>(device: &'d TestDevice, scene: Scene, params: &DirectParams, random: RandomSource) -> View<'d> {
-    let mut view = View::with(device, scene, params.clone(), SIZE, random, 80);
+/// A view of the hall, with room for more lights.
+fn view<'d>(device: &'d TestDevice, params: &DirectParams, random: RandomSource) -> View<'d> {
+    let mut view = View::with(device, hall(), params.clone(), SIZE, random, 80);
     view.show(&surfaces());
     view
 }
@@ -118,98 +120,79 @@ fn gradient_pixels() -> impl Iterator<Item = usize> {
     (0..PIXELS).filter(|&i| is_gradient(i as u32))
 }
 
-/// While statistics adapt, gradient pixels have last frame's values to the bit. Every source of random numbers occurs, with one or three
-/// samples a pixel; cluster-stats and rays of every kind, which draw from all dimensions, have them all.
-#[test]
-fn without_change_the_last_frame_is_repeated() {
+fn differing<'a>(a: &'a [f64], b: &'a [f64]) -> impl FnMut(&usize) -> bool + 'a {
+    |&i| a[i] != b[i]
+}
+
+fn set_kinds(view: &mut View<'_>, local: bool, distant: bool) {
+    (view.params.positional, view.params.emissive) = (local, local);
+    (view.params.sun, view.params.environment) = (distant, distant);
+}
+
+/// Samplers share the three sources of random numbers. A kernel takes long to compile: each makes all checks.
+fn check_claims(random: RandomSource, part: usize) {
     let device = TestDevice::open();
-    for (i, (name, params)) in claims().into_iter().enumerate() {
-        let all = ["cluster-stats", "per-kind"].contains(&name.as_str());
-        for j in 0..if all { 3 } else { 1 } {
-            let random = [RandomSource::White, RandomSource::BlueNoise, RandomSource::Sobol][(i + j) % 3];
-            let params = DirectParams { samples: if (i + j) % 2 == 0 { 3 } else { 1 }, ..params.clone() };
-            let mut view = view(&device, hall(), &params, random);
-            (0..3).for_each(|_| drop(view.frame()));
-            let last = view.frame();
-            let now = view.frame_with(is_gradient);
-            let differ = |&i: &usize| now[i] != last[i];
-            let wrong = gradient_pixels().filter(differ).count();
-            assert_eq!(wrong, 0, "{name}, {}: gradient pixels that differ", random.name());
-            let others = (0..PIXELS).filter(|&i| !is_gradient(i as u32));
-            assert!(others.filter(differ).count() > 60, "{name}: the frames are the same anyway");
+    for (name, params) in claims().into_iter().skip(part).step_by(3) {
+        let mut view = view(&device, &params, random);
+        without_change_the_last_frame_is_repeated(&name, &mut view);
+        lights_that_double_give_twice_the_value(&name, &mut view);
+        if params.rays == LightRays::Merged {
+            choices_are_those_of_the_last_frame(&name, &mut view);
+            lights_appear_and_vanish(&name, &mut view);
         }
     }
 }
 
-/// The other pixels are lit as they are without gradient pixels.
 #[test]
-fn pixels_beside_gradient_pixels_are_not_touched() {
-    let device = TestDevice::open();
-    let (_, params) = claims().into_iter().find(|(name, _)| name == "cluster-stats").unwrap();
-    let [mut plain, mut replayed] = [(); 2].map(|_| view(&device, hall(), &params, RandomSource::White));
-    for frame in 0..4 {
-        for view in [&mut plain, &mut replayed] {
-            stir(&mut view.uploaded.scene, frame);
-        }
-        let (plain, now) = (plain.frame(), replayed.frame_with(|i| frame == 3 && is_gradient(i)));
-        let same = |i: usize| plain[i] == now[i];
-        assert!((0..PIXELS).filter(|&i| frame < 3 || !is_gradient(i as u32)).all(same), "frame {frame}");
-        assert!(frame < 3 || gradient_pixels().filter(|&i| same(i)).count() < 100);
-    }
+fn samplers_with_white_noise() {
+    check_claims(RandomSource::White, 0);
 }
 
-/// Every light moves and changes its intensity in every frame: the choices stay those of the last frame.
 #[test]
-fn choices_are_those_of_the_last_frame() {
-    let device = TestDevice::open();
-    for (name, params) in claims().into_iter().filter(|(_, params)| params.rays == LightRays::Merged) {
-        let mut view = view(&device, hall(), &params, RandomSource::White);
-        let mut moved = 0;
-        for frame in 0..5 {
-            stir(&mut view.uploaded.scene, frame);
-            view.frame();
-        }
-        for frame in 5..8 {
-            let last = view.choices();
-            stir(&mut view.uploaded.scene, frame);
-            let light = view.frame_with(|_| frame != 6);
-            if frame == 6 {
-                let same = view.choices().iter().zip(&last).filter(|(a, b)| a[0] == b[0]).count();
-                assert!(same < PIXELS / 2, "{name}: {same} pixels choose the same anyway");
-                continue;
-            }
-            // A gradient pixel of the last frame is none now: in frame 5 all are, in frame 6 none, in frame 7 all.
-            for (now, last) in view.choices().iter().zip(&last) {
-                assert_eq!(now[0], last[0], "{name}: light");
-                moved += usize::from(now[1] != last[1]);
-            }
-            assert!(light.iter().all(|light| light.is_finite()), "{name}");
-        }
-        assert!(moved > 20, "{name}: only {moved} pixels have chosen a light that moves");
-    }
+fn samplers_with_blue_noise() {
+    check_claims(RandomSource::BlueNoise, 1);
 }
 
-/// The intensity of one of several lights doubles: its pixels have exactly twice the value, the others the same.
 #[test]
-fn light_that_doubles_gives_twice_the_value() {
-    let device = TestDevice::open();
-    let suns = DirectParams { positional: false, ..DirectParams::default() };
-    let suns = ("suns".to_string(), DirectParams { replay: true, ..suns });
-    for (name, params) in claims().into_iter().chain([suns]) {
-        let mut scene = floor();
-        scene.lights = if name == "suns" { hall().lights.split_off(24) } else { (1..=12).map(lamp).collect() };
-        let double = scene.lights.len() / 2;
-        let mut view = view(&device, scene, &params, RandomSource::White);
-        (0..3).for_each(|_| drop(view.frame()));
+fn samplers_with_sobol() {
+    check_claims(RandomSource::Sobol, 2);
+}
+
+/// While statistics adapt, gradient pixels have last frame's values to the bit.
+fn without_change_the_last_frame_is_repeated(name: &str, view: &mut View<'_>) {
+    view.frame();
+    for samples in [1, 3] {
+        view.params.samples = samples;
+        (0..2).for_each(|_| drop(view.frame()));
+        let last = view.frame();
+        let now = view.frame_with(is_gradient);
+        let wrong = gradient_pixels().filter(differing(&now, &last)).count();
+        assert_eq!(wrong, 0, "{name}, {samples} samples: gradient pixels that differ");
+        let others = (0..PIXELS).filter(|&i| !is_gradient(i as u32));
+        assert!(others.filter(differing(&now, &last)).count() > 60, "{name}: the frames are the same anyway");
+    }
+    view.params.samples = 1;
+}
+
+/// The intensity of every third light doubles: a pixel that has chosen it has exactly twice the value, others the same.
+fn lights_that_double_give_twice_the_value(name: &str, view: &mut View<'_>) {
+    let emissive = view.uploaded.lights.lists().emissives.len();
+    for local in [true, false] {
+        set_kinds(view, local, !local);
+        (view.params.environment, view.params.emissive) =
+            (false, local && view.params.rays == LightRays::Merged);
         let before = view.frame();
-        view.uploaded.scene.lights[double].intensity *= 2.0;
+        view.uploaded.scene.lights.iter_mut().step_by(3).for_each(|light| light.intensity *= 2.0);
         let after = view.frame_with(|_| true);
         let choices = view.choices();
         let mut doubled = 0;
         for i in 0..PIXELS {
-            let twice = match params.rays {
-                LightRays::Merged => choices[i][0] as usize == double,
-                LightRays::PerKind => after[i] != before[i],
+            let place = choices[i][0] as usize;
+            let twice = match (view.params.rays, local) {
+                (LightRays::Merged, true) => {
+                    place != NONE as usize && place >= emissive && (place - emissive).is_multiple_of(3)
+                }
+                _ => after[i] != before[i],
             };
             assert_eq!(after[i], before[i] * if twice { 2.0 } else { 1.0 }, "{name}: pixel {i}");
             doubled += usize::from(twice && after[i] > 0.0);
@@ -217,18 +200,99 @@ fn light_that_doubles_gives_twice_the_value() {
         assert!((3..PIXELS).contains(&doubled), "{name}: {doubled} pixels");
         assert!(view.frame() != after, "{name}");
     }
+    set_kinds(view, true, true);
+}
+
+/// Every light moves and changes its intensity in every frame: the choices stay those of the last frame.
+fn choices_are_those_of_the_last_frame(name: &str, view: &mut View<'_>) {
+    let mut moved = 0;
+    for frame in 0..5 {
+        let last = view.choices();
+        stir(&mut view.uploaded.scene, frame);
+        let repeats = frame == 2 || frame == 4;
+        let light = view.frame_with(|_| repeats);
+        assert!(light.iter().all(|light| light.is_finite()), "{name}");
+        let pairs = || last.iter().zip(view.choices());
+        if repeats {
+            for (last, now) in pairs() {
+                assert_eq!(now[0], last[0], "{name}: light");
+                moved += usize::from(now[1] != last[1]);
+            }
+        } else {
+            let same = pairs().filter(|(last, now)| last[0] == now[0]).count();
+            assert!(same < PIXELS / 2, "{name}: {same} pixels choose the same anyway");
+        }
+    }
+    assert!(moved > 20, "{name}: only {moved} pixels have chosen a light that moves");
+}
+
+/// Lights appear and vanish in every frame. A pixel whose light is still there keeps its value; one whose light has vanished is black.
+fn lights_appear_and_vanish(name: &str, view: &mut View<'_>) {
+    set_kinds(view, true, false);
+    let (mut kept, mut gone) = (0, 0);
+    let mut last: Option<(Vec<f64>, Vec<Chosen>)> = None;
+    for frame in 0..8 {
+        // Between 6 and 29 lights, in a row that turns.
+        let count = 6 + frame * 17 % 24;
+        let ids = (0..count).map(|i| 1 + (i * 5 + frame * 3) % 29);
+        view.uploaded.scene.lights = ids.map(lamp).collect();
+        let light = view.frame_with(|i| frame % 2 == 1 && is_gradient(i));
+        assert!(light.iter().all(|light| light.is_finite()), "{name}: frame {frame}");
+        let chosen = chosen_lights(view);
+        if let (Some((values, before)), 1) = (&last, frame % 2) {
+            // A place that was free is a choice too: a light that has appeared there counts as a change.
+            for i in gradient_pixels().filter(|&i| before[i] != Chosen::Nothing) {
+                let lights = &view.uploaded.scene.lights;
+                let stays = match before[i] {
+                    Chosen::Id(id) => lights.iter().any(|light| light.id == id),
+                    _ => true,
+                };
+                assert_eq!(light[i], if stays { values[i] } else { 0.0 }, "{name}: frame {frame}, pixel {i}");
+                assert!(!stays || chosen[i] == before[i], "{name}: another light");
+                kept += usize::from(stays && light[i] > 0.0);
+                gone += usize::from(!stays && values[i] > 0.0);
+            }
+        }
+        last = Some((light, chosen));
+    }
+    assert!(kept > 40 && gone > 10, "{name}: {kept} {gone}");
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Chosen {
+    Nothing,
+    Triangle(u32),
+    Id(u32),
+}
+
+/// The lights that the pixels have chosen; [`Light::id`] where it is one of the scene.
+fn chosen_lights(view: &View<'_>) -> Vec<Chosen> {
+    let lists = view.uploaded.lights.lists();
+    let chosen = |index: u32| {
+        let triangles = lists.emissives.len() as u32;
+        if index < triangles {
+            return Chosen::Triangle(index);
+        }
+        let record = lists.lights.get(lists.sun_count as usize + (index.wrapping_sub(triangles)) as usize);
+        let mut lights = view.uploaded.scene.lights.iter();
+        let light = record.and_then(|record| lights.find(|light| light.position == record.position));
+        light.map_or(Chosen::Nothing, |light| Chosen::Id(light.id))
+    };
+    view.choices().iter().map(|&[index, _]| chosen(index)).collect()
 }
 
 /// A ball that comes nearer: the replayed estimate has the mean of this frame's estimate, also where the sample was chosen among candidates.
 #[test]
 fn light_that_moves_is_lit_where_it_is() {
     let device = TestDevice::open();
-    let ball = |y: f32| Light { radius: 0.3, ..Light::point("ball", Vec3::new(0.2, y, 0.1), Vec3::splat(5.0)) };
-    for (name, params) in claims() {
+    let ball =
+        |y: f32| Light { radius: 0.3, ..Light::point("ball", Vec3::new(0.2, y, 0.1), Vec3::splat(5.0)) };
+    for (name, params) in claims().into_iter().filter(|(name, _)| name == "uniform" || name == "ris") {
         let mut scene = floor();
         scene.instances.truncate(1);
         scene.lights.push(ball(6.0));
-        let mut view = view(&device, scene, &params, RandomSource::White);
+        let mut view = View::new(&device, scene, params, SIZE);
+        view.show(&surfaces());
         view.frame();
         view.uploaded.scene.lights[0] = ball(1.5);
         let replayed: f64 = view.frame_with(|_| true).iter().sum();
@@ -238,68 +302,32 @@ fn light_that_moves_is_lit_where_it_is() {
     }
 }
 
-/// Lights appear and vanish in every frame. A pixel whose light is still there keeps its value; one whose light has vanished is black.
+/// Pixels beside gradient pixels are lit as they are without any. Shadow rays of gradient pixels do not count: statistics are afterwards as
+/// if no ray had been traced.
 #[test]
-fn lights_appear_and_vanish() {
-    let device = TestDevice::open();
-    for (name, params) in claims().into_iter().filter(|(_, params)| params.rays == LightRays::Merged) {
-        let mut scene = floor();
-        scene.lights = (1..=12).map(lamp).collect();
-        let mut view = view(&device, scene, &params, RandomSource::White);
-        let (mut kept, mut gone) = (0, 0);
-        let mut last: Option<(Vec<f64>, Vec<u32>)> = None;
-        for frame in 0..9 {
-            // Between 6 and 29 lights, in a row that turns.
-            let count = 6 + frame * 17 % 24;
-            let ids = (0..count).map(|i| 1 + (i * 5 + frame * 3) % 29);
-            view.uploaded.scene.lights = ids.map(lamp).collect();
-            let gradient = |i: u32| frame % 2 == 1 && is_gradient(i);
-            let light = view.frame_with(gradient);
-            assert!(light.iter().all(|light| light.is_finite()), "{name}: frame {frame}");
-            let exists = |id: u32| view.uploaded.scene.lights.iter().any(|light| light.id == id);
-            let lists = view.uploaded.lights.lists();
-            let chosen: Vec<u32> = (view.choices().iter())
-                .map(|&[index, _]| match lists.lights.get(index as usize) {
-                    Some(record) => view.uploaded.scene.lights.iter().find(|l| l.position == record.position),
-                    None => None,
-                })
-                .map(|light| light.map_or(0, |light| light.id))
-                .collect();
-            if let (Some((values, ids)), 1) = (&last, frame % 2) {
-                // A place that was free is a choice too: a light that has appeared there counts as a change.
-                for i in gradient_pixels().filter(|&i| ids[i] != 0) {
-                    let stays = exists(ids[i]);
-                    assert_eq!(light[i], if stays { values[i] } else { 0.0 }, "{name}: frame {frame}, pixel {i}");
-                    assert!(!stays || chosen[i] == ids[i], "{name}: another light");
-                    kept += usize::from(stays && light[i] > 0.0);
-                    gone += usize::from(!stays && values[i] > 0.0);
-                }
-            }
-            last = Some((light, chosen));
-        }
-        assert!(kept > 50 && gone > 50, "{name}: {kept} {gone}");
-    }
-}
-
-/// Shadow rays of gradient pixels do not count: the statistics are as if there had been none in that frame.
-#[test]
-fn gradient_pixels_are_not_counted_twice() {
+fn gradient_pixels_change_nothing_else() {
     let device = TestDevice::open();
     let params = claims().into_iter().find(|(name, _)| name == "cluster-stats").unwrap().1;
     let params = DirectParams { statistics_interval: 1, statistics_frames: 1, ..params };
-    let third = |change: &dyn Fn(&mut View<'_>)| {
-        let mut view = view(&device, hall(), &params, RandomSource::White);
+    let mut view = view(&device, &params, RandomSource::White);
+    // Two frames, the second of which has gradient pixels or is without local lights, and a third one.
+    let mut three = |is_gradient: &dyn Fn(u32) -> bool, local: bool| {
+        view.restart();
+        stir(&mut view.uploaded.scene, 0);
         view.frame();
-        change(&mut view);
-        (view.params.emissive, view.params.positional) = (true, true);
-        view.frame()
+        stir(&mut view.uploaded.scene, 1);
+        set_kinds(&mut view, local, true);
+        let second = view.frame_with(is_gradient);
+        set_kinds(&mut view, true, true);
+        [second, view.frame()]
     };
-    let replayed = third(&|view| drop(view.frame_with(|_| true)));
-    let without = third(&|view| {
-        (view.params.emissive, view.params.positional) = (false, false);
-        view.frame();
-    });
-    let counted = third(&|view| drop(view.frame()));
+    let [plain, counted] = three(&|_| false, true);
+    let [partly, _] = three(&is_gradient, true);
+    let beside = |&i: &usize| !is_gradient(i as u32);
+    assert_eq!((0..PIXELS).filter(beside).filter(differing(&plain, &partly)).count(), 0);
+    assert!(gradient_pixels().filter(differing(&plain, &partly)).count() > 60);
+    let [_, replayed] = three(&|_| true, true);
+    let [_, without] = three(&|_| false, false);
     assert!(replayed == without && replayed != counted);
 }
 
@@ -307,24 +335,27 @@ fn gradient_pixels_are_not_counted_twice() {
 #[test]
 fn lamp_that_deforms_gives_light_from_where_it_is() {
     let device = TestDevice::open();
-    let lit = |joints: &dyn Fn(u32) -> Affine3A| {
-        let mut scene = floor();
-        scene.instances.truncate(1);
-        square(&mut scene, Vec3::new(0.0, 2.0, 0.0), 0.4, true, Material::lamp("lamp", Vec3::splat(9.0)));
-        let mesh = scene.meshes.last_mut().unwrap();
-        mesh.positions.iter().for_each(|_| mesh.influences.push([Influence { joint: 0, weight: 1.0 }]));
-        let skin = Skin { joints: vec![0], inverse_bind: vec![Affine3A::IDENTITY] };
-        mesh.deformation = Some(Box::new(Deformation::new(mesh, 0, Some(Arc::new(skin)), &[])));
-        let mut view = view(&device, scene, &DirectParams::default(), RandomSource::White);
+    let mut scene = floor();
+    scene.instances.truncate(1);
+    square(&mut scene, Vec3::new(0.0, 2.0, 0.0), 0.4, true, Material::lamp("lamp", Vec3::splat(9.0)));
+    let mesh = scene.meshes.last_mut().unwrap();
+    mesh.positions.iter().for_each(|_| mesh.influences.push([Influence { joint: 0, weight: 1.0 }]));
+    let skin = Skin { joints: vec![0], inverse_bind: vec![Affine3A::IDENTITY] };
+    mesh.deformation = Some(Box::new(Deformation::new(mesh, 0, Some(Arc::new(skin)), &[])));
+    let mut view = View::new(&device, scene, DirectParams::default(), SIZE);
+    view.show(&surfaces());
+    let mut fourth = |joint: &dyn Fn(u32) -> Affine3A| {
+        view.reset();
         for frame in 0..3 {
             if let Some(deformation) = &mut view.uploaded.scene.meshes.last_mut().unwrap().deformation {
-                deformation.joints[0] = joints(frame);
+                deformation.joints[0] = joint(frame);
             }
             view.frame();
         }
         view.frame()
     };
-    let moved = Affine3A::from_translation(Vec3::new(1.5, 0.0, 1.0));
-    let later = lit(&|frame| if frame < 2 { Affine3A::IDENTITY } else { moved });
-    assert!(later == lit(&|_| moved) && later != lit(&|_| Affine3A::IDENTITY));
+    let (here, there) = (Affine3A::IDENTITY, Affine3A::from_translation(Vec3::new(1.5, 0.0, 1.0)));
+    let stays = fourth(&|_| here);
+    let moves = fourth(&|frame| if frame < 2 { here } else { there });
+    assert!(moves == fourth(&|_| there) && moves != stays);
 }

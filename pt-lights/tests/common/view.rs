@@ -4,12 +4,12 @@ use glam::{UVec2, Vec3};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::pack_unit_vector;
+use pt_core::random::RandomSource;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
-use pt_core::random::RandomSource;
 use pt_core::trace::TraceVariant;
+use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
 use pt_light_sampling::LightTables;
 use pt_light_sampling::test_support::Uploaded;
 use pt_lights::{Counted, DirectLighting, DirectParams};
@@ -184,6 +184,13 @@ impl<'d> View<'d> {
     pub fn reset(&mut self) {
         self.images.reset_history();
         self.index = 0;
+    }
+
+    /// The same, and light tables are new.
+    pub fn restart(&mut self) {
+        let Uploaded { scene, lights, gpu } = &mut self.uploaded;
+        lights.prepare(self.device, scene, gpu, self.params.sampler_choice()).unwrap();
+        self.reset();
     }
 
     /// Radiance of every flat pixel of the next frame, luminance.
