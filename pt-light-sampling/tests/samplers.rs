@@ -107,7 +107,7 @@ fn lists_follow_lights_that_change_unannounced() {
     let corners = [(-9.0, 9.0), (9.0, 9.0), (9.0, -9.0), (-9.0, -9.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
     polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::splat(0.5)));
     // Some shine down from above the floor, the others from below it: these reach none of its clusters.
-    let place = |i: u32, above: bool| Vec3::new(i as f32 - 8.0, if above { 0.5 } else { -0.5 }, 0.3);
+    let place = |i: u32, above: bool| Vec3::new(0.25 * i as f32 - 2.0, if above { 0.5 } else { -0.5 }, 0.3);
     scene
         .lights
         .extend((0..16).map(|i| Light::spot("lamp", place(i, i < 4), Vec3::NEG_Y, 1.0, 1.4, Vec3::ONE)));
