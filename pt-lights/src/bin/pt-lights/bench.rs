@@ -177,6 +177,7 @@ impl Contestant {
     fn restart(&self, view: &mut View) -> Result<()> {
         let View { device, scene, gpu, lights, images, .. } = view;
         images.reset_history();
+        lights.keep_last_frame(self.params.replays());
         Ok(lights.prepare(device, scene, gpu, self.params.sampler_choice())?)
     }
 
