@@ -186,16 +186,16 @@ fn lights_that_double_give_twice_the_value(name: &str, view: &mut View<'_>) {
         let after = view.frame_with(|_| true);
         let choices = view.choices();
         let mut doubled = 0;
-        for i in 0..PIXELS {
-            let place = choices[i][0] as usize;
+        for (i, ((now, last), choice)) in after.iter().zip(&before).zip(&choices).enumerate() {
+            let place = choice[0] as usize;
             let twice = match (view.params.rays, local) {
                 (LightRays::Merged, true) => {
                     place != NONE as usize && place >= emissive && (place - emissive).is_multiple_of(3)
                 }
-                _ => after[i] != before[i],
+                _ => now != last,
             };
-            assert_eq!(after[i], before[i] * if twice { 2.0 } else { 1.0 }, "{name}: pixel {i}");
-            doubled += usize::from(twice && after[i] > 0.0);
+            assert_eq!(*now, last * if twice { 2.0 } else { 1.0 }, "{name}: pixel {i}");
+            doubled += usize::from(twice && *now > 0.0);
         }
         assert!((3..PIXELS).contains(&doubled), "{name}: {doubled} pixels");
         assert!(view.frame() != after, "{name}");
