@@ -60,7 +60,7 @@ fn lamp(id: u32) -> Light {
         0 => Light::spot("spot", position, Vec3::new(0.2, -1.0, 0.1), 0.5, 1.2, intensity),
         _ => Light::point("lamp", position, intensity),
     };
-    Light { id, radius: if id % 4 == 0 { 0.1 } else { 0.0 }, ..light }
+    Light { id, radius: if id.is_multiple_of(4) { 0.1 } else { 0.0 }, ..light }
 }
 
 /// Every kind of light: 48 emissive triangles, 24 point and spot lights, suns, an environment.
@@ -113,7 +113,7 @@ fn view<'d>(device: &'d TestDevice, params: &DirectParams, random: RandomSource)
 }
 
 fn is_gradient(i: u32) -> bool {
-    (i * 7 + i / 16) % 3 != 0
+    !(i * 7 + i / 16).is_multiple_of(3)
 }
 
 fn gradient_pixels() -> impl Iterator<Item = usize> {
