@@ -50,6 +50,14 @@ pub enum Error {
         /// Dotted name of the knob.
         key: String,
     },
+    /// More punctual lights than the tables have room for.
+    #[error("{lights} punctual lights, but the light tables have room for {room}: make them with more room")]
+    TooManyLights {
+        /// How many places the lights take.
+        lights: usize,
+        /// How many there are.
+        room: usize,
+    },
     /// A validation run was asked for without the layers.
     #[error(
         "validation asked for, but VK_LAYER_KHRONOS_validation is not installed; run scripts/setup-vulkan.sh --tests"

@@ -13,8 +13,8 @@ float power_weight(float pdf, float other) { return pdf > 0.0 ? 1.0 / (1.0 + squ
 // The kinds of light that count and that the scene has; emissive triangles, point and spot lights are one.
 uint light_kinds() {
     uint kinds = push.kinds & KIND_SUN;
-    if (scene.sun_count == 0u) kinds = 0u;
-    if (scene.local_light_count > 0u && (push.kinds & (KIND_EMISSIVE | KIND_POSITIONAL)) != 0u) kinds |= KIND_LOCAL;
+    if (scene.light_tables.sun_count == 0u) kinds = 0u;
+    if (scene.light_tables.local_light_count > 0u && (push.kinds & (KIND_EMISSIVE | KIND_POSITIONAL)) != 0u) kinds |= KIND_LOCAL;
     if (scene.environment_intensity > 0.0) kinds |= push.kinds & KIND_ENVIRONMENT;
     return kinds;
 }
@@ -51,7 +51,8 @@ LightSample local_sample(LightContext c, uvec2 key, uint vertex, out uint light)
         if (light != NONE) s = sample_local_light(c, light, xi.zw);
         s.pdf *= pmf;
     }
-    bool on = light != NONE && (push.kinds & (light < scene.emissive_count ? KIND_EMISSIVE : KIND_POSITIONAL)) != 0u;
+    // Quads of the environment may be among the local lights; here the environment has samples of its own.
+    bool on = light != NONE && (push.kinds & kind_of_light(light) & (KIND_EMISSIVE | KIND_POSITIONAL)) != 0u;
     return on ? s : NO_LIGHT_SAMPLE;
 }
 

@@ -51,7 +51,7 @@ vec3 radiance_from_afar(BouncePath path) {
         sum += ray_weight(path, environment_pdf(direction) * kind_pmf()) * environment_radiance(direction);
     }
     if (!kind_on(KIND_SUN)) return sum;
-    for (uint i = 0u; i < scene.sun_count; i++) {
+    for (uint i = 0u; i < scene.light_tables.sun_count; i++) {
         SunDisc disc = sun_disc(i, direction);
         if (disc.pdf > 0.0) sum += ray_weight(path, disc.pdf * kind_pmf()) * disc.radiance;
     }

@@ -52,7 +52,7 @@ void main() {
     }
     barrier();
     if (gl_LocalInvocationID.x != 0u) return;
-    SubsetTable row = SubsetTable(scene.cluster_subsets + uint64_t((cluster * 6u + side) * SUBSET_ROW) * 4ul);
+    SubsetTable row = SubsetTable(scene.light_tables.cluster_subsets + uint64_t((cluster * 6u + side) * SUBSET_ROW) * 4ul);
     // Too many of them: uniform.
     row.at[0] = count <= MAX_SUBSETS ? float(count) : 0.0;
     float sum = 0.0;

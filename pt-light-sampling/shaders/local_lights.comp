@@ -27,7 +27,7 @@ LocalLightRecord triangle_light(uint i) {
 }
 
 LocalLightRecord positional_light(uint i) {
-    LightRecord l = LightTable(scene.lights).at[scene.sun_count + i];
+    LightRecord l = LightTable(scene.light_tables.lights).at[scene.light_tables.sun_count + i];
     uint kind = l.kind == LIGHT_SPOT ? LOCAL_SPOT : LOCAL_POINT;
     return LocalLightRecord(l.position, kind, vec3(l.radius, l.spot_scale, l.spot_offset), luminance(l.intensity), l.direction, 0u, l.intensity, 0u);
 }
@@ -44,14 +44,13 @@ LocalLightRecord environment_light(uint i) {
 LocalLightRecord light_now(uint i) {
     switch (kind_of_light(i)) {
     case KIND_EMISSIVE: return triangle_light(i);
-    case KIND_POSITIONAL: return positional_light(i - scene.emissive_count);
+    case KIND_POSITIONAL: return positional_light(i - first_positional_light());
     default: return environment_light(i - first_environment_light());
     }
 }
 
 void main() {
     uint i = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
-    if (gl_GlobalInvocationID.x >= push.width || i >= scene.local_light_count) return;
-    if (push.previous != 0ul) LocalLightsOut(push.previous).at[i] = LocalLightTable(push.local_lights).at[i];
+    if (gl_GlobalInvocationID.x >= push.width || i >= push.count) return;
     LocalLightsOut(push.local_lights).at[i] = light_now(i);
 }

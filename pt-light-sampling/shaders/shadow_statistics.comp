@@ -15,7 +15,7 @@ void main() {
     if (gl_GlobalInvocationID.x >= push.width || i >= push.count) return;
     uint slot = push.first + i;
     ShadowCountTable counts = ShadowCountTable(scene.shadow_counts);
-    HistoryTable history = HistoryTable(scene.shadow_history);
+    HistoryTable history = HistoryTable(scene.light_tables.shadow_history);
     uvec2 counted = counts.at[slot];
     uint before = history.at[slot];
     if (counted == uvec2(0u) && before == 0u) return;
@@ -23,7 +23,7 @@ void main() {
     // What no ray has asked for in a long time is forgotten, so that a hash table has room for others.
     if (sum.x + sum.y < 0.05) {
         sum = vec2(0.0);
-        if (scene.shadow_counts_hashed != 0u) ShadowKeyTable(scene.shadow_keys).at[slot] = 0u;
+        if (scene.shadow_counts_hashed != 0u) ShadowKeyTable(scene.light_tables.shadow_keys).at[slot] = 0u;
     }
     history.at[slot] = packHalf2x16(sum);
     counts.at[slot] = uvec2(0u);

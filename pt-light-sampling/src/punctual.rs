@@ -2,21 +2,31 @@
 
 use crate::luminance;
 use glam::Vec3;
-use pt_scene::{Light, LightKind};
+use pt_scene::{Light, LightKind, Scene};
 use pt_shaders::records::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightRecord};
 use std::f64::consts::PI;
 
 /// Resolution of [`LightRecord::cdf`]: the random numbers it is compared with are multiples of 2^-24.
 const STEPS: u64 = 1 << 24;
 
-/// The directional lights, then the positional ones, each in the scene's order; second: how many are directional. Lights
-/// without intensity have probability 0: a light keeps its place while it is dark.
-pub(crate) fn records(lights: &[Light]) -> (Vec<LightRecord>, u32) {
-    let (suns, positional): (Vec<&Light>, Vec<&Light>) =
-        lights.iter().partition(|light| light.kind == LightKind::Directional);
-    let (suns, positional) = (group(&suns), group(&positional));
-    let count = suns.len() as u32;
-    (suns.into_iter().chain(positional).collect(), count)
+/// The directional lights of a scene.
+pub(crate) fn suns(scene: &Scene) -> impl Iterator<Item = &Light> + Clone {
+    scene.lights.iter().filter(|light| light.kind == LightKind::Directional)
+}
+
+/// The point and spot lights of a scene.
+pub(crate) fn positional(scene: &Scene) -> impl Iterator<Item = &Light> + Clone {
+    scene.lights.iter().filter(|light| light.kind != LightKind::Directional)
+}
+
+/// The directional lights, then the positional ones, each by their places. Free places and lights without intensity have probability 0.
+pub(crate) fn records(suns: &[Option<&Light>], positional: &[Option<&Light>]) -> Vec<LightRecord> {
+    let (no_sun, no_lamp) =
+        (Light::directional("", Vec3::NEG_Y, Vec3::ZERO), Light::point("", Vec3::ZERO, Vec3::ZERO));
+    let all = |lights: &[Option<&Light>], none: &Light| {
+        group(&lights.iter().map(|light| light.unwrap_or(none)).collect::<Vec<_>>())
+    };
+    all(suns, &no_sun).into_iter().chain(all(positional, &no_lamp)).collect()
 }
 
 fn group(lights: &[&Light]) -> Vec<LightRecord> {
@@ -116,8 +126,11 @@ mod tests {
 
     #[test]
     fn groups_stand_in_order_with_exact_probabilities() {
-        let (records, suns) = records(&scene());
-        assert_eq!(suns, 2);
+        let scene = Scene { lights: scene(), ..Scene::default() };
+        let [suns, lamps] =
+            [suns(&scene).map(Some).collect::<Vec<_>>(), positional(&scene).map(Some).collect()];
+        assert_eq!(suns.len(), 2);
+        let records = records(&suns, &lamps);
         assert_eq!(
             records.iter().map(|r| r.kind).collect::<Vec<_>>(),
             [LIGHT_DIRECTIONAL, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_POINT]

@@ -17,12 +17,10 @@ pt_shaders::gpu_struct! {
     pub struct LocalLightsPush {
         /// Device address of the table.
         pub local_lights: u64,
-        /// Where its old content goes; 0: nowhere.
-        pub previous: u64,
         /// Threads in a row.
         pub width: u32,
-        /// Alignment.
-        pub pad: u32,
+        /// Number of lights, dark ones too.
+        pub count: u32,
     }
 }
 

@@ -1,10 +1,13 @@
-use crate::cluster_lists::{ClusterLists, ListLimits, ListUpdate, changing_lights, cluster_boxes};
+use crate::cluster_lists::{ClusterLists, ListLimits, ListUpdate, cluster_boxes};
 use crate::records::StatisticsTable;
 use crate::statistics::ShadowStatistics;
+use crate::table::Table;
 use crate::{LightBvh, LightLists, NO_TRAIL};
-use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
+use pt_core::{Buffer, Device, Frame, Result, SceneResources};
 use pt_scene::{Clusters, Scene};
-use pt_shaders::records::{ClusterListRecord, LightBvhNode, LightSampler, RisSource, SceneRecord};
+use pt_shaders::records::{
+    ClusterListRecord, LightBvhNode, LightSampler, LightTablesRecord, RisSource, SceneRecord,
+};
 
 /// A light sampler, as far as its tables depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,24 +51,23 @@ pub struct SamplerTables {
 /// The light tree on the device.
 struct DeviceTree {
     host: Option<LightBvh>,
-    nodes: Buffer,
-    trails: Buffer,
+    nodes: Table,
+    trails: Table,
     uploaded: bool,
 }
 
 /// The lists of all clusters on the device.
 struct DeviceLists {
     host: ClusterLists,
-    records: Buffer,
-    fixed: Buffer,
-    changing: Buffer,
-    may_change: Vec<bool>,
+    records: Table,
+    fixed: Table,
+    changing: Table,
     uploaded: bool,
     scratch: Vec<ClusterListRecord>,
 }
 
 impl SamplerTables {
-    /// The tables of a sampler.
+    /// The tables of a sampler, with room for `most_lights` local lights. `keeps_last`: those of the last frame are kept too.
     ///
     /// # Errors
     /// When the device has no memory left.
@@ -75,6 +77,8 @@ impl SamplerTables {
         clusters: &Clusters,
         lights: &LightLists,
         choice: SamplerChoice,
+        most_lights: usize,
+        keeps_last: bool,
     ) -> Result<Self> {
         let counted = choice.sampler == LightSampler::ClusterStats;
         let listed = match choice.sampler {
@@ -88,11 +92,13 @@ impl SamplerTables {
         let statistics = || {
             let boxes = cluster_boxes(scene, clusters);
             let SamplerChoice { statistics_table: table, statistics_interval: interval, .. } = choice;
-            ShadowStatistics::new(device, &boxes, lights.local.len(), table, interval)
+            ShadowStatistics::new(device, &boxes, most_lights, table, interval, keeps_last)
         };
         Ok(Self {
-            lists: listed.then(|| DeviceLists::new(device, scene, clusters, lights)).transpose()?,
-            tree: tree.then(|| DeviceTree::new(device, lights)).transpose()?,
+            lists: listed
+                .then(|| DeviceLists::new(device, scene, clusters, lights, most_lights, keeps_last))
+                .transpose()?,
+            tree: tree.then(|| DeviceTree::new(device, lights, most_lights, keeps_last)).transpose()?,
             statistics: counted.then(statistics).transpose()?,
             statistics_frames: choice.statistics_frames,
         })
@@ -121,24 +127,36 @@ impl SamplerTables {
     pub(crate) fn buffers(&self) -> Vec<&Buffer> {
         let lists = self.lists.iter().flat_map(|l| [&l.records, &l.fixed, &l.changing]);
         let tree = self.tree.iter().flat_map(|t| [&t.nodes, &t.trails]);
-        lists.chain(tree).chain(self.statistics.iter().flat_map(|s| s.buffers())).collect()
+        lists
+            .chain(tree)
+            .flat_map(Table::copies)
+            .chain(self.statistics.iter().flat_map(|s| s.buffers()))
+            .collect()
     }
 
     pub(crate) fn fill(&self, record: &mut SceneRecord) {
         if let Some(lists) = &self.lists {
-            record.cluster_lists = lists.records.address();
-            record.cluster_entries = lists.fixed.address();
-            record.cluster_moving_entries = lists.changing.address();
+            record.light_tables.cluster_lists = lists.records.address();
+            record.light_tables.cluster_entries = lists.fixed.address();
+            record.light_tables.cluster_moving_entries = lists.changing.address();
         }
         if let Some(tree) = &self.tree {
-            record.light_bvh = tree.nodes.address();
-            record.light_bvh_trails = tree.trails.address();
+            record.light_tables.light_bvh = tree.nodes.address();
+            record.light_tables.light_bvh_trails = tree.trails.address();
             let power = tree.host.as_ref().map_or(0.0, LightBvh::power);
-            record.light_bvh_power = power.min(f32::MAX.into()) as f32;
+            record.light_tables.light_bvh_power = power.min(f32::MAX.into()) as f32;
         }
         record.shadow_count_slots = 0;
         if let Some(statistics) = &self.statistics {
             statistics.fill(record);
+        }
+    }
+
+    /// Completes the addresses of the last frame's tables: `record` holds those that [`SamplerTables::fill`] gave to the last frame, and
+    /// statistics are not replaced but updated in place.
+    pub(crate) fn fill_last(&self, record: &mut LightTablesRecord) {
+        if let Some(statistics) = &self.statistics {
+            statistics.fill_last(record);
         }
     }
 
@@ -163,13 +181,13 @@ impl SamplerTables {
 }
 
 impl DeviceTree {
-    fn new(device: &Device, lights: &LightLists) -> Result<Self> {
-        let count = lights.local.len();
-        let buffer = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Location::Device);
+    fn new(device: &Device, lights: &LightLists, most_lights: usize, keeps_last: bool) -> Result<Self> {
+        let table = |name, bytes: usize| Table::new(device, name, bytes, keeps_last);
+        let nodes = LightBvh::max_nodes(most_lights).max(1);
         Ok(Self {
             host: LightBvh::new(&lights.local),
-            nodes: buffer("light tree", LightBvh::max_nodes(count).max(1) * size_of::<LightBvhNode>())?,
-            trails: buffer("trails of the light tree", count.max(1) * size_of::<u64>())?,
+            nodes: table("light tree", nodes * size_of::<LightBvhNode>())?,
+            trails: table("trails of the light tree", most_lights.max(1) * size_of::<u64>())?,
             uploaded: false,
         })
     }
@@ -185,32 +203,34 @@ impl DeviceTree {
         self.uploaded = true;
         let Some(tree) = &self.host else {
             // More lights than the links of a tree can tell apart: nothing is picked.
-            frame.upload(&self.trails, bytemuck::cast_slice(&vec![NO_TRAIL; lights.local.len()]))?;
-            return frame
-                .upload(&self.nodes, bytemuck::bytes_of(&<LightBvhNode as bytemuck::Zeroable>::zeroed()));
+            let trails = vec![NO_TRAIL; lights.local.len()];
+            frame.upload(self.trails.replace(), bytemuck::cast_slice(&trails))?;
+            let node = <LightBvhNode as bytemuck::Zeroable>::zeroed();
+            return frame.upload(self.nodes.replace(), bytemuck::bytes_of(&node));
         };
-        frame.upload(&self.nodes, bytemuck::cast_slice(tree.nodes()))?;
-        frame.upload(&self.trails, bytemuck::cast_slice(tree.trails()))
+        frame.upload(self.nodes.replace(), bytemuck::cast_slice(tree.nodes()))?;
+        frame.upload(self.trails.replace(), bytemuck::cast_slice(tree.trails()))
     }
 }
 
 impl DeviceLists {
-    fn new(device: &Device, scene: &Scene, clusters: &Clusters, lights: &LightLists) -> Result<Self> {
+    fn new(
+        device: &Device,
+        scene: &Scene,
+        clusters: &Clusters,
+        lights: &LightLists,
+        most_lights: usize,
+        keeps_last: bool,
+    ) -> Result<Self> {
         let boxes = cluster_boxes(scene, clusters);
-        let mut may_change = changing_lights(scene, &lights.emissives);
-        // The intensity and rotation of the environment are whatever the caller sets in a frame.
-        may_change.resize(lights.local.len(), true);
         let limits = ListLimits::default();
-        let changing = may_change.iter().filter(|may| **may).count();
-        let room = (changing * boxes.len()).min(limits.max_entries) * size_of::<u32>();
-        let host = ClusterLists::new(boxes, &lights.local, &may_change, limits, None);
-        let records = (host.count() * size_of::<ClusterListRecord>()) as u64;
-        let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
+        let room = (most_lights * boxes.len()).min(limits.max_entries) * size_of::<u32>();
+        let host = ClusterLists::new(boxes, &lights.local, &lights.may_change, limits, None);
+        let table = |name, bytes| Table::new(device, name, bytes, keeps_last);
         Ok(Self {
-            records: buffer("cluster lists", records)?,
-            fixed: Buffer::from_slice(device, "lights of clusters", &host.fixed.entries)?,
-            changing: buffer("changing lights of clusters", room as u64)?,
-            may_change,
+            records: table("cluster lists", host.count() * size_of::<ClusterListRecord>())?,
+            fixed: table("lights of clusters", room)?,
+            changing: table("changing lights of clusters", room)?,
             uploaded: false,
             scratch: Vec::with_capacity(host.count()),
             host,
@@ -218,11 +238,11 @@ impl DeviceLists {
     }
 
     fn update(&mut self, frame: &mut Frame<'_>, lights: &LightLists) -> Result<()> {
-        let change = self.host.update(&lights.local, &self.may_change, None);
-        if change == ListUpdate::Nothing && self.uploaded {
+        let change = self.host.update(&lights.local, &lights.may_change, None);
+        let is_first = !std::mem::replace(&mut self.uploaded, true);
+        if change == ListUpdate::Nothing && !is_first {
             return Ok(());
         }
-        self.uploaded = true;
         let ClusterLists { fixed, changing, catch_all, .. } = &self.host;
         let ends = fixed.offsets.windows(2).zip(changing.offsets.windows(2));
         self.scratch.clear();
@@ -233,10 +253,10 @@ impl DeviceLists {
             moving_count: changing[1] - changing[0],
             catch_all,
         }));
-        frame.upload(&self.records, bytemuck::cast_slice(&self.scratch))?;
-        if !changing.entries.is_empty() {
-            frame.upload(&self.changing, bytemuck::cast_slice(&changing.entries))?;
+        frame.upload(self.records.replace(), bytemuck::cast_slice(&self.scratch))?;
+        if change == ListUpdate::All || is_first {
+            frame.upload(self.fixed.replace(), bytemuck::cast_slice(&fixed.entries))?;
         }
-        Ok(())
+        frame.upload(self.changing.replace(), bytemuck::cast_slice(&changing.entries))
     }
 }

@@ -2,7 +2,7 @@ use crate::cluster_lists::ClusterBox;
 use crate::records::{ClusterSubsetsPush, ShadowStatisticsPush, StatisticsTable};
 use glam::Vec4;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
-use pt_shaders::records::{MAX_SUBSETS, SceneRecord};
+use pt_shaders::records::{LightTablesRecord, MAX_SUBSETS, SceneRecord};
 
 /// Sides of the cube that a normal points to.
 const SIDES: u64 = 6;
@@ -20,6 +20,8 @@ const ROW: u32 = 1 << 16;
 
 /// Shadow statistics on the device: how many shadow rays of a cluster reached each light (`lights/statistics.glsl`).
 pub struct ShadowStatistics {
+    /// As they were in the last frame, if asked for.
+    last: Option<LastStatistics>,
     kernel: Kernel,
     counts: Buffer,
     history: Buffer,
@@ -35,8 +37,20 @@ pub struct ShadowStatistics {
     frame: u32,
 }
 
+/// What the choices of the last frame read. A frame changes a part of each table, which the next one copies first: that brings the copy up to
+/// that frame. Keys claimed meanwhile in other parts have no history, which is as if they were not there.
+struct LastStatistics {
+    history: Buffer,
+    keys: Buffer,
+    subsets: Buffer,
+    /// Entries of the history and the keys, and clusters, that the last frame has changed: the first one, and how many.
+    entries: (u32, u32),
+    clusters: (u32, u32),
+}
+
 impl ShadowStatistics {
-    /// Empty statistics of clusters, of which each is worked on in every `interval`th frame.
+    /// Empty statistics of clusters, of which each is worked on in every `interval`th frame. `lights`: most local lights there may be;
+    /// `keeps_last`: those of the last frame are kept too.
     ///
     /// # Errors
     /// When the device has no memory left.
@@ -46,6 +60,7 @@ impl ShadowStatistics {
         lights: usize,
         table: StatisticsTable,
         interval: u32,
+        keeps_last: bool,
     ) -> Result<Self> {
         let clusters = boxes.len() as u64;
         let dense = clusters * lights.max(1) as u64 * SIDES;
@@ -60,15 +75,27 @@ impl ShadowStatistics {
             buffer.write_through_staging(&vec![0; bytes as usize])?;
             Ok::<_, pt_core::Error>(buffer)
         };
+        let key_bytes = if hashed { slots * WORD_BYTES } else { WORD_BYTES };
+        let subset_bytes = clusters * SIDES * SUBSET_ROW * WORD_BYTES;
+        let last = || {
+            Ok::<_, pt_core::Error>(LastStatistics {
+                history: zeros("shadow history of the last frame", slots * WORD_BYTES)?,
+                keys: zeros("shadow keys of the last frame", key_bytes)?,
+                subsets: zeros("subsets of cluster lists of the last frame", subset_bytes)?,
+                entries: (0, 0),
+                clusters: (0, 0),
+            })
+        };
         Ok(Self {
+            last: keeps_last.then(last).transpose()?,
             kernel: Kernel::compute::<ShadowStatisticsPush>(device, &crate::kernels::SHADOW_STATISTICS, &[])?,
             counts: zeros("shadow counts", slots * COUNT_BYTES)?,
             history: zeros("shadow history", slots * WORD_BYTES)?,
-            keys: zeros("shadow keys", if hashed { slots * WORD_BYTES } else { WORD_BYTES })?,
+            keys: zeros("shadow keys", key_bytes)?,
             slots: u32::try_from(slots).unwrap_or(u32::MAX),
             hashed,
             weigh: Kernel::compute::<ClusterSubsetsPush>(device, &crate::kernels::CLUSTER_SUBSETS, &[])?,
-            subsets: zeros("subsets of cluster lists", clusters * SIDES * SUBSET_ROW * WORD_BYTES)?,
+            subsets: zeros("subsets of cluster lists", subset_bytes)?,
             balls: Buffer::from_slice(
                 device,
                 "clusters as balls",
@@ -82,7 +109,7 @@ impl ShadowStatistics {
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        self.buffers().iter().map(|buffer| buffer.size()).sum()
+        self.buffers().map(Buffer::size).sum()
     }
 
     /// Whether they are a hash table.
@@ -95,26 +122,53 @@ impl ShadowStatistics {
         [&self.counts, &self.keys]
     }
 
-    pub(crate) fn buffers(&self) -> [&Buffer; 5] {
-        [&self.counts, &self.history, &self.keys, &self.subsets, &self.balls]
+    pub(crate) fn buffers(&self) -> impl Iterator<Item = &Buffer> {
+        let last = self.last.iter().flat_map(|last| [&last.history, &last.keys, &last.subsets]);
+        [&self.counts, &self.history, &self.keys, &self.subsets, &self.balls].into_iter().chain(last)
     }
 
     pub(crate) fn fill(&self, record: &mut SceneRecord) {
         record.shadow_counts = self.counts.address();
-        record.shadow_history = self.history.address();
-        record.shadow_keys = self.keys.address();
-        record.cluster_subsets = self.subsets.address();
+        record.light_tables.shadow_history = self.history.address();
+        record.light_tables.shadow_keys = self.keys.address();
+        record.light_tables.cluster_subsets = self.subsets.address();
         record.shadow_count_slots = self.slots;
         record.shadow_counts_hashed = u32::from(self.hashed);
     }
 
     /// Forgets all that has been counted, and waits: the next frame is that of new statistics.
     pub(crate) fn forget(&mut self) -> Result<()> {
-        for buffer in [&self.counts, &self.history, &self.keys, &self.subsets] {
+        let last = self.last.iter().flat_map(|last| [&last.history, &last.keys, &last.subsets]);
+        for buffer in [&self.counts, &self.history, &self.keys, &self.subsets].into_iter().chain(last) {
             buffer.write_through_staging(&vec![0; buffer.size() as usize])?;
+        }
+        if let Some(last) = &mut self.last {
+            (last.entries, last.clusters) = ((0, 0), (0, 0));
         }
         self.frame = 0;
         Ok(())
+    }
+
+    /// Sets the addresses of what the last frame has read, if it is kept.
+    pub(crate) fn fill_last(&self, record: &mut LightTablesRecord) {
+        if let Some(last) = &self.last {
+            record.shadow_history = last.history.address();
+            record.shadow_keys = last.keys.address();
+            record.cluster_subsets = last.subsets.address();
+        }
+    }
+
+    /// Copies what the last frame has changed.
+    fn keep_last(&self, frame: &mut Frame<'_>) -> Result<()> {
+        let Some(last) = &self.last else { return Ok(()) };
+        let (first, count) = (u64::from(last.entries.0), u64::from(last.entries.1));
+        frame.copy_part(&self.history, &last.history, first * WORD_BYTES, count * WORD_BYTES)?;
+        if self.hashed {
+            frame.copy_part(&self.keys, &last.keys, first * WORD_BYTES, count * WORD_BYTES)?;
+        }
+        let row = SIDES * SUBSET_ROW * WORD_BYTES;
+        let (first, count) = (u64::from(last.clusters.0), u64::from(last.clusters.1));
+        frame.copy_part(&self.subsets, &last.subsets, first * row, count * row)
     }
 
     /// Adds what has been counted to the history, of which `frames` frames count, and weighs the subsets of the lists.
@@ -124,6 +178,7 @@ impl ShadowStatistics {
         scene: &dyn SceneResources,
         frames: u32,
     ) -> Result<()> {
+        self.keep_last(frame)?;
         let (turn, every) = (self.frame % self.interval, self.interval);
         let fresh = self.frame == 0;
         self.frame += 1;
@@ -132,8 +187,13 @@ impl ShadowStatistics {
             let first = (turn * size).min(total);
             (first, size.min(total - first))
         };
+        let entries = if fresh { (0, 0) } else { part(self.slots) };
+        let clusters = if fresh { (0, self.clusters) } else { part(self.clusters) };
+        if let Some(last) = &mut self.last {
+            (last.entries, last.clusters) = (entries, clusters);
+        }
         if !fresh {
-            let (first, count) = part(self.slots);
+            let (first, count) = entries;
             let width = count.min(ROW);
             // A visit stands for `every` frames.
             let keep = (1.0 - 1.0 / frames.max(1) as f32).powi(every as i32);
@@ -143,7 +203,7 @@ impl ShadowStatistics {
             let push = ShadowStatisticsPush { keep, width, first, count };
             pass.push(&push).dispatch([width, count.div_ceil(width.max(1)), 1])?;
         }
-        let (first, count) = if fresh { (0, self.clusters) } else { part(self.clusters) };
+        let (first, count) = clusters;
         let push = ClusterSubsetsPush { balls: self.balls.address(), first, clusters: first + count };
         let pass = scene.bind(frame.pass("subsets of light lists", &self.weigh));
         pass.addresses_written(&self.subsets).push(&push).dispatch([SIDES as u32 * WEIGH_GROUP, count, 1])

@@ -3,10 +3,13 @@ use crate::lists::LightLists;
 use crate::records::LocalLightsPush;
 use crate::sampler_tables::{SamplerChoice, SamplerTables};
 use crate::statistics::ShadowStatistics;
-use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
+use crate::table::Table;
+use pt_core::{Buffer, Device, Error, Frame, Kernel, Result, SceneResources};
 use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
-use pt_shaders::records::{AliasRecord, LightRecord, LightSampler, LocalLightRecord, SceneRecord};
+use pt_shaders::records::{
+    AliasRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord, SceneRecord,
+};
 
 /// Threads in a row of a dispatch.
 const ROW: u32 = 1 << 16;
@@ -17,21 +20,22 @@ const ROW: u32 = 1 << 16;
 /// along u, clamped along v, one mip level) and sets `environment_texture`.
 pub struct LightTables {
     lists: LightLists,
-    lights: Buffer,
+    /// Most punctual lights that there may be.
+    room: usize,
+    lights: Table,
     emissives: Buffer,
     emissive_alias: Buffer,
     emissive_lookup: Buffer,
     environment_alias: Buffer,
     quads: Option<QuadBuffers>,
-    local_alias: Buffer,
-    local_lights: Buffer,
-    /// `local_lights` of the last frame, for samplers that reuse its samples.
-    previous: Option<Buffer>,
+    local_alias: Table,
+    local_lights: Table,
     place: Kernel,
     /// Whether `local_lights` is as the scene was in the last frame.
     placed: bool,
-    /// Whether `previous` is as well.
-    settled: bool,
+    keeps_last: bool,
+    /// What the last frame read, if there was one with these tables. Other tables may have been attached to the scene since.
+    last: Option<LightTablesRecord>,
     sampler: Option<SamplerTables>,
 }
 
@@ -63,15 +67,26 @@ impl LightTables {
     /// When the device has no memory left for them (12 bytes a texel of the environment, 104 an emissive triangle, 76 a point or
     /// spot light, 4 a triangle of an instance that emits).
     pub fn new(device: &Device, scene: &Scene) -> Result<Self> {
+        Self::with_room(device, scene, scene.lights.len())
+    }
+
+    /// As [`LightTables::new`], with room for that many punctual lights, of which more may appear later. The place of a light that vanishes
+    /// is free one frame later, so two frames together should have no more lights than that.
+    ///
+    /// # Errors
+    /// As [`LightTables::new`].
+    pub fn with_room(device: &Device, scene: &Scene, room: usize) -> Result<Self> {
+        let room = room.max(scene.lights.len());
         let lists = LightLists::new(scene);
         let alias = |name, table: &Option<crate::AliasTable>| {
             Buffer::from_slice(device, name, table.as_ref().map_or(&[][..], crate::AliasTable::entries))
         };
-        let room = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Location::Device);
-        let lights = room("lights", scene.lights.len() * size_of::<LightRecord>())?;
-        lights.write_through_staging(bytemuck::cast_slice(&lists.lights))?;
-        let [local_alias, local_lights] = local_buffers(device, &lists)?;
+        let table = |name, bytes: usize| Table::new(device, name, bytes, false);
+        let lights = table("lights", room * size_of::<LightRecord>())?;
+        lights.now().write_through_staging(bytemuck::cast_slice(&lists.lights))?;
+        let [local_alias, local_lights] = local_tables(device, &lists, room)?;
         Ok(Self {
+            room,
             lights,
             emissives: Buffer::from_slice(device, "emissive triangles", &lists.emissive_records())?,
             emissive_alias: alias("emissive alias", &lists.emissive_alias)?,
@@ -82,15 +97,24 @@ impl LightTables {
             local_lights,
             place: Kernel::compute::<LocalLightsPush>(device, &crate::kernels::LOCAL_LIGHTS, &[])?,
             placed: false,
-            previous: None,
-            settled: false,
+            keeps_last: false,
+            last: None,
             sampler: None,
             lists,
         })
     }
 
+    /// Whether the tables that [`LightTables::prepare`] makes keep those of the last frame, so that kernels with gradient pixels
+    /// (`lights/light_tables.glsl`) can take its light samples again. What that costs: see [`LightTables::prepare`].
+    pub fn keep_last_frame(&mut self, keeps: bool) {
+        self.keeps_last = keeps;
+    }
+
     /// Makes the tables of a light sampler, new ones without any statistics, and attaches all to the scene on the device. `None`: no tables
     /// beyond those that picks by power or uniform picks need, and the environment apart.
+    ///
+    /// With [`LightTables::keep_last_frame`] there is a second copy of what changes: 140 bytes a local light; 104 a light for the light tree; 20 a
+    /// cluster and 4 an entry for lists; 4 an entry of dense statistics or 8 of sparse ones, and 24 x (1 + [`MAX_SUBSETS`](pt_shaders::records::MAX_SUBSETS)) a cluster.
     ///
     /// # Errors
     /// When the device has no memory left. A listed environment takes 12 bytes a texel.
@@ -104,16 +128,17 @@ impl LightTables {
         if self.lists.list_environment(scene, choice.is_some_and(|choice| choice.environment_listed)) {
             let quads = self.lists.environment_quads.as_ref();
             self.quads = quads.map(|quads| QuadBuffers::new(device, quads)).transpose()?;
-            [self.local_alias, self.local_lights] = local_buffers(device, &self.lists)?;
-            self.placed = false;
+            [self.local_alias, self.local_lights] = local_tables(device, &self.lists, self.room)?;
         }
-        let tables = |choice| SamplerTables::new(device, scene, gpu.clusters(), &self.lists, choice);
+        let (keeps, most) = (self.keeps_last, self.most_local_lights());
+        let tables =
+            |choice| SamplerTables::new(device, scene, gpu.clusters(), &self.lists, choice, most, keeps);
         self.sampler = choice.map(tables).transpose()?;
-        let bytes = self.local_lights.size();
-        let room = || Buffer::new(device, "local lights of the last frame", bytes, Location::Device);
+        self.lights.keep_last(device, keeps)?;
+        self.local_alias.keep_last(device, keeps)?;
         let reuses = choice.is_some_and(|choice| choice.sampler == LightSampler::RestirDi);
-        self.previous = reuses.then(room).transpose()?;
-        self.settled = false;
+        self.local_lights.keep_last(device, keeps || reuses)?;
+        (self.placed, self.last) = (false, None);
         self.attach(gpu);
         Ok(())
     }
@@ -124,7 +149,7 @@ impl LightTables {
     /// # Errors
     /// When the device fails.
     pub fn forget(&mut self) -> Result<()> {
-        self.settled = false;
+        self.last = None;
         self.sampler.as_mut().map_or(Ok(()), SamplerTables::forget)
     }
 
@@ -133,32 +158,53 @@ impl LightTables {
         self.sampler.as_ref()
     }
 
+    /// Most local lights that there may be.
+    fn most_local_lights(&self) -> usize {
+        self.lists.first_positional() + self.room
+    }
+
     /// The same on the host.
     pub fn lists(&self) -> &LightLists {
         &self.lists
     }
 
     /// Brings the scene on the device and its lights to where they are now. Without change it records nothing; takes no device memory.
-    /// Lights may move, change and go dark; their number is that of the scene that the tables were made from.
+    /// Lights may move, change and go dark; punctual ones may also appear and vanish ([`Light::id`](pt_scene::Light::id) tells which is which), as
+    /// long as there is [room](LightTables::with_room). The emissive triangles are those of the scene that the tables were made from.
     ///
     /// # Errors
-    /// When the frame can't take the uploads.
+    /// When the frame can't take the uploads, or when there are more lights than room.
     pub fn update(&mut self, frame: &mut Frame<'_>, scene: &Scene, gpu: &mut GpuScene) -> Result<()> {
-        if self.lists.update_lights(scene) {
-            frame.upload(&self.lights, bytemuck::cast_slice(&self.lists.lights))?;
+        let changed = self.lists.update_lights(scene);
+        let lights = self.lists.lights.len();
+        if lights > self.room {
+            return Err(Error::TooManyLights { lights, room: self.room });
+        }
+        if changed {
+            frame.upload(self.lights.replace(), bytemuck::cast_slice(&self.lists.lights))?;
         }
         let change = self.lists.update_local(scene);
         if let (true, Some(table)) = (change.power, &self.lists.local_alias) {
-            frame.upload(&self.local_alias, bytemuck::cast_slice(table.entries()))?;
+            frame.upload(self.local_alias.replace(), bytemuck::cast_slice(table.entries()))?;
         }
         if let Some(sampler) = &mut self.sampler {
             sampler.update(frame, &self.lists, change.moved)?;
         }
-        self.fill(gpu.record_mut());
+        let moved = change.moved || self.lists.deforms || !std::mem::replace(&mut self.placed, true);
+        if moved {
+            self.local_lights.replace();
+        }
+        let record = gpu.record_mut();
+        self.fill(record);
+        record.light_tables_previous = record.light_tables;
+        if let Some(last) = self.last.replace(record.light_tables) {
+            record.light_tables_previous = last;
+            if let Some(sampler) = &self.sampler {
+                sampler.fill_last(&mut record.light_tables_previous);
+            }
+        }
         gpu.update(frame, scene)?;
-        let changed = change.moved || !std::mem::replace(&mut self.placed, true);
-        let settled = std::mem::replace(&mut self.settled, !changed);
-        if changed || (!settled && self.previous.is_some()) {
+        if moved {
             self.place(frame, gpu)?;
         }
         match &mut self.sampler {
@@ -174,18 +220,24 @@ impl LightTables {
             return Ok(());
         }
         let width = count.min(ROW);
-        let previous = self.previous.as_ref().map_or(0, Buffer::address);
-        let push = LocalLightsPush { local_lights: self.local_lights.address(), previous, width, pad: 0 };
-        let pass = gpu.bind(frame.pass("local lights", &self.place)).addresses_updated(&self.local_lights);
-        let pass = self.previous.iter().fold(pass, |pass, buffer| pass.addresses_written(buffer));
-        pass.push(&push).dispatch([width, count.div_ceil(width), 1])
+        let push = LocalLightsPush { local_lights: self.local_lights.address(), width, count };
+        let pass = gpu.bind(frame.pass("local lights", &self.place));
+        pass.addresses_updated(self.local_lights.now()).push(&push).dispatch([
+            width,
+            count.div_ceil(width),
+            1,
+        ])
     }
 
     /// Sets the addresses and counts of lights, emissive triangles and environment, and the environment's size, rotation
     /// and intensity. Leaves `environment_texture` alone.
     pub fn fill(&self, record: &mut SceneRecord) {
         self.lists.fill(record);
-        record.lights = self.lights.address();
+        self.lists.fill_counts(&mut record.light_tables);
+        record.most_local_lights = self.most_local_lights() as u32;
+        record.light_tables.lights = self.lights.address();
+        record.light_tables.local_alias = self.local_alias.address();
+        record.light_tables.local_lights = self.local_lights.address();
         record.emissives = self.emissives.address();
         record.emissive_alias = self.emissive_alias.address();
         record.emissive_lookup = self.emissive_lookup.address();
@@ -197,9 +249,6 @@ impl LightTables {
         ] {
             *address = buffer.map_or(0, Buffer::address);
         }
-        record.local_alias = self.local_alias.address();
-        record.local_lights = self.local_lights.address();
-        record.local_lights_previous = self.previous.as_ref().map_or(0, Buffer::address);
         if let Some(sampler) = &self.sampler {
             sampler.fill(record);
         }
@@ -208,30 +257,24 @@ impl LightTables {
     /// Gives the tables to the scene on the device: passes that bind the scene find the lights there.
     pub fn attach(&self, gpu: &mut GpuScene) {
         self.fill(gpu.record_mut());
-        let tables = [
-            &self.lights,
-            &self.emissives,
-            &self.emissive_alias,
-            &self.emissive_lookup,
-            &self.environment_alias,
-            &self.local_alias,
-            &self.local_lights,
-        ];
+        let fixed = [&self.emissives, &self.emissive_alias, &self.emissive_lookup, &self.environment_alias];
+        let replaced =
+            [&self.lights, &self.local_alias, &self.local_lights].into_iter().flat_map(Table::copies);
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
         let quads = self.quads.iter().flat_map(QuadBuffers::all);
-        let tables = tables.into_iter().chain(&self.previous).chain(quads).chain(sampler).cloned().collect();
+        let tables = fixed.into_iter().chain(replaced).chain(quads).chain(sampler).cloned().collect();
         let counts =
             self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
         gpu.set_light_tables(tables, counts.cloned().collect());
     }
 }
 
-/// The alias table over the local lights, with room for those that are dark now, and room for their records.
-fn local_buffers(device: &Device, lists: &LightLists) -> Result<[Buffer; 2]> {
-    let room = |name, bytes: usize| Buffer::new(device, name, bytes as u64, Location::Device);
-    let alias = room("local light alias", lists.local.len() * size_of::<AliasRecord>())?;
+/// The alias table over the local lights and their records, with room for `room` punctual lights and for those that are dark now.
+fn local_tables(device: &Device, lists: &LightLists, room: usize) -> Result<[Table; 2]> {
+    let most = lists.first_positional() + room;
+    let alias = Table::new(device, "local light alias", most * size_of::<AliasRecord>(), false)?;
     if let Some(table) = &lists.local_alias {
-        alias.write_through_staging(bytemuck::cast_slice(table.entries()))?;
+        alias.now().write_through_staging(bytemuck::cast_slice(table.entries()))?;
     }
-    Ok([alias, room("local lights", lists.local.len() * size_of::<LocalLightRecord>())?])
+    Ok([alias, Table::new(device, "local lights", most * size_of::<LocalLightRecord>(), false)?])
 }

@@ -66,9 +66,10 @@ impl Listed {
         self.run(device, CELLS, width * height)
     }
 
-    fn first_quad(&self) -> u32 {
-        let lists = self.uploaded.lights.lists();
-        (lists.local.len() - lists.quad_count()) as u32
+    /// Indices of the quads among the local lights.
+    fn quads(&self) -> std::ops::Range<u32> {
+        let range = self.uploaded.lights.lists().quad_range();
+        range.start as u32..range.end as u32
     }
 }
 
@@ -87,7 +88,7 @@ fn directions_follow_the_pdf() {
     ] {
         let mut scene = Listed::new(&device, environment.clone(), LightSampler::Power);
         let samples = scene.run(&device, DIRECTIONS, SAMPLES);
-        let first = scene.first_quad();
+        let range = scene.quads();
         let quads = scene.uploaded.lights.lists().environment_quads.clone().unwrap();
         let (count, grid) = (quads.quads().len() as u32, quads.grid());
         let columns = (grid[0] / bin[0] * parts) as usize;
@@ -113,7 +114,8 @@ fn directions_follow_the_pdf() {
                 "{name}: {sample:?}"
             );
             // On the border of its cell a direction may be looked up on the other side.
-            let same = sample.word == first + i % count && (sample.pdf / sample.pdf_again - 1.0).abs() < 1e-4;
+            let same =
+                sample.word == range.start + i % count && (sample.pdf / sample.pdf_again - 1.0).abs() < 1e-4;
             strays += u32::from(!same);
             let uv = environment.uv(sample.value.normalize());
             let (x, y) = (uv.x.rem_euclid(1.0) * grid[0] as f32, uv.y * grid[1] as f32);
@@ -171,13 +173,13 @@ fn densities_belong_to_the_choice() {
 /// radiance has a density if its light may be picked at all.
 fn densities_integrate_to_the_probability_of_the_quad(device: &TestDevice, scene: &mut Listed, name: &str) {
     let cells = scene.cells(device);
-    let first = scene.first_quad();
+    let range = scene.quads();
     let quads = scene.uploaded.lights.lists().environment_quads.clone().unwrap();
     let width = quads.grid()[0];
     let (mut sums, mut pmfs) = (vec![0.0; quads.quads().len()], vec![0.0; quads.quads().len()]);
     for (i, cell) in (0..).zip(&cells) {
         let expected = quads.find([i % width, i / width]);
-        assert_eq!((cell.word != u32::MAX).then(|| (cell.word - first) as usize), expected, "cell {i}");
+        assert_eq!((cell.word != u32::MAX).then(|| (cell.word - range.start) as usize), expected, "cell {i}");
         let Some(quad) = expected else {
             assert_eq!((cell.pdf, cell.radiance.max_element()), (0.0, 0.0), "cell {i}");
             continue;
@@ -197,9 +199,9 @@ fn densities_integrate_to_the_probability_of_the_quad(device: &TestDevice, scene
 /// density of the other strategy, the weights of multiple importance sampling sum to 1.
 fn weights_sum_to_one(device: &TestDevice, scene: &mut Listed, name: &str) {
     let weight = |pdf: f64, other: f64| if pdf > 0.0 { 1.0 / (1.0 + (other / pdf).powi(2)) } else { 0.0 };
-    let first = scene.first_quad();
+    let range = scene.quads();
     let picks = scene.run(device, PICKS, 10_000);
-    let distant: Vec<_> = picks.iter().filter(|p| p.word != u32::MAX && p.word >= first).collect();
+    let distant: Vec<_> = picks.iter().filter(|p| range.contains(&p.word)).collect();
     assert!(distant.len() > 200, "{name}: {}", distant.len());
     for other in [0.01, 0.3, 4.0] {
         let off = |p: &&&SampleRecord| {
@@ -226,9 +228,9 @@ fn odd_environments_are_sampled() {
     ];
     for (name, environment, flux) in cases {
         let mut scene = Listed::new(&device, environment, LightSampler::Power);
-        let first = scene.first_quad();
+        let range = scene.quads();
         let picks = scene.run(&device, PICKS, 40_000);
-        let distant = picks.iter().filter(|p| p.word != u32::MAX && p.word >= first);
+        let distant = picks.iter().filter(|p| range.contains(&p.word));
         let values: Vec<f64> = distant.map(|p| f64::from(p.radiance.y) / f64::from(p.pdf)).collect();
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
         let n = picks.len() as f64;

@@ -4,14 +4,14 @@ mod common;
 
 use common::records::{SampleRecord, SamplerPush};
 use common::{kernels, run_sampler};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 use pt_core::Kernel;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::trace::TraceBackend;
 use pt_light_sampling::SamplerChoice;
-use pt_light_sampling::test_support::{Uploaded, all_kinds};
-use pt_scene::{Scene, builtin};
+use pt_light_sampling::test_support::{Uploaded, all_kinds, polygon};
+use pt_scene::{Light, Material, Scene, builtin};
 use pt_shaders::named_enum::NamedEnum;
 use pt_shaders::records::LightSampler;
 
@@ -99,6 +99,39 @@ fn no_light_that_counts_is_left_out() {
                 assert!(light.pdf > 0.0, "{} in {name} at {at}: {light:?}", sampler.name());
             }
             assert!(lights.iter().filter(|light| light.pdf > 0.0).count() > 3);
+        }
+    }
+}
+
+/// Lights that nothing says may change change places: the lists of the clusters follow.
+#[test]
+fn lists_follow_lights_that_change_unannounced() {
+    let device = TestDevice::open();
+    let mut scene = Scene::default();
+    let corners = [(-9.0, 9.0), (9.0, 9.0), (9.0, -9.0), (-9.0, -9.0)].map(|(x, z)| Vec3::new(x, 0.0, z));
+    polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::splat(0.5)));
+    // Some shine down from above the floor, the others from below it: these reach none of its clusters.
+    let place = |i: u32, above: bool| Vec3::new(0.25 * i as f32 - 2.0, if above { 0.5 } else { -0.5 }, 0.3);
+    scene
+        .lights
+        .extend((0..16).map(|i| Light::spot("lamp", place(i, i < 4), Vec3::NEG_Y, 1.0, 1.4, Vec3::ONE)));
+    let mut uploaded = Uploaded::new(&device, scene, TraceBackend::Compute);
+    let sampler = LightSampler::ClusterCdf;
+    let Uploaded { scene, lights, gpu } = &mut uploaded;
+    lights.prepare(&device, scene, gpu, Some(sampler.into())).unwrap();
+    let constants = [("light_sampler", sampler.code().into())];
+    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::PICK_LIGHT, &constants).unwrap();
+    for step in 0..3 {
+        for (i, light) in (0..).zip(&mut uploaded.scene.lights) {
+            light.position = place(i, (i + 5 * step) % 16 < 4 + 3 * step);
+        }
+        let push =
+            SamplerPush { family: 1, count: 16, seed: 3, parameter: 0.4, vector: Vec3::new(0.1, 0.01, 0.2) };
+        let picked = run_sampler(&device, &kernel, &push, Some(&mut uploaded), |pass| pass);
+        let sum: f32 = picked.iter().map(|light| light.pdf).sum();
+        assert!((sum - 1.0).abs() < 1e-4, "step {step}: probabilities add up to {sum}");
+        for (i, light) in picked.iter().enumerate() {
+            assert!(light.pdf > 0.0 || light.pdf_again <= 0.0, "step {step}: light {i} is left out");
         }
     }
 }

@@ -104,6 +104,7 @@ uint choose_lights(ivec2 p) {
     if (floatBitsToUint(position.w) != 0u) {
         ShadingPoint s = load_shading_point(p, position);
         LightContext context = light_context(s, p);
+        begin_choices(imageLoad(ch_rng_seed, p).xy, frame.frame_index);
         uvec2 key = sample_key(p);
         bool reflects = (push.kinds & KIND_ENVIRONMENT) != 0u && scene.environment_intensity > 0.0 && s.roughness <= push.reflection_roughness;
         bool listed = merged_rays && environment_is_listed();

@@ -53,6 +53,8 @@ void add_slots(ivec2 p, uint texel, uint state, vec4 base, float metallic, inout
     vec3 position = vec3(0.0);
     if (state >> STATE_NEAR != 0u) position = imageLoad(ch_shading_position, p).xyz;
     uvec2 rays = uvec2(0u);
+    // Shadow rays of gradient pixels do not count for the statistics.
+    begin_choices(imageLoad(ch_rng_seed, p).xy, frame.frame_index);
     [[dont_unroll]] for (uint slot = 0u; slot < slot_count(); slot++) {
         if (!has_state(state, STATE_TRACED, slot)) continue;
         uint place = slot_place(slot, texel);

@@ -65,7 +65,7 @@ LightFeedback feedback_at(uint i, ivec2 first, int field, ivec2 size) {
     if (any(lessThan(p, ivec2(0))) || p.x >= field_width || p.y >= size.y) return NO_FEEDBACK;
     if (!texel_before(ivec2(p.x + field * field_width, p.y), field_width, before)) return NO_FEEDBACK;
     uvec2 words = LightFeedbackTable(push.feedback).at[before.y * size.x + before.x];
-    if (words.x >= scene.local_light_count) return NO_FEEDBACK;
+    if (words.x >= scene.light_tables.local_light_count) return NO_FEEDBACK;
     ivec2 inside = p - first;
     bool own = all(greaterThanEqual(inside, ivec2(0))) && all(lessThan(inside, ivec2(NEE_AT_SIDE)));
     return LightFeedback(words.x, uintBitsToFloat(words.y) * (own ? 1.0 : MARGIN_WEIGHT));
@@ -125,8 +125,8 @@ uint high_product(uint a, uint b) {
 
 uint global_light(uvec4 bits) {
     vec4 xi = unit_from_bits(bits);
-    if (xi.y < push.uniform_share) return high_product(bits.z, scene.local_light_count);
-    return alias_pick(scene.local_alias, scene.local_light_count, bits.z, xi.w);
+    if (xi.y < push.uniform_share) return high_product(bits.z, scene.light_tables.local_light_count);
+    return alias_pick(scene.light_tables.local_alias, scene.light_tables.local_light_count, bits.z, xi.w);
 }
 
 // Address of the old tile at a texel, x within the field; 0: it is not there or has learned nothing.
@@ -165,7 +165,7 @@ void main() {
     ivec2 first = side * ivec2(int(gl_WorkGroupID.x) - field * columns, int(gl_WorkGroupID.y));
     uint tile = gl_WorkGroupID.y * uint(2 * columns) + gl_WorkGroupID.x;
     NeeAtTilesOut tiles = NeeAtTilesOut(push.tiles);
-    bool blank = push.reset != 0u || scene.local_light_count == 0u;
+    bool blank = push.reset != 0u || scene.light_tables.local_light_count == 0u;
 
     if (thread == 0u) largest_bits = found_count = 0u;
     barrier();

@@ -29,7 +29,7 @@ uint round_numbers(uvec4 bits) { return bits.z >> 16u | (bits.w & 0xffff0000u); 
 
 vec2 unit_numbers(uint numbers) { return (vec2(numbers & 0xffffu, numbers >> 16u) + 0.5) * (1.0 / 65536.0); }
 
-bool is_local_light(uint light, uint kinds) { return light < scene.local_light_count && (kinds & kind_of_light(light)) != 0u; }
+bool is_local_light(uint light, uint kinds) { return light < scene.light_tables.local_light_count && (kinds & kind_of_light(light)) != 0u; }
 
 // Target over the density of the point on the light: proportional to the unshadowed light in primary sample space.
 float primary_target(LightContext c, LightSample s) {
@@ -44,12 +44,12 @@ float sample_target(LightContext c, uint light, uint numbers, uint kinds) {
     return primary_target(c, sample_local_light(c, light, unit_numbers(numbers)));
 }
 
-LocalLightRecord last_local_light(uint light) { return LocalLightTable(scene.local_lights_previous).at[light]; }
+LocalLightRecord last_local_light(uint light) { return LocalLightTable(scene.light_tables_previous.local_lights).at[light]; }
 
 // Target that a sample had at a shading point of the last frame: with the lights where they were, so that it is 0 where the last frame
 // could not have drawn the sample.
 float last_target(LightContext c, uint light, uint numbers, uint kinds) {
-    if (!is_local_light(light, kinds)) return 0.0;
+    if (!is_local_light(light, kinds) || light >= scene.light_tables_previous.local_light_count) return 0.0;
     LocalLightRecord l = last_local_light(light);
     vec2 xi = unit_numbers(numbers);
     if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) {

@@ -123,7 +123,7 @@ void main() {
     if (any(greaterThanEqual(p, imageSize(im_restir_surface)))) return;
     vec4 position = imageLoad(ch_shading_position, p);
     // Where all lights are dark there is nothing to draw from: no reservoir, so that it does not count when one lights up.
-    if (floatBitsToUint(position.w) == 0u || scene.local_light_count == 0u) {
+    if (floatBitsToUint(position.w) == 0u || scene.light_tables.local_light_count == 0u) {
         imageStore(im_restir_surface, p, uvec4(0u));
         store(p, NO_RESERVOIR);
         return;

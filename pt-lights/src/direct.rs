@@ -62,6 +62,7 @@ impl DirectLighting {
         let sampler = if merged { params.sampler } else { LightSampler::Power };
         let sampler = ("light_sampler", sampler.code().into());
         let merged = ("merged_rays", merged.into());
+        let replays = ("replays_samples", params.replays().into());
         let restir = params.is_restir().then(|| Restir::new(device, variant, params)).transpose()?;
         let code = if restir.is_some() { &kernels::CHOOSE_LIGHTS_RESTIR } else { &kernels::CHOOSE_LIGHTS };
         let constants = [
@@ -72,6 +73,7 @@ impl DirectLighting {
             sampler,
             merged,
             ("environment_listed", params.is_environment_listed().into()),
+            replays,
         ];
         let choice = Kernel::compute::<DirectPush>(device, code, &constants)?;
         let mut constants = variant.unseen().constants().to_vec();
@@ -79,7 +81,7 @@ impl DirectLighting {
         let trace =
             |code, constants: &_| Kernel::trace::<DirectPush>(device, code, variant.backend, constants);
         let tracing = trace(&kernels::SHADOW_RAYS, &constants)?;
-        constants.extend([sampler, ("light_storage", params.storage.code().into())]);
+        constants.extend([sampler, replays, ("light_storage", params.storage.code().into())]);
         let drops = drops_hidden(params);
         let code = if drops { &kernels::DIRECT_LIGHTING_DROP } else { &kernels::DIRECT_LIGHTING };
         let sum = trace(code, &constants)?;

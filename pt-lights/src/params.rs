@@ -78,6 +78,9 @@ knobs! {
         pub nee_at_global_share: f32 = 0.0625, in 0.0..=1.0;
         /// Share of its other proxies that are kept from the last frame.
         pub nee_at_history: f32 = 0.75, in 0.0..=0.95;
+        /// Whether pixels that have last frame's random seed take its light sample again (gradient pixels of a denoiser); not with
+        /// `sampler=restir-di` and `nee-at`.
+        pub replay: bool = false, source "Schied, Peters and Dachsbacher 2018, section 4" => structural;
     }
 }
 
@@ -101,6 +104,12 @@ impl DirectParams {
     /// Whether the environment is among the lights that the sampler picks from.
     pub(crate) fn is_environment_listed(&self) -> bool {
         self.rays == LightRays::Merged && self.environment_rays == EnvironmentRays::List
+    }
+
+    /// Whether gradient pixels take their light sample of the last frame again: `replay` is on, and the sampler can do it. If so,
+    /// [`LightTables::keep_last_frame`](pt_light_sampling::LightTables::keep_last_frame) is asked for before the tables are prepared.
+    pub fn replays(&self) -> bool {
+        self.replay && (self.rays == LightRays::PerKind || self.sampler.replays())
     }
 
     /// Whether the stage keeps reservoirs.

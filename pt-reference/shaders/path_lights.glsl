@@ -82,7 +82,7 @@ vec3 radiance_from_afar(PathState path) {
         sum += bsdf_sample_weight(path, pdf) * environment_radiance(path.direction);
     }
     if (kind_on(KIND_SUN)) {
-        for (uint i = 0u; i < scene.sun_count; i++) {
+        for (uint i = 0u; i < scene.light_tables.sun_count; i++) {
             SunDisc disc = sun_disc(i, path.direction);
             if (disc.pdf > 0.0) sum += bsdf_sample_weight(path, disc.pdf * kind_pmf()) * disc.radiance;
         }

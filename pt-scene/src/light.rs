@@ -23,6 +23,9 @@ pub enum LightKind {
 pub struct Light {
     /// Name from the file, for messages.
     pub name: String,
+    /// Tells which light it is when lights appear and vanish from frame to frame. Lights with the same id (0 unless set otherwise) are
+    /// told apart by their order: enough as long as their number stays.
+    pub id: u32,
     /// Shape.
     pub kind: LightKind,
     /// Colour x intensity, linear, in candela (point, spot) or lux (directional), used one to one with radiance:
@@ -52,6 +55,7 @@ impl Light {
     pub fn point(name: &str, position: Vec3, intensity: Vec3) -> Self {
         Self {
             name: name.into(),
+            id: 0,
             kind: LightKind::Point,
             intensity,
             position,

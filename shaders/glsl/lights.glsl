@@ -3,27 +3,31 @@
 #include "lights/local_lights.glsl"
 #include "environment.glsl"
 
-// First of the lights [first, first + count) whose cdf is above xi.
-uint punctual_pick(uint first, uint count, float xi) {
+// First of the lights [first, first + count) whose cdf is above xi; how probable it is, `pmf`.
+uint punctual_pick(uint first, uint count, float xi, out float pmf) {
+    LightTable table = LightTable(choice_tables().lights);
     uint low = first, high = first + count - 1u;
     while (low < high) {
         uint middle = (low + high) / 2u;
-        if (LightTable(scene.lights).at[middle].cdf > xi) high = middle;
+        if (table.at[middle].cdf > xi) high = middle;
         else low = middle + 1u;
     }
+    pmf = table.at[low].pmf;
     return low;
 }
 
 // A directional light. With an angular radius its radiance is constant over the cone and gives the nominal lux to a surface
 // that faces it: E = L pi sin^2(radius).
 LightSample sample_sun(uvec4 bits) {
-    if (scene.sun_count == 0u) return NO_LIGHT_SAMPLE;
+    uint count = choice_tables().sun_count;
+    if (count == 0u) return NO_LIGHT_SAMPLE;
     vec4 xi = unit_from_bits(bits);
-    LightRecord light = LightTable(scene.lights).at[punctual_pick(0u, scene.sun_count, xi.x)];
+    float pmf;
+    LightRecord light = LightTable(scene.light_tables.lights).at[punctual_pick(0u, count, xi.x, pmf)];
     LightSample s = NO_LIGHT_SAMPLE;
     s.direction = -light.direction;
     s.radiance = light.intensity;
-    s.pdf = light.pmf;
+    s.pdf = pmf;
     s.delta = light.radius <= 0.0;
     if (!s.delta) {
         float one_minus_cos = 2.0 * square(sin(0.5 * light.radius));
@@ -36,12 +40,15 @@ LightSample sample_sun(uvec4 bits) {
 
 // A point or spot light, picked by its power.
 LightSample sample_positional(vec3 position, uvec4 bits) {
-    uint count = scene.light_count - scene.sun_count;
+    LightTablesRecord tables = choice_tables();
+    uint count = tables.light_count - tables.sun_count;
     if (count == 0u) return NO_LIGHT_SAMPLE;
     vec4 xi = unit_from_bits(bits);
-    LightRecord light = LightTable(scene.lights).at[punctual_pick(scene.sun_count, count, xi.x)];
+    float pmf;
+    uint picked = punctual_pick(tables.sun_count, count, xi.x, pmf) - tables.sun_count;
+    LightRecord light = LightTable(scene.light_tables.lights).at[scene.light_tables.sun_count + picked];
     LightSample s = sample_positional_light(position, light, xi.zw);
-    s.pdf *= light.pmf;
+    s.pdf *= pmf;
     return s;
 }
 
@@ -83,7 +90,7 @@ struct SunDisc {
 };
 
 SunDisc sun_disc(uint index, vec3 direction) {
-    LightRecord light = LightTable(scene.lights).at[index];
+    LightRecord light = LightTable(scene.light_tables.lights).at[index];
     vec3 chord = direction + light.direction;
     float one_minus_cos = 2.0 * square(sin(0.5 * light.radius));
     if (light.radius <= 0.0 || dot(chord, chord) > 2.0 * one_minus_cos) return SunDisc(vec3(0.0), 0.0);

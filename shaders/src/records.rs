@@ -80,8 +80,6 @@ gpu_struct! {
         pub materials: u64,
         /// `LobeRecord[]`.
         pub lobes: u64,
-        /// `LightRecord[light_count]`: the directional lights, then the positional ones.
-        pub lights: u64,
         /// `EmissiveRecord[emissive_count]`.
         pub emissives: u64,
         /// `AliasRecord[emissive_count]`.
@@ -97,10 +95,60 @@ gpu_struct! {
         pub environment_quad_nodes: u64,
         /// `AliasRecord[]`: for each quad a table over its cells.
         pub environment_quad_cells: u64,
+        /// The tables that change with the lights, as they are in this frame.
+        pub light_tables: LightTablesRecord,
+        /// The same as they were in the last frame, as far as something asks for them (`LightTables::keep_last_frame`, sampler
+        /// restir-di); the other addresses are those of `light_tables`.
+        pub light_tables_previous: LightTablesRecord,
+        /// `uvec2[]`: shadow rays of this frame that reached a light, and that did not; see `lights/statistics.glsl`.
+        pub shadow_counts: u64,
+        /// `BvhNode[]` of the BVH over the instances (compute backend).
+        pub tlas_nodes: u64,
+        /// Instance indices in leaf order of `tlas_nodes`.
+        pub tlas_instances: u64,
+        /// Address of the driver's top-level acceleration structure (ray-query and rt-pipeline backends).
+        pub tlas: u64,
+        /// `ClusterNode[]`, the root first.
+        pub clusters: u64,
+        /// `uint[BLUE_NOISE_SIDE * BLUE_NOISE_SIDE]`: a blue-noise mask, ranks in the upper 12 bits.
+        pub blue_noise: u64,
+        /// Number of instances.
+        pub instance_count: u32,
+        /// Number of emissive triangles.
+        pub emissive_count: u32,
+        /// Bindless index of the lat-long environment.
+        pub environment_texture: u32,
+        /// Width and height of the environment in texels.
+        pub environment_size: UVec2,
+        /// Cosine and sine of the environment's rotation about +Y.
+        pub environment_rotation: Vec2,
+        /// Factor on the environment's radiance; 0 = no environment.
+        pub environment_intensity: f32,
+        /// Coordinates that are near the origin, metres: there rays start off surfaces by a fixed length (ray_offset.glsl).
+        pub near_origin: f32,
+        /// Most local lights that there may be; dense shadow statistics have room for them.
+        pub most_local_lights: u32,
+        /// Entries of `shadow_counts`, 0: none; a power of two when they are hashed.
+        pub shadow_count_slots: u32,
+        /// 1 = `shadow_counts` is a hash table, 0 = it has an entry for every cluster, light and direction.
+        pub shadow_counts_hashed: u32,
+        /// Columns and rows of cells of the environment's quads.
+        pub environment_grid: UVec2,
+        /// How many quads of the environment are local lights.
+        pub environment_quad_count: u32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+gpu_struct! {
+    /// The tables by which lights are chosen, as device addresses, and how many lights there are. A scene has them twice: those of this
+    /// frame and those of the last one (`lights/light_tables.glsl`).
+    pub struct LightTablesRecord {
+        /// `LightRecord[light_count]`: the directional lights, then the positional ones.
+        pub lights: u64,
         /// `LocalLightRecord[local_light_count]`.
         pub local_lights: u64,
-        /// The same as they were in the last frame; only for samplers that reuse its samples.
-        pub local_lights_previous: u64,
         /// `AliasRecord[local_light_count]`: local lights by luminous power.
         pub local_alias: u64,
         /// `ClusterListRecord[]` of each cluster.
@@ -115,54 +163,18 @@ gpu_struct! {
         pub light_bvh: u64,
         /// `uint64_t[]`: for each local light its branches from the root.
         pub light_bvh_trails: u64,
-        /// `uvec2[]`: shadow rays of this frame that reached a light, and that did not; see `lights/statistics.glsl`.
-        pub shadow_counts: u64,
-        /// `uint[]`: the same of the frames before, two half floats.
+        /// `uint[]`: `shadow_counts` of the frames before, two half floats.
         pub shadow_history: u64,
         /// `uint[]`: what the entries of a hash table stand for; 0: free.
         pub shadow_keys: u64,
-        /// `BvhNode[]` of the BVH over the instances (compute backend).
-        pub tlas_nodes: u64,
-        /// Instance indices in leaf order of `tlas_nodes`.
-        pub tlas_instances: u64,
-        /// Address of the driver's top-level acceleration structure (ray-query and rt-pipeline backends).
-        pub tlas: u64,
-        /// `ClusterNode[]`, the root first.
-        pub clusters: u64,
-        /// `uint[BLUE_NOISE_SIDE * BLUE_NOISE_SIDE]`: a blue-noise mask, ranks in the upper 12 bits.
-        pub blue_noise: u64,
-        /// Number of instances.
-        pub instance_count: u32,
         /// Number of punctual lights.
         pub light_count: u32,
-        /// Number of emissive triangles.
-        pub emissive_count: u32,
-        /// Bindless index of the lat-long environment.
-        pub environment_texture: u32,
-        /// Width and height of the environment in texels.
-        pub environment_size: UVec2,
-        /// Cosine and sine of the environment's rotation about +Y.
-        pub environment_rotation: Vec2,
-        /// Factor on the environment's radiance; 0 = no environment.
-        pub environment_intensity: f32,
         /// How many of the punctual lights are directional.
         pub sun_count: u32,
-        /// Coordinates that are near the origin, metres: there rays start off surfaces by a fixed length (ray_offset.glsl).
-        pub near_origin: f32,
-        /// Number of local lights: emissive triangles, point and spot lights, quads of the environment. 0: all are dark.
+        /// Number of local lights: emissive triangles, quads of the environment, point and spot lights; 0 if all are dark.
         pub local_light_count: u32,
-        /// Entries of `shadow_counts`, 0: none; a power of two when they are hashed.
-        pub shadow_count_slots: u32,
-        /// 1 = `shadow_counts` is a hash table, 0 = it has an entry for every cluster, light and direction.
-        pub shadow_counts_hashed: u32,
-        /// Columns and rows of cells of the environment's quads.
-        pub environment_grid: UVec2,
-        /// How many quads of the environment are local lights.
-        pub environment_quad_count: u32,
         /// Luminous flux of the lights in the light tree.
         pub light_bvh_power: f32,
-        /// Alignment.
-        pub pad: UVec2,
     }
 }
 
@@ -548,6 +560,14 @@ named_enum! {
     }
 }
 
+impl LightSampler {
+    /// Whether a pixel can take its light sample of the last frame again (gradient pixels; `lights/light_tables.glsl`). `restir-di` and
+    /// `nee-at` can't: their choices depend on histories of the screen that are not kept for a second frame.
+    pub const fn replays(self) -> bool {
+        !matches!(self, Self::RestirDi | Self::NeeAt)
+    }
+}
+
 named_enum! {
     /// How important a node of the light tree is for a shading point.
     pub enum BvhImportance: "BVH_IMPORTANCE" {
@@ -707,6 +727,7 @@ table! {
     FrameRecord,
     InstanceRecord,
     MeshRecord,
+    LightTablesRecord,
     SceneRecord,
     ClusterNode,
     VertexRecord,

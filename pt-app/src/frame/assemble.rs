@@ -27,6 +27,7 @@ impl FullFrame {
         params: &FrameParams,
     ) -> Result<Self> {
         let Session { device, scene, gpu, lights, .. } = session;
+        lights.keep_last_frame(params.lights.replays());
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
         let traced = Some(TracedStages::new(device, params.gbuffer.variant(gpu.variant()), params)?);
         Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)

@@ -20,6 +20,20 @@ impl Frame<'_> {
         })
     }
 
+    /// Copies a part of a buffer to the same place of another, in frame order. Both are at least `offset + size` bytes large.
+    pub fn copy_part(&mut self, from: &Buffer, to: &Buffer, offset: u64, size: u64) -> Result<()> {
+        if size == 0 {
+            return Ok(());
+        }
+        let region = [vk::BufferCopy::default().src_offset(offset).dst_offset(offset).size(size)];
+        let info = copy_info(&format!("keep {}", from.name()), size, [from.name(), to.name()]);
+        let keep = [Keep::Buffer(from.clone()), Keep::Buffer(to.clone())];
+        self.encode(info, &copy_touches(from.id(), to.id()), keep, |raw, cmd| {
+            // SAFETY: recording; both buffers are kept alive by the slot.
+            unsafe { raw.cmd_copy_buffer(cmd, from.handle(), to.handle(), &region) };
+        })
+    }
+
     /// The driver's copy of an image to another of the same size and format.
     pub(crate) fn copy_image(&mut self, name: &str, from: &Image, to: &Image) -> Result<()> {
         let [width, height] = from.extent();

@@ -1,7 +1,7 @@
 use super::*;
 use crate::test_support::bright_spot;
 use crate::{LightLists, environment, test_support};
-use pt_scene::EnvironmentImage;
+use pt_scene::{EnvironmentImage, Light};
 
 fn image(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Environment {
     let texels = (0..width * height).map(|i| Vec3::splat(texel(i % width, i / width))).collect();
@@ -142,23 +142,25 @@ fn cones_hold_their_directions() {
     }
 }
 
-/// Intensity and rotation are those of the frame; the indices of all other lights stay.
+/// Intensity and rotation are those of the frame; the triangles come before the quads, the positional lights after them.
 #[test]
 fn intensity_and_rotation_reach_the_list() {
     let mut scene = test_support::all_kinds();
     let alone = LightLists::new(&scene);
     let mut lists = alone.clone();
     assert!(lists.list_environment(&scene, true) && !lists.list_environment(&scene, true));
-    let others = alone.local.len();
-    assert_eq!(lists.local[..others], alone.local);
-    assert_eq!(lists.local.len(), others + lists.quad_count());
+    let range = lists.quad_range();
+    assert!(range.start > 0 && lists.first_positional() < lists.local.len());
+    let others = [&lists.local[..range.start], &lists.local[range.end..]].concat();
+    assert_eq!(others, alone.local);
+    assert_eq!(lists.may_change.len(), lists.local.len());
     assert!(lists.quad_count() > 8);
     let before = lists.local.clone();
     scene.environment.intensity *= 3.0;
     lists.update_lights(&scene);
     let change = lists.update_local(&scene);
     assert!(change.moved && change.power);
-    for (now, before) in lists.local[others..].iter().zip(&before[others..]) {
+    for (now, before) in lists.local[range.clone()].iter().zip(&before[range.clone()]) {
         assert!(is_close((now.irradiance / before.irradiance).into(), 3.0, 1e-5));
         assert!(is_close((now.power / before.power).into(), 3.0, 1e-5));
     }
@@ -166,14 +168,24 @@ fn intensity_and_rotation_reach_the_list() {
     scene.environment.rotation += 1.0;
     lists.update_lights(&scene);
     assert!(lists.update_local(&scene).moved);
-    assert_ne!(lists.local[others].axis, before[others].axis);
+    assert_ne!(lists.local[range.start].axis, before[range.start].axis);
     scene.environment.intensity = 0.0;
     lists.update_lights(&scene);
     lists.update_local(&scene);
-    assert!(lists.local[others..].iter().all(|light| light.power == 0.0));
+    assert!(lists.local[range.clone()].iter().all(|light| light.power == 0.0));
     scene.environment.intensity = 1.0;
     lists.update_lights(&scene);
-    assert!(lists.update_local(&scene).power && lists.local[others].power > 0.0);
+    assert!(lists.update_local(&scene).power && lists.local[range.start].power > 0.0);
+    // Quads keep their indices when lights appear.
+    scene.lights.push(Light { id: 99, ..Light::point("late", Vec3::Y, Vec3::ONE) });
+    lists.update_lights(&scene);
+    lists.update_local(&scene);
+    assert_eq!((lists.quad_range(), lists.local.len()), (range.clone(), alone.local.len() + range.len() + 1));
+    assert!(lists.local[range].iter().all(LightBounds::is_distant));
+    scene.lights.pop();
+    lists.update_lights(&scene);
+    lists.update_local(&scene);
     assert!(lists.list_environment(&scene, false));
-    assert_eq!(lists.local, alone.local);
+    assert_eq!(lists.local[..alone.local.len()], alone.local);
+    assert_eq!(lists.may_change.len(), lists.local.len());
 }

@@ -4,12 +4,15 @@ use glam::{UVec2, Vec3};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::pack::pack_unit_vector;
+use pt_core::random::RandomSource;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
+use pt_core::trace::TraceVariant;
 use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
+use pt_light_sampling::LightTables;
 use pt_light_sampling::test_support::Uploaded;
-use pt_lights::{DirectLighting, DirectParams};
+use pt_lights::{Counted, DirectLighting, DirectParams};
 use pt_scene::gpu::camera_record;
 use pt_scene::{Camera, Scene};
 use pt_shaders::channels::{
@@ -78,6 +81,7 @@ pub struct View<'d> {
     uniforms: Uniforms<FrameRecord>,
     recorder: Recorder,
     albedo: Vec<Vec3>,
+    counted: Counted,
     device: &'d TestDevice,
 }
 
@@ -87,10 +91,26 @@ fn unorm16(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
 
 impl<'d> View<'d> {
     pub fn new(device: &'d TestDevice, scene: Scene, params: DirectParams, size: [u32; 2]) -> Self {
+        let room = scene.lights.len();
+        Self::with(device, scene, params, size, RandomSource::White, room)
+    }
+
+    /// With that source of random numbers, and room for that many punctual lights.
+    pub fn with(
+        device: &'d TestDevice,
+        scene: Scene,
+        params: DirectParams,
+        size: [u32; 2],
+        random: RandomSource,
+        room: usize,
+    ) -> Self {
         let mut uploaded = Uploaded::new(device, scene, TraceBackend::Compute);
         let Uploaded { scene, lights, gpu } = &mut uploaded;
+        *lights = LightTables::with_room(device, scene, room).unwrap();
+        lights.keep_last_frame(params.replays());
         lights.prepare(device, scene, gpu, params.sampler_choice()).unwrap();
-        let stage = DirectLighting::new(device, uploaded.gpu.variant(), &params).unwrap();
+        let variant = TraceVariant { random, ..uploaded.gpu.variant() };
+        let stage = DirectLighting::new(device, variant, &params).unwrap();
         let io = DirectLighting::io(&params);
         let images = ChannelImages::alone(device, FrameSizes::same(size), &io).unwrap();
         let mut view = Self {
@@ -103,6 +123,7 @@ impl<'d> View<'d> {
             uniforms: Uniforms::new(device, "frame_uniforms").unwrap(),
             recorder: Recorder::new(device).unwrap(),
             albedo: Vec::new(),
+            counted: Counted::new(device, (2 * field_width(size[0]) * size[1]) as usize).unwrap(),
             device,
             uploaded,
         };
@@ -165,11 +186,23 @@ impl<'d> View<'d> {
         self.index = 0;
     }
 
+    /// The same, and light tables are new.
+    pub fn restart(&mut self) {
+        let Uploaded { scene, lights, gpu } = &mut self.uploaded;
+        lights.prepare(self.device, scene, gpu, self.params.sampler_choice()).unwrap();
+        self.reset();
+    }
+
     /// Radiance of every flat pixel of the next frame, luminance.
     pub fn frame(&mut self) -> Vec<f64> {
+        self.frame_with(|_| false)
+    }
+
+    /// The same; the pixels (numbers in scan-line order) for which `is_gradient` holds have the random seed of the last frame.
+    pub fn frame_with(&mut self, is_gradient: impl Fn(u32) -> bool) -> Vec<f64> {
         let [width, height] = self.size;
-        let keys: Vec<[u32; 2]> =
-            (0..width * height).map(|i| [(i % width) | ((i / width) << 16), self.index]).collect();
+        let seed = |i: u32| [(i % width) | ((i / width) << 16), self.index - u32::from(is_gradient(i))];
+        let keys: Vec<[u32; 2]> = (0..width * height).map(seed).collect();
         let split = to_split(&keys, self.size, [0; 2]);
         self.images.current(RNG_SEED).write(bytemuck::cast_slice(&split)).unwrap();
         self.images.begin_frame();
@@ -185,7 +218,7 @@ impl<'d> View<'d> {
         let Uploaded { scene, lights, gpu } = &mut self.uploaded;
         lights.update(&mut frame, scene, gpu).unwrap();
         let inputs = StageInputs { scene: Some(&*gpu), uniforms: Some(&self.uniforms), images: &self.images };
-        self.stage.record(&mut frame, &inputs, &self.params, 0.0).unwrap();
+        self.stage.record_counted(&mut frame, &inputs, &self.params, 0.0, Some(&self.counted)).unwrap();
         frame.submit().unwrap();
         self.recorder.finish().unwrap();
         self.index += 1;
@@ -196,6 +229,11 @@ impl<'d> View<'d> {
         };
         let light = read(COLOR_HF).into_iter().zip(read(COLOR_SPEC)).zip(&self.albedo);
         light.map(|((hf, spec), albedo)| pt_light_sampling::luminance(hf * *albedo + spec * F0)).collect()
+    }
+
+    /// The local light that each flat pixel of the last frame chose, and a hash of the point on it.
+    pub fn choices(&self) -> Vec<[u32; 2]> {
+        to_flat(&self.counted.choices().unwrap(), self.size)
     }
 
     pub fn device(&self) -> &'d TestDevice {

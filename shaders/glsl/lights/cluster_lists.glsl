@@ -8,14 +8,14 @@
 
 const uint CLUSTER_CANDIDATES = 8u;
 
-ClusterListRecord cluster_list(uint cluster) { return ClusterListTable(scene.cluster_lists).at[cluster]; }
+ClusterListRecord cluster_list(uint cluster) { return ClusterListTable(choice_tables().cluster_lists).at[cluster]; }
 
 uint cluster_list_size(ClusterListRecord list) { return list.count + list.moving_count; }
 
 // Light at a place of the list.
 uint cluster_list_light(ClusterListRecord list, uint place) {
-    if (place < list.count) return UintTable(scene.cluster_entries).at[list.first + place];
-    return UintTable(scene.cluster_moving_entries).at[list.moving_first + (place - list.count)];
+    if (place < list.count) return UintTable(choice_tables().cluster_entries).at[list.first + place];
+    return UintTable(choice_tables().cluster_moving_entries).at[list.moving_first + (place - list.count)];
 }
 
 uint find_entry(uint64_t entries, uint first, uint count, uint light) {
@@ -31,14 +31,14 @@ uint find_entry(uint64_t entries, uint first, uint count, uint light) {
 
 // Place of a light in the list, NONE: it is not there.
 uint cluster_list_place(ClusterListRecord list, uint light) {
-    uint place = find_entry(scene.cluster_entries, list.first, list.count, light);
+    uint place = find_entry(choice_tables().cluster_entries, list.first, list.count, light);
     if (place != NONE) return place;
-    place = find_entry(scene.cluster_moving_entries, list.moving_first, list.moving_count, light);
+    place = find_entry(choice_tables().cluster_moving_entries, list.moving_first, list.moving_count, light);
     return place == NONE ? NONE : list.count + place;
 }
 
 float cluster_mass(LightContext c, uint light, bool statistics) {
-    float mass = light_mass(c, local_light(light));
+    float mass = light_mass(c, choice_light(light));
     return statistics && mass > 0.0 ? mass * lit_share(c.cluster, light, c.normal) : mass;
 }
 

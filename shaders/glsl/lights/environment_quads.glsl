@@ -1,5 +1,6 @@
-// The environment as local lights: quads of a quad-tree over its cells (pt_light_sampling::EnvironmentQuads). They follow the positional
-// lights in the table of local lights. Host twin: pt_light_sampling::oracle::environment_quads.
+// The environment as local lights: quads of a quad-tree over its cells (pt_light_sampling::EnvironmentQuads). In the table of local lights
+// they stand between the emissive triangles and the positional lights: the numbers of triangles and quads do not change from frame to frame,
+// so a quad keeps its index while positional lights appear and vanish. Host twin: pt_light_sampling::oracle::environment_quads.
 #include "environment.glsl"
 #include "lights/light_sample.glsl"
 
@@ -12,7 +13,9 @@ layout(constant_id = 6) const bool environment_listed = true;
 // Whether the environment is among the local lights: it is then not sampled apart.
 bool environment_is_listed() { return environment_listed && scene.environment_quad_count > 0u; }
 
-uint first_environment_light() { return scene.emissive_count + scene.light_count - scene.sun_count; }
+uint first_environment_light() { return scene.emissive_count; }
+
+uint first_positional_light() { return scene.emissive_count + scene.environment_quad_count; }
 
 EnvironmentQuadRecord environment_quad(uint quad) { return EnvironmentQuadTable(scene.environment_quads).at[quad]; }
 

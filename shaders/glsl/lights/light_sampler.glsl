@@ -13,26 +13,26 @@
 layout(constant_id = 3) const uint light_sampler = LIGHT_SAMPLER_POWER;
 layout(constant_id = 5) const uint bvh_importance = BVH_IMPORTANCE_BOUNDS;
 
-#define LIGHT_BVH_NODES scene.light_bvh
-#define LIGHT_BVH_TRAILS scene.light_bvh_trails
+#define LIGHT_BVH_NODES choice_tables().light_bvh
+#define LIGHT_BVH_TRAILS choice_tables().light_bvh_trails
 #define LIGHT_BVH_GAUSSIAN (bvh_importance == BVH_IMPORTANCE_SPHERICAL_GAUSSIAN)
 #include "lights/tree_and_quads.glsl"
 
 uint pick_by_power(uvec4 bits) {
-    if (scene.local_light_count == 0u) return NONE;
-    return alias_pick(scene.local_alias, scene.local_light_count, bits.x, unit_from_bits(bits).y);
+    if (choice_tables().local_light_count == 0u) return NONE;
+    return alias_pick(choice_tables().local_alias, choice_tables().local_light_count, bits.x, unit_from_bits(bits).y);
 }
 
 uint pick_uniformly(uint bits) {
-    if (scene.local_light_count == 0u) return NONE;
+    if (choice_tables().local_light_count == 0u) return NONE;
     uint light, fraction;
-    umulExtended(bits, scene.local_light_count, light, fraction);
+    umulExtended(bits, choice_tables().local_light_count, light, fraction);
     return light;
 }
 
 float light_pmf(LightContext c, uint light) {
     switch (light_sampler) {
-    case LIGHT_SAMPLER_UNIFORM: return 1.0 / float(scene.local_light_count);
+    case LIGHT_SAMPLER_UNIFORM: return 1.0 / float(choice_tables().local_light_count);
     case LIGHT_SAMPLER_CLUSTER_CDF: return cluster_pmf(c, light, false);
     case LIGHT_SAMPLER_CLUSTER_STATS: return cluster_pmf(c, light, true);
     case LIGHT_SAMPLER_LIGHT_BVH: return tree_or_quad_pmf(c, light);
@@ -43,7 +43,7 @@ float light_pmf(LightContext c, uint light) {
 
 uint pick_light(LightContext c, uvec4 bits, uint by_power, out float pmf) {
     pmf = 0.0;
-    if (scene.local_light_count == 0u) return NONE;
+    if (choice_tables().local_light_count == 0u) return NONE;
     uint light;
     switch (light_sampler) {
     case LIGHT_SAMPLER_CLUSTER_CDF: return cluster_pick(c, unit_from_bits(bits).xy, by_power, false, pmf);
@@ -61,7 +61,7 @@ uint pick_light(LightContext c, uvec4 bits, uint by_power, out float pmf) {
 // its quad and of the direction in it. Of a sampler without a closed form it is that of a choice by power: weights of multiple importance
 // sampling stay unbiased, as they are functions of the direction that sum to 1.
 float listed_environment_pdf(LightContext c, vec3 direction) {
-    if (scene.local_light_count == 0u) return 0.0;
+    if (choice_tables().local_light_count == 0u) return 0.0;
     uint light;
     float pdf = environment_quad_pdf(direction, light);
     return light == NONE ? 0.0 : pdf * light_pmf(c, light);

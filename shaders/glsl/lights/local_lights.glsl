@@ -1,8 +1,9 @@
-// Local lights (emissive triangles, point and spot lights, quads of the environment) from a shading point: how much one may contribute, and
+// Local lights (emissive triangles, quads of the environment, point and spot lights) from a shading point: how much one may contribute, and
 // a sample of it.
 // All have an index in one table (LocalLightRecord); the tables are made each frame, from where the lights are then.
 #include "lights/light_sample.glsl"
 #include "lights/environment_quads.glsl"
+#include "lights/light_tables.glsl"
 #include "sampling.glsl"
 #include "lights/triangle_sampling.glsl"
 
@@ -17,16 +18,19 @@ struct LightContext {
     uint64_t tile;   // address of the NeeAtTile that has learned about the point's lights, 0: none
 };
 
-LocalLightRecord local_light(uint light) { return LocalLightTable(scene.local_lights).at[light]; }
+LocalLightRecord local_light(uint light) { return LocalLightTable(scene.light_tables.local_lights).at[light]; }
+
+// The light as choices see it.
+LocalLightRecord choice_light(uint light) { return LocalLightTable(choice_tables().local_lights).at[light]; }
 
 // KIND_* bit of a local light.
 uint kind_of_light(uint light) {
     if (light < scene.emissive_count) return KIND_EMISSIVE;
-    return !environment_is_listed() || light < first_environment_light() ? KIND_POSITIONAL : KIND_ENVIRONMENT;
+    return environment_is_listed() && light < first_positional_light() ? KIND_ENVIRONMENT : KIND_POSITIONAL;
 }
 
 // Probability with which the power distribution picks a light.
-float power_pmf(uint light) { return AliasTable(scene.local_alias).at[light].pmf; }
+float power_pmf(uint light) { return AliasTable(choice_tables().local_alias).at[light].pmf; }
 
 // Solid angle of a triangle with first corner `a`, as seen from the origin: Van Oosterom and Strackee 1983, eq. 8. In fewer steps than
 // triangle_solid_angle(), for weights that need few digits.
@@ -179,11 +183,14 @@ LightSample sample_positional_light(vec3 position, LightRecord light, vec2 xi) {
 // How points of emissive triangles are drawn (AREA_SAMPLING_*).
 layout(constant_id = 4) const uint area_sampling = AREA_SAMPLING_UNIFORM;
 
-// A sample of a local light that has been chosen: its pdf leaves the choice out.
-LightSample sample_local_light(LightContext c, uint light, vec2 xi) {
-    LocalLightRecord l = local_light(light);
+// A sample of a local light as it is in these tables; its pdf leaves the choice of the light out.
+LightSample sample_light_of(LightTablesRecord tables, LightContext c, uint light, vec2 xi) {
+    LocalLightRecord l = LocalLightTable(tables.local_lights).at[light];
     uint kind = l.kind & LOCAL_KIND;
     if (kind == LOCAL_TRIANGLE) return sample_triangle_light(c.position, c.normal, l, light, area_sampling, xi);
     if (environment_is_listed() && kind == LOCAL_ENVIRONMENT) return sample_environment_quad(l, light - first_environment_light(), xi);
-    return sample_positional_light(c.position, LightTable(scene.lights).at[scene.sun_count + light - scene.emissive_count], xi);
+    return sample_positional_light(c.position, LightTable(tables.lights).at[tables.sun_count + light - first_positional_light()], xi);
 }
+
+// A sample of a local light that has been chosen, as it is in this frame.
+LightSample sample_local_light(LightContext c, uint light, vec2 xi) { return sample_light_of(scene.light_tables, c, light, xi); }

@@ -41,7 +41,7 @@ float nee_at_pmf(LightContext c, uint light) {
     if (c.tile == 0ul) return power_pmf(light);
     NeeAtTileTable tile = NeeAtTileTable(c.tile);
     float narrow = tile.at[0].narrow;
-    float pmf = (1.0 - narrow) * mix(power_pmf(light), 1.0 / float(scene.local_light_count), tile.at[0].uniform_share);
+    float pmf = (1.0 - narrow) * mix(power_pmf(light), 1.0 / float(scene.light_tables.local_light_count), tile.at[0].uniform_share);
     if (narrow <= 0.0) return pmf;
     uint copies = proxies_below(tile, light + 1u) - proxies_below(tile, light);
     return pmf + narrow * (float(copies) / float(NEE_AT_PROXIES));
@@ -55,7 +55,7 @@ uint nee_at_pick(LightContext c, uvec4 bits, uint by_power) {
     if (xi < narrow) return tile.at[0].lights[min(uint(xi / narrow * float(NEE_AT_PROXIES)), NEE_AT_PROXIES - 1u)];
     if ((xi - narrow) / (1.0 - narrow) >= tile.at[0].uniform_share) return by_power;
     uint light, fraction;
-    umulExtended(bits.y, scene.local_light_count, light, fraction);
+    umulExtended(bits.y, scene.light_tables.local_light_count, light, fraction);
     return light;
 }
 

@@ -24,7 +24,7 @@ uint ris_pick(LightContext c, uint source, uvec4 bits, out float pmf) {
         bool all = xi.x < list.catch_all;
         if (!all && size == 0u) return NONE;
         if (all) {
-            light = alias_pick(scene.local_alias, scene.local_light_count, uint(xi.x / list.catch_all * 4294967040.0), xi.y);
+            light = alias_pick(choice_tables().local_alias, choice_tables().local_light_count, uint(xi.x / list.catch_all * 4294967040.0), xi.y);
         } else {
             uint place = min(uint((xi.x - list.catch_all) / (1.0 - list.catch_all) * float(size)), size - 1u);
             light = cluster_list_light(list, place);
@@ -32,19 +32,29 @@ uint ris_pick(LightContext c, uint source, uvec4 bits, out float pmf) {
         bool listed = size > 0u && (!all || cluster_list_place(list, light) != NONE);
         pmf = list.catch_all * power_pmf(light) + (listed ? (1.0 - list.catch_all) / float(size) : 0.0);
     } else {
-        light = alias_pick(scene.local_alias, scene.local_light_count, bits.x, xi.y);
+        light = alias_pick(choice_tables().local_alias, choice_tables().local_light_count, bits.x, xi.y);
         pmf = power_pmf(light);
     }
     return light;
 }
 
-// A candidate, its pdf with the choice of the light. `bits`: of the candidate's own.
+// A candidate, its pdf with the choice of the light, as the frame saw it that chooses. `bits`: of the candidate's own.
 LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint light) {
     float pmf;
     light = ris_pick(c, source, bits, pmf);
     if (light == NONE) return NO_LIGHT_SAMPLE;
-    LightSample s = sample_local_light(c, light, unit_from_bits(bits).zw);
+    LightSample s = sample_light_of(choice_tables(), c, light, unit_from_bits(bits).zw);
     s.pdf *= pmf;
+    return s;
+}
+
+// The kept sample with the light as it is in this frame. The weight is that of a point of primary sample space, so the pdf changes with the
+// density of the points on the light. Kernels with gradient pixels do this in every pixel: both frames then round alike.
+LightSample ris_evaluated(LightContext c, LightSample kept, uint light, vec2 xi) {
+    LightSample s = sample_local_light(c, light, xi);
+    LocalLightRecord before = choice_light(light), now = local_light(light);
+    bool same_place = before.position == now.position && before.edge1 == now.edge1 && before.edge2 == now.edge2;
+    s.pdf = same_place && s.pdf > 0.0 ? kept.pdf : kept.pdf * (s.pdf / sample_light_of(choice_tables(), c, light, xi).pdf);
     return s;
 }
 
@@ -53,8 +63,9 @@ LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint ligh
 LightSample ris_sample(LightContext c, uvec2 key, uint dimension, float xi, uint source, uint count, bool stratified, out uint light) {
     LightSample kept = NO_LIGHT_SAMPLE;
     float sum = 0.0, kept_target = 0.0;
+    vec2 kept_xi = vec2(0.0);
     light = NONE;
-    if (scene.local_light_count == 0u) return kept;
+    if (choice_tables().local_light_count == 0u) return kept;
     for (uint i = 0u; i < count; i++) {
         uvec4 bits = random_bits(key, dimension + i);
         if (stratified) bits.x = bits.x / count + i * (0xffffffffu / count);
@@ -69,12 +80,14 @@ LightSample ris_sample(LightContext c, uvec2 key, uint dimension, float xi, uint
             xi /= share;
             kept = s;
             kept_target = target;
+            kept_xi = unit_from_bits(bits).zw;
             light = drawn;
         } else {
             xi = (xi - share) / (1.0 - share);
         }
     }
     if (light != NONE) kept.pdf = float(count) * kept_target / sum;
+    if (replays_samples && light != NONE) return ris_evaluated(c, kept, light, kept_xi);
     return kept;
 }
 

@@ -3,7 +3,7 @@
 // Tracing", as in Quake II RTX). Counts are integers: sums do not depend on the order of the threads.
 
 #include "rng.glsl"
-#include "scene.glsl"
+#include "lights/light_tables.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer ShadowCountTable { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ShadowKeyTable { uint at[]; };
@@ -25,13 +25,13 @@ uint normal_side(vec3 n) {
 uint shadow_key(uint cluster, uint light, vec3 normal) {
     uint side = normal_side(normal);
     if (scene.shadow_counts_hashed != 0u) return pcg(light + pcg(cluster * 6u + side)) | 1u;
-    return (cluster * scene.local_light_count + light) * 6u + side;
+    return (cluster * scene.most_local_lights + light) * 6u + side;
 }
 
-// Entry of the tables for a key, NONE: it has none.
-uint shadow_slot(uint key) {
+// Entry for a key in tables with these keys, NONE: it has none.
+uint shadow_slot(uint64_t shadow_keys, uint key) {
     if (scene.shadow_counts_hashed == 0u) return key < scene.shadow_count_slots ? key : NONE;
-    ShadowKeyTable keys = ShadowKeyTable(scene.shadow_keys);
+    ShadowKeyTable keys = ShadowKeyTable(shadow_keys);
     uint mask = scene.shadow_count_slots - 1u;
     for (uint i = 0u; i < SHADOW_PROBES; i++) {
         uint slot = (pcg(key) + i) & mask;
@@ -40,10 +40,12 @@ uint shadow_slot(uint key) {
     return NONE;
 }
 
-// The same, but takes a free entry if there is one.
+// Entry of this frame for a key; takes a free one if it has none. First it looks at all entries where the key may be: one that became free
+// before it must not hide it.
 uint claim_shadow_slot(uint key) {
-    if (scene.shadow_counts_hashed == 0u) return key < scene.shadow_count_slots ? key : NONE;
-    ShadowKeyTable keys = ShadowKeyTable(scene.shadow_keys);
+    uint known = shadow_slot(scene.light_tables.shadow_keys, key);
+    if (known != NONE || scene.shadow_counts_hashed == 0u) return known;
+    ShadowKeyTable keys = ShadowKeyTable(scene.light_tables.shadow_keys);
     uint mask = scene.shadow_count_slots - 1u;
     for (uint i = 0u; i < SHADOW_PROBES; i++) {
         uint slot = (pcg(key) + i) & mask;
@@ -56,16 +58,16 @@ uint claim_shadow_slot(uint key) {
 // Share of the shadow rays of the frames before that reached the light; 1 when there were none.
 float lit_share(uint cluster, uint light, vec3 normal) {
     if (scene.shadow_count_slots == 0u) return 1.0;
-    uint slot = shadow_slot(shadow_key(cluster, light, normal));
+    uint slot = shadow_slot(choice_tables().shadow_keys, shadow_key(cluster, light, normal));
     if (slot == NONE) return 1.0;
-    vec2 counts = unpackHalf2x16(UintTable(scene.shadow_history).at[slot]);
+    vec2 counts = unpackHalf2x16(UintTable(choice_tables().shadow_history).at[slot]);
     float sum = counts.x + counts.y;
     return sum > 0.0 ? max(counts.x / sum, LEAST_LIT_SHARE) : 1.0;
 }
 
-// Counts a shadow ray.
+// Counts a shadow ray. Those of gradient pixels do not count: the last frame has counted the same choice.
 void count_shadow_ray(uint cluster, uint light, vec3 normal, bool reached) {
-    if (scene.shadow_count_slots == 0u) return;
+    if (scene.shadow_count_slots == 0u || is_gradient_pixel) return;
     uint slot = claim_shadow_slot(shadow_key(cluster, light, normal));
     if (slot == NONE) return;
     ShadowCountTable counts = ShadowCountTable(scene.shadow_counts);

@@ -2,7 +2,7 @@
 // surfaces of a direction, times the share of shadow rays that reached them. The table has for every cluster and side of the normal
 // (statistics.glsl) the number of subsets and the sums of their weights; it is made by cluster_subsets.comp, every few frames for each
 // cluster. A list that has become shorter or longer since then is taken uniformly.
-#include "scene.glsl"
+#include "lights/light_tables.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SubsetTable { float at[]; };
 
@@ -19,7 +19,7 @@ struct Subsets {
 Subsets uniform_subsets(uint count) { return Subsets(0ul, count); }
 
 Subsets cluster_subsets(uint cluster, uint side, uint count) {
-    uint64_t row = scene.cluster_subsets + uint64_t((cluster * 6u + side) * SUBSET_ROW) * 4ul;
+    uint64_t row = choice_tables().cluster_subsets + uint64_t((cluster * 6u + side) * SUBSET_ROW) * 4ul;
     SubsetTable table = SubsetTable(row);
     bool known = uint(table.at[0]) == count && table.at[min(count, MAX_SUBSETS)] > 0.0;
     return Subsets(known ? row : 0ul, count);

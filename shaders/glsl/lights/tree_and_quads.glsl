@@ -6,7 +6,7 @@
 
 float quads_mass(LightContext c) {
     float sum = 0.0;
-    for (uint i = 0u; i < scene.environment_quad_count; i++) sum += light_mass(c, local_light(first_environment_light() + i));
+    for (uint i = 0u; i < scene.environment_quad_count; i++) sum += light_mass(c, choice_light(first_environment_light() + i));
     return sum;
 }
 
@@ -17,7 +17,7 @@ uint steps_of_tree(LightContext c, LightBvhPoint p, out float mass) {
     if (mass <= 0.0) return tree > 0.0 ? LIGHT_BVH_STEPS : NONE;
     if (tree <= 0.0) return 0u;
     // The tree knows shares of its power, and radiance that is reflected: 1 / pi of the irradiance.
-    tree = min(PI * tree * scene.light_bvh_power, 1e30);
+    tree = min(PI * tree * choice_tables().light_bvh_power, 1e30);
     precise float share = tree / (tree + min(mass, 1e30)) * float(LIGHT_BVH_STEPS);
     return clamp(uint(share), 1u, LIGHT_BVH_STEPS - 1u);
 }
@@ -28,7 +28,7 @@ uint pick_quad(LightContext c, float mass, float xi, out float pmf) {
     float sum = 0.0, own = 0.0;
     for (uint i = 0u; i < scene.environment_quad_count; i++) {
         uint light = first_environment_light() + i;
-        float m = light_mass(c, local_light(light));
+        float m = light_mass(c, choice_light(light));
         if (m <= 0.0) continue;
         picked = light;
         own = m;
@@ -60,5 +60,5 @@ float tree_or_quad_pmf(LightContext c, uint light) {
     if (steps == NONE) return 0.0;
     if (kind_of_light(light) != KIND_ENVIRONMENT) return steps > 0u ? light_bvh_descend_pmf(p, steps, light) : 0.0;
     if (mass <= 0.0) return 0.0;
-    return light_mass(c, local_light(light)) / mass * (float(LIGHT_BVH_STEPS - steps) / float(LIGHT_BVH_STEPS));
+    return light_mass(c, choice_light(light)) / mass * (float(LIGHT_BVH_STEPS - steps) / float(LIGHT_BVH_STEPS));
 }

@@ -146,6 +146,7 @@ impl Contestant {
         let stage = DirectLighting::new(&view.device, view.gpu.variant(), &choice.params)?;
         let mut lights = LightTables::new(&view.device, &view.scene)?;
         let started = Instant::now();
+        lights.keep_last_frame(choice.params.replays());
         lights.prepare(&view.device, &view.scene, &mut view.gpu, choice.params.sampler_choice())?;
         let build_ms = started.elapsed().as_secs_f64() * 1e3;
         let bytes = lights.sampler().map_or(0, |tables| tables.bytes());
