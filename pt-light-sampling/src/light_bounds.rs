@@ -36,8 +36,8 @@ impl LightBounds {
     }
 }
 
-/// The local lights of a scene where they are now, in the order of their indices: the emissive triangles, then the point and spot lights in
-/// the scene's order, dark ones too. An index stays that of the same light from frame to frame.
+/// The local lights of a scene where they are now, without the environment: the emissive triangles, then the point and spot lights in the
+/// scene's order, dark ones too. In [`crate::LightLists::local`] the quads of a listed environment stand between them.
 pub fn local_lights(scene: &Scene, emissives: &[EmissiveTriangle]) -> Vec<LightBounds> {
     let triangles = emissives.iter().map(|t| triangle(scene, t));
     let punctual = scene.lights.iter().filter(|light| light.kind != LightKind::Directional);
