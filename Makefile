@@ -8,7 +8,7 @@ SHELL := bash
 
 # Size of the picture and frames averaged by `make frame`, for example `make frame SIZE=1280x720 FRAMES=256`.
 SIZE ?= 640x360
-FRAMES ?= 64
+FRAMES ?= 40
 
 # cargo where rustup puts it, also in shells that read no profile; the lock file binds in CI.
 export PATH := $(PATH):$(HOME)/.cargo/bin
