@@ -106,7 +106,7 @@ gpu_constants! {
 
     /// `LightBvhNode::link`: the node is a leaf.
     pub const LIGHT_BVH_LEAF: u32 = 0x80000000;
-    /// `EnvironmentQuadNode::link`: the node is a quad. [`NONE`](crate::records::NONE): it is black.
+    /// `EnvironmentQuadNode::link`: the node is a quad. [`NONE`]: it is black.
     pub const ENVIRONMENT_QUAD_LEAF: u32 = 0x80000000;
 
     /// Distance of the environment, metres: no ray reaches farther. Its square is finite.
