@@ -7,9 +7,6 @@
 #include "lights/ris.glsl"
 #include "clusters.glsl"
 
-// Power heuristic, Veach 1997, section 9.2.2.
-float power_weight(float pdf, float other) { return pdf > 0.0 ? 1.0 / (1.0 + square(other / pdf)) : 0.0; }
-
 // The kinds of light that count and that the scene has; emissive triangles, point and spot lights are one.
 uint light_kinds() {
     uint kinds = push.kinds & KIND_SUN;

@@ -8,9 +8,6 @@
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer ChoiceTable { uvec2 at[]; };
 
-// Power heuristic, Veach 1997, section 9.2.2.
-float power_weight(float pdf, float other) { return pdf > 0.0 ? 1.0 / (1.0 + square(other / pdf)) : 0.0; }
-
 const uint CANDIDATE_KINDS[CANDIDATES] =
     uint[](KIND_SUN, KIND_POSITIONAL, KIND_EMISSIVE, KIND_LOCAL, KIND_ENVIRONMENT, KIND_ENVIRONMENT);
 

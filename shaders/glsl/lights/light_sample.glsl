@@ -14,6 +14,9 @@ struct LightSample {
 
 const LightSample NO_LIGHT_SAMPLE = LightSample(vec3(0.0), 0.0, vec3(0.0), false, vec3(0.0), false);
 
+// Power heuristic of multiple importance sampling, Veach 1997, section 9.2.2.
+float power_weight(float pdf, float other) { return pdf > 0.0 ? 1.0 / (1.0 + square(other / pdf)) : 0.0; }
+
 // Share of its length by which a shadow ray to a point ends early: some 80 roundings of t.
 const float SHADOW_RAY_MARGIN = 1e-5;
 
