@@ -15,6 +15,10 @@ fi
 # Lavapipe compiles every kernel with LLVM. Tests run it for milliseconds, so that most of their time went into optimising it.
 export GALLIVM_PERF=${GALLIVM_PERF-nopt}
 
+# Where RUST_BACKTRACE=1 is set: panics have backtraces, errors that are values do not. The library that reflects kernels makes hundreds
+# of such errors a kernel and drops them.
+export RUST_LIB_BACKTRACE=${RUST_LIB_BACKTRACE-0}
+
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 cargo test --config "target.'cfg(all())'.runner = ['$here/test.sh', '--timed']" "$@" 2>&1 | tee "$log"

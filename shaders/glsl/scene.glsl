@@ -9,7 +9,7 @@ layout(set = 3, binding = 0) uniform sampler2D textures[];
 // pay for every branch, in registers or, without branches, in time.
 layout(constant_id = 0) const uint scene_features = 0xffffffffu;
 
-bool scene_has(uint feature) { return (scene_features & feature) != 0u; }
+#define scene_has(feature) ((scene_features & (feature)) != 0u)
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer InstanceTable { InstanceRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };

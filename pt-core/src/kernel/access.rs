@@ -5,22 +5,22 @@
 
 use std::collections::{HashMap, HashSet};
 
-const OP_NAME: u32 = 5;
+pub(super) const OP_NAME: u32 = 5;
 const OP_MEMBER_NAME: u32 = 6;
 const OP_EXECUTION_MODE: u32 = 16;
 const OP_TYPE_ARRAY: u32 = 28;
 const OP_TYPE_RUNTIME_ARRAY: u32 = 29;
 const OP_TYPE_STRUCT: u32 = 30;
 const OP_CONSTANT_NULL: u32 = 46;
-const OP_SPEC_CONSTANT_OP: u32 = 52;
-const OP_FUNCTION_CALL: u32 = 57;
-const OP_VARIABLE: u32 = 59;
+pub(super) const OP_SPEC_CONSTANT_OP: u32 = 52;
+pub(super) const OP_FUNCTION_CALL: u32 = 57;
+pub(super) const OP_VARIABLE: u32 = 59;
 const OP_IMAGE_TEXEL_POINTER: u32 = 60;
 const OP_LOAD: u32 = 61;
 const OP_STORE: u32 = 62;
 const OP_ACCESS_CHAIN: u32 = 65;
 const OP_IN_BOUNDS_ACCESS_CHAIN: u32 = 66;
-const OP_DECORATE: u32 = 71;
+pub(super) const OP_DECORATE: u32 = 71;
 const OP_MEMBER_DECORATE: u32 = 72;
 const OP_IMAGE_READ: u32 = 98;
 const OP_IMAGE_WRITE: u32 = 99;
@@ -62,7 +62,7 @@ pub(crate) struct Module {
 }
 
 /// Splits a module into (opcode, operands).
-fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+pub(super) fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     let mut rest = words.get(5..).unwrap_or_default();
     std::iter::from_fn(move || {
         let (&head, _) = rest.split_first()?;

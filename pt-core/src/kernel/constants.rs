@@ -4,9 +4,8 @@
 //! keeps the value of its declaration.
 
 use crate::error::ConstantError;
-use ash::vk;
 use spirq::ty::{ScalarType, Type};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Value of a specialisation constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,12 +55,12 @@ impl Constant {
         }
     }
 
-    fn bytes(self) -> [u8; 4] {
+    fn bits(self) -> u32 {
         match self {
-            Self::Bool(value) => vk::Bool32::from(value).to_ne_bytes(),
-            Self::Uint(value) => value.to_ne_bytes(),
-            Self::Int(value) => value.to_ne_bytes(),
-            Self::Float(value) => value.to_ne_bytes(),
+            Self::Bool(value) => value.into(),
+            Self::Uint(value) => value,
+            Self::Int(value) => value as u32,
+            Self::Float(value) => value.to_bits(),
         }
     }
 }
@@ -138,31 +137,7 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// The values of one shader, as Vulkan takes them.
-pub(crate) struct Specialization {
-    entries: Vec<vk::SpecializationMapEntry>,
-    data: Vec<u8>,
-}
-
-impl Specialization {
-    /// Of the checked values those that the shader declares.
-    pub(crate) fn new(declared: &Declarations, given: &[(&str, Constant)]) -> Self {
-        let mut out = Self { entries: Vec::new(), data: Vec::new() };
-        for (name, value) in given {
-            if let Some(declaration) = declared.get(*name) {
-                let bytes = value.bytes();
-                out.entries.push(vk::SpecializationMapEntry {
-                    constant_id: declaration.id,
-                    offset: out.data.len() as u32,
-                    size: bytes.len(),
-                });
-                out.data.extend(bytes);
-            }
-        }
-        out
-    }
-
-    pub(crate) fn info(&self) -> vk::SpecializationInfo<'_> {
-        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.data)
-    }
+/// The values that a shader declares of the checked ones, as `specialize` takes them: bits by `constant_id`.
+pub(crate) fn values(declared: &Declarations, given: &[(&str, Constant)]) -> HashMap<u32, u32> {
+    given.iter().filter_map(|(name, value)| Some((declared.get(*name)?.id, value.bits()))).collect()
 }

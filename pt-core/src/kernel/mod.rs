@@ -2,8 +2,10 @@
 
 mod access;
 mod constants;
+mod control_flow;
 mod ray_tracing;
 mod reflection;
+mod specialize;
 
 pub use constants::{Constant, ConstantDeclaration, ConstantType};
 pub use reflection::{Binding, BindingKind, Reflection};
@@ -11,7 +13,7 @@ pub use reflection::{Binding, BindingKind, Reflection};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use ash::vk;
-use constants::Specialization;
+use constants::Declarations;
 use pt_shaders::{GpuStruct, ShaderCode};
 use std::sync::Arc;
 
@@ -114,8 +116,14 @@ pub(crate) struct Module {
 }
 
 impl Module {
-    pub(crate) fn new(device: &Device, spirv: &[u8]) -> Result<Self> {
-        let words = reflection::words(spirv);
+    /// With the values of its specialisation constants, of those `given` that it declares.
+    pub(crate) fn new(
+        device: &Device,
+        spirv: &[u8],
+        declared: &Declarations,
+        given: &[(&str, Constant)],
+    ) -> Result<Self> {
+        let words = specialize::specialize(&reflection::words(spirv), &constants::values(declared, given));
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V from our own compiler; destroyed by Drop.
         let handle =
@@ -147,12 +155,9 @@ impl Kernel {
         constants::check(code.name, &reflection.constants, constants)?;
         let stages = vk::ShaderStageFlags::COMPUTE;
         let layout = Layout::new(device, &reflection, stages)?;
-        let module = Module::new(device, code.spirv)?;
-        let specialization = Specialization::new(&reflection.constants, constants);
-        let specialization = specialization.info();
+        let module = Module::new(device, code.spirv, &reflection.constants, constants)?;
         let stage =
             vk::PipelineShaderStageCreateInfo::default().stage(stages).module(module.handle).name(c"main");
-        let stage = stage.specialization_info(&specialization);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.handle)];
         // SAFETY: module and layout are alive.
         let pipeline =

@@ -1,6 +1,6 @@
 //! Kernels that trace rays, for each of the backends; ray tracing pipelines and their shader binding tables.
 
-use super::constants::{self, Constant, Specialization};
+use super::constants::{self, Constant};
 use super::{Kernel, Launch, Layout, Module, Reflection, reflection};
 use crate::backend::TraceBackend;
 use crate::buffer::{Buffer, Location};
@@ -57,10 +57,10 @@ impl Kernel {
         let ray_gen = &code.ray_gen;
         let shells = [&kernels::TRACE_MISS, &kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT];
         let mut interface = reflection::reflect::<P>(code.name, ray_gen.stage, ray_gen.spirv)?;
-        let mut declared = vec![interface.constants.clone()];
+        let mut shaders = vec![(ray_gen, interface.constants.clone())];
         for shell in shells {
             let reflection = reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?;
-            declared.push(reflection.constants.clone());
+            shaders.push((shell, reflection.constants.clone()));
             merge(code.name, &mut interface, reflection)?;
         }
         constants::check(code.name, &interface.constants, constants)?;
@@ -70,21 +70,13 @@ impl Kernel {
             &interface,
             S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR,
         )?;
-        let mut modules = vec![Module::new(device, ray_gen.spirv)?];
-        for shell in shells {
-            modules.push(Module::new(device, shell.spirv)?);
-        }
-        let specializations: Vec<_> =
-            declared.iter().map(|declarations| Specialization::new(declarations, constants)).collect();
-        let specializations: Vec<_> = specializations.iter().map(Specialization::info).collect();
+        let modules = (shaders.iter())
+            .map(|(shader, declared)| Module::new(device, shader.spirv, declared, constants))
+            .collect::<Result<Vec<_>>>()?;
         let stages = [S::RAYGEN_KHR, S::MISS_KHR, S::CLOSEST_HIT_KHR, S::ANY_HIT_KHR];
-        let infos: Vec<_> = (stages.into_iter().zip(&modules).zip(&specializations))
-            .map(|((stage, module), specialization)| {
-                vk::PipelineShaderStageCreateInfo::default()
-                    .stage(stage)
-                    .module(module.handle)
-                    .name(c"main")
-                    .specialization_info(specialization)
+        let infos: Vec<_> = (stages.into_iter().zip(&modules))
+            .map(|(stage, module)| {
+                vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.handle).name(c"main")
             })
             .collect();
         let group = |ty| {

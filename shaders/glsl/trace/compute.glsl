@@ -120,8 +120,8 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
     UintTable top_entries = UintTable(scene.tlas_instances);
     Hit best = Hit(NONE, NONE, vec2(0.0), world_ray.t_max);
     Hit candidate = best; // a triangle that waits for a test of its material
-    const bool tests_sides = culling != CULLING_NONE && scene_has(FEATURE_MIXED_SIDES);
-    const bool tests = ALPHA_TEST || tests_sides;
+    bool tests_sides = culling != CULLING_NONE && scene_has(FEATURE_MIXED_SIDES);
+    bool tests = ALPHA_TEST || tests_sides;
 
     // The level that the lane is in: a mesh, or (instance == NONE) the top level.
     uint instance = NONE;
