@@ -14,7 +14,7 @@ knobs! {
         pub gbuffer: pt_gbuffer::GbufferParams;
         /// Direct lighting.
         pub lights: pt_lights::DirectParams;
-        /// Composite.
+        /// Denoiser and composite.
         pub denoise: pt_denoise::DenoiseParams;
         /// Interleave.
         pub checkerboard: pt_checkerboard::CheckerboardParams;

@@ -1,12 +1,15 @@
 //! From the light channels of the split frame to its radiance.
 //!
-//! There is no denoiser yet. [`Composite`] multiplies the light channels by the reflectance that they were divided by and by the path
-//! throughput, and adds the transparent layer.
+//! [`DenoiseChain`] filters the light channels; its variants are those of [`Denoiser`]. [`Composite`] multiplies the light by the
+//! reflectance that it was divided by and by the path throughput, and adds the transparent layer.
 
 #![forbid(unsafe_code)]
 
+pub mod images;
 pub mod oracle;
+mod passes;
 mod records;
+mod variants;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
@@ -19,9 +22,20 @@ use pt_shaders::channels::{
 use pt_shaders::records::Background;
 use records::CompositePush;
 
+pub use passes::{AtrousParams, TemporalParams};
+pub use records::Denoiser;
+pub use variants::DenoiseChain;
+
 knobs! {
-    /// Knobs of the composite. They show parts of the light by themselves; every value but the default changes energy; a transparent background leaves out the environment that the camera sees.
+    /// Knobs of the denoiser and of the composite. Those of the composite show parts of the light by themselves; every value but the default
+    /// changes energy; a transparent background leaves out the environment that the camera sees.
     pub struct DenoiseParams {
+        /// How the light channels are denoised.
+        pub denoiser: Denoiser = Denoiser::Off => structural;
+        /// Temporal accumulation.
+        pub temporal: TemporalParams;
+        /// The a-trous filter.
+        pub atrous: AtrousParams;
         /// Factor on the diffuse channel.
         pub scale_hf: f32 = 1.0, in 0.0..=10.0;
         /// Factor on the specular channel.

@@ -1,6 +1,23 @@
-//! Push constants.
+//! Records that the kernels share with the host (`denoise_records.glsl`), and the variants of the denoiser.
 
-pt_shaders::gpu_struct! {
+use pt_shaders::glam::UVec2;
+use pt_shaders::{gpu_struct, named_enum};
+
+named_enum! {
+    /// How the light channels are denoised.
+    pub enum Denoiser {
+        /// Not at all.
+        Off = "off",
+        /// Mean over the frames along the motion of the surfaces.
+        Accumulate = "accumulate",
+        /// Spatiotemporal variance-guided filtering (Schied et al. 2017).
+        Svgf = "svgf",
+        /// The a-trous filter of svgf alone, over each frame by itself.
+        Atrous = "atrous",
+    }
+}
+
+gpu_struct! {
     /// Push constants of `composite.comp`; see `DenoiseParams`.
     pub struct CompositePush {
         /// Factor on the diffuse channel.
@@ -15,5 +32,69 @@ pt_shaders::gpu_struct! {
         pub albedo: f32,
         /// 1 = pixels whose camera ray meets no surface are empty.
         pub transparent_background: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `temporal.comp`; see `TemporalParams`.
+    pub struct TemporalPush {
+        /// Full frame in pixels.
+        pub size: UVec2,
+        /// Least weight of a frame in the diffuse channel.
+        pub alpha_hf: f32,
+        /// Least weight of a frame in the specular channel.
+        pub alpha_spec: f32,
+        /// Least weight of a frame in the moments.
+        pub alpha_moments: f32,
+        /// Greatest difference in distance, relative to the distance.
+        pub depth: f32,
+        /// Least cosine between the normals.
+        pub normal: f32,
+        /// Limit of a sample over what is expected; 0 = none.
+        pub firefly: f32,
+        /// Greatest length of a history.
+        pub max_length: u32,
+        /// 1 = there is no history.
+        pub reset: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `variance.comp` and `variance_spatial.comp`.
+    pub struct VariancePush {
+        /// Full frame in pixels.
+        pub size: UVec2,
+        /// See `TemporalPush::alpha_hf`.
+        pub alpha_hf: f32,
+        /// See `TemporalPush::alpha_spec`.
+        pub alpha_spec: f32,
+        /// See `AtrousParams::depth`.
+        pub depth: f32,
+        /// See `AtrousParams::normal`.
+        pub normal: f32,
+        /// See `TemporalPush::firefly`.
+        pub firefly: f32,
+        /// Least length of a history whose moments count.
+        pub min_length: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `atrous.comp`; see `AtrousParams`.
+    pub struct AtrousPush {
+        /// Full frame in pixels.
+        pub size: UVec2,
+        /// Distance of the taps, pixels.
+        pub step: u32,
+        /// See `AtrousParams::depth`.
+        pub depth: f32,
+        /// See `AtrousParams::normal`.
+        pub normal: f32,
+        /// See `AtrousParams::luminance_hf`.
+        pub luminance_hf: f32,
+        /// See `AtrousParams::luminance_spec`.
+        pub luminance_spec: f32,
+        /// See `AtrousParams::lobe`.
+        pub lobe: f32,
     }
 }

@@ -6,8 +6,8 @@ use crate::params::FrameParams;
 use crate::session::Session;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
-use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
-use pt_denoise::Composite;
+use pt_core::{Device, FramePlan, Result, StageIo};
+use pt_denoise::{Composite, DenoiseChain};
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
@@ -56,14 +56,17 @@ impl FullFrame {
         let alpha = params.denoise.background == Background::Transparent;
         let parts = ChainParts { accumulate, picture: true, alpha };
         let post = PostChain::new(device, parts, &params.post)?;
+        let denoise =
+            Stage::Denoise.is_in(first).then(|| DenoiseChain::new(device, &params.denoise)).transpose()?;
         let mut stages: Vec<StageIo> = Vec::new();
         if traced.is_some() {
             stages.push(PrimaryRays::IO);
             stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
             stages.extend(DirectLighting::io(&params.lights));
         }
-        if Stage::Denoise.is_in(first) {
-            stages.extend([SplitLight::UNFILTERED, Composite::IO]);
+        if let Some(denoise) = &denoise {
+            stages.extend(denoise.io());
+            stages.push(Composite::IO);
         }
         stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
         stages.extend(post.io());
@@ -79,6 +82,7 @@ impl FullFrame {
             given,
             previous_camera: None,
             traced,
+            denoise,
             composite: Stage::Denoise.is_in(first).then(|| Composite::new(device)).transpose()?,
             interleave: Stage::Checkerboard.is_in(first).then(|| Interleave::new(device)).transpose()?,
             post,

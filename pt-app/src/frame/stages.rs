@@ -11,7 +11,7 @@ use std::thread;
 named_enum! {
     /// The stages that a replay can start at, in the order of the frame.
     pub enum Stage {
-        /// Composite of the light channels.
+        /// Denoiser and composite of the light channels.
         Denoise = "denoise",
         /// Interleave of the checkerboard fields.
         Checkerboard = "checkerboard",

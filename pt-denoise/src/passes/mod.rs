@@ -1,0 +1,11 @@
+//! The passes that the denoisers consist of.
+
+mod atrous;
+mod temporal;
+mod variance;
+
+pub(crate) use atrous::Atrous;
+pub use atrous::AtrousParams;
+pub(crate) use temporal::{MAX_LENGTH, Temporal};
+pub use temporal::TemporalParams;
+pub(crate) use variance::Variance;
