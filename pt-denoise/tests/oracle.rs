@@ -34,7 +34,11 @@ fn guide(size: [u32; 2], random: &mut Random, frame: u32) -> Vec<Guided> {
                     20.0 + 30.0 * random.unit(),
                 ],
                 normal: bent,
-                vertex_normal: if random.unit() < 0.1 { normal(1.0, 0.0, 0.1) } else { normal(0.0, 0.0, 1.0) },
+                vertex_normal: if random.unit() < 0.1 {
+                    normal(1.0, 0.0, 0.1)
+                } else {
+                    normal(0.0, 0.0, 1.0)
+                },
                 roughness: [6554.0, 32768.0, 58982.0][(y / 3) as usize % 3] / 65535.0,
                 ..wall_pixel()
             }
@@ -77,7 +81,10 @@ fn compare(what: &str, got: &[Accumulated], want: &[Accumulated], tolerance: imp
             assert!(near(got.spec[k], want.spec[k], light), "{what}, pixel {i}: {got:?}, oracle {want:?}");
         }
         for c in 0..2 {
-            assert!(near(got.variance[c], want.variance[c], variance), "{what}, {i}: {got:?}, oracle {want:?}");
+            assert!(
+                near(got.variance[c], want.variance[c], variance),
+                "{what}, {i}: {got:?}, oracle {want:?}"
+            );
         }
     }
 }
@@ -95,6 +102,7 @@ fn svgf_agrees_with_the_oracle() {
         // All of its branches within a few frames.
         (params.temporal.alpha_hf, params.temporal.alpha_spec) = (0.2, 0.3);
         params.atrous.min_length = 3;
+        params.atrous.feedback = true;
         let mut bench = Bench::new(size, params);
         let mut previous: Option<Vec<History>> = None;
         for frame in 0..8u32 {
@@ -111,9 +119,7 @@ fn svgf_agrees_with_the_oracle() {
                 let want: Vec<_> =
                     now.iter().map(|h| Accumulated { hf: h.hf, spec: h.spec, variance: [0.0; 2] }).collect();
                 // Sums of positive numbers: a dozen roundings of 6e-8.
-                compare("temporal", &ping, &want, |i| {
-                    [1e-6 * largest(&want[i..=i]), 0.0]
-                });
+                compare("temporal", &ping, &want, |i| [1e-6 * largest(&want[i..=i]), 0.0]);
                 for (got, want) in bench.moments().iter().zip(&now) {
                     for k in 0..4 {
                         assert!(near(got[k], want.moments[k], 2e-6 * want.moments[k]), "{got:?} {want:?}");
@@ -166,7 +172,8 @@ fn frames_by_themselves_agree_with_the_oracle() {
             let [ping, pong] = [bench.light(PING_HF, PING_SPEC), bench.light(PONG_HF, PONG_SPEC)];
             if iterations == 1 {
                 let want = spatial_variance(size, &pixels, &light, &bench.params);
-                let top = light.iter().map(|l| l.hf[0].max(l.spec[0])).filter(|v| *v < 1e10).fold(0.0, f32::max);
+                let top =
+                    light.iter().map(|l| l.hf[0].max(l.spec[0])).filter(|v| *v < 1e10).fold(0.0, f32::max);
                 compare("variance", &ping, &want, |i| {
                     [2e-6 * largest(&want[i..=i]), 2e-5 * f64::from(top).powi(2)]
                 });

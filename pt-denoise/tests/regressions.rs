@@ -39,14 +39,17 @@ fn constant_light_stays_as_it_is() {
 fn noise_falls_and_energy_stays() {
     let size = [64, 48];
     let mut random = Random(1);
-    for (what, sparse) in [("exponential", false), ("one sample in sixteen", true)] {
-        let mut bench = Bench::of(size, Denoiser::Svgf);
+    for (what, sparse, feedback) in [
+        ("exponential", false, false),
+        ("one sample in sixteen", true, false),
+        ("one in sixteen, fed back", true, true),
+    ] {
+        let mut bench = Bench::new(size, params(Denoiser::Svgf, |p| p.atrous.feedback = feedback));
         let mut alone = Bench::of(size, Denoiser::Accumulate);
         let mut out = [Vec::new(), Vec::new()];
         let mut input = [0.0, 0.0];
         for _ in 0..32 {
-            let light =
-                noise(size, || if sparse { random.sparse(16) } else { random.exponential() });
+            let light = noise(size, || if sparse { random.sparse(16) } else { random.exponential() });
             input = statistics(hf(&light));
             out = [bench.next(&wall(size), &light), alone.next(&wall(size), &light)];
         }
@@ -55,7 +58,10 @@ fn noise_falls_and_energy_stays() {
             // The mean of what history holds, which is what the filter in space may not change.
             let energy = filtered[0] / accumulated[0];
             let fall = input[1] / filtered[1];
-            println!("{what}: energy {energy:.4}, variance falls {fall:.0} times, {:.0} in time alone", input[1] / accumulated[1]);
+            println!(
+                "{what}: energy {energy:.4}, variance falls {fall:.0} times, {:.0} in time alone",
+                input[1] / accumulated[1]
+            );
             assert!((energy - 1.0).abs() < 0.02, "{what}: {energy}");
             assert!((filtered[0] - 1.0).abs() < 0.04, "{what}: mean {}", filtered[0]);
             assert!(fall > 15.0, "{what}: {fall}");
@@ -88,7 +94,8 @@ fn broken_samples_leave_nothing_behind() {
         for frame in 0..8 {
             let mut light = constant(size, 1.0);
             if (2..5).contains(&frame) {
-                for (i, v) in [(40, f32::NAN), (41, f32::INFINITY), (42, f32::NEG_INFINITY), (200, -1e30), (300, 1e30)]
+                for (i, v) in
+                    [(40, f32::NAN), (41, f32::INFINITY), (42, f32::NEG_INFINITY), (200, -1e30), (300, 1e30)]
                 {
                     light[i] = Light { hf: [v; 3], spec: [1.0; 3] };
                     light[i + 100].spec = [1.0, v, 1.0];
@@ -285,9 +292,14 @@ fn nothing_leaks_from_field_to_field() {
                     let mut reached = 0;
                     for (i, v) in out.iter().enumerate() {
                         let [dx, dy] = [at(i)[0].abs_diff(x), at(i)[1].abs_diff(y)];
-                        let same_field = (dx + dy) % 2 == 0;
+                        let same_field = (dx + dy).is_multiple_of(2);
                         let may = dx <= 2 && dy <= 2 && (flags == FLAG_PRIMARY || same_field);
-                        assert!(may || *v == 0.0, "{size:?}, flags {flags}: {v} at {:?} from {:?}", at(i), at(hot));
+                        assert!(
+                            may || *v == 0.0,
+                            "{size:?}, flags {flags}: {v} at {:?} from {:?}",
+                            at(i),
+                            at(hot)
+                        );
                         reached += usize::from(*v > 0.0);
                     }
                     assert!(reached > 4, "the filter does something: {reached}");
@@ -307,7 +319,13 @@ fn no_checkerboard_pattern_is_left() {
     for _ in 0..8 {
         // Half of the fields' rays have gone elsewhere.
         let light: Vec<_> = (0..count(size))
-            .map(|i| if (i % 64 + i / 64) % 2 == 0 { grey(random.exponential()) } else { grey(random.sparse(2)) })
+            .map(|i| {
+                if (i % 64 + i / 64).is_multiple_of(2) {
+                    grey(random.exponential())
+                } else {
+                    grey(random.sparse(2))
+                }
+            })
             .collect();
         out = hf(&bench.next(&wall(size), &light));
     }
@@ -317,7 +335,7 @@ fn no_checkerboard_pattern_is_left() {
     for block in 0..16 * 12 {
         let value = |k: usize| f64::from(out[(block / 16 * 4 + k / 4) * 64 + block % 16 * 4 + k % 4]);
         let mean = (0..16).map(value).sum::<f64>() / 16.0;
-        let sign = |k: usize| if (k % 4 + k / 4) % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = |k: usize| if (k % 4 + k / 4).is_multiple_of(2) { 1.0 } else { -1.0 };
         pattern += ((0..16).map(|k| sign(k) * value(k)).sum::<f64>() / 16.0).powi(2);
         all += (0..16).map(|k| (value(k) - mean).powi(2)).sum::<f64>() / 16.0;
     }
@@ -351,8 +369,9 @@ fn sky_stays_empty() {
     for denoiser in FILTERS {
         let mut bench = Bench::of(size, denoiser);
         let sky = |i: usize| i % 20 < 9;
-        let pixels: Vec<_> =
-            (0..count(size)).map(|i| if sky(i) { Guided { depth: 1e18, ..Guided::default() } } else { wall_pixel() }).collect();
+        let pixels: Vec<_> = (0..count(size))
+            .map(|i| if sky(i) { Guided { depth: 1e18, ..Guided::default() } } else { wall_pixel() })
+            .collect();
         for _ in 0..3 {
             let light: Vec<_> = (0..count(size)).map(|i| grey(if sky(i) { f32::NAN } else { 1.0 })).collect();
             let out = hf(&bench.next(&pixels, &light));

@@ -81,7 +81,8 @@ fn reproject(
     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
         let corner = place.map(f32::floor);
         let f = [0, 1].map(|k| place[k] - corner[k]);
-        let weight = f64::from((if dx == 1 { f[0] } else { 1.0 - f[0] }) * (if dy == 1 { f[1] } else { 1.0 - f[1] }));
+        let weight =
+            f64::from((if dx == 1 { f[0] } else { 1.0 - f[0] }) * (if dy == 1 { f[1] } else { 1.0 - f[1] }));
         let at = [corner[0] as i64 + dx, corner[1] as i64 + dy];
         if weight < 1e-3 || !(0..2).all(|k| (0..i64::from(size[k])).contains(&at[k])) {
             continue;
@@ -92,7 +93,8 @@ fn reproject(
             && (was.pixel.material, was.pixel.flags) == (pixel.material, pixel.flags)
             && !(pixel.has_two_paths() && other_field)
             && (was.pixel.depth - depth).abs() <= tolerance
-            && cosine(was.pixel.vertex_normal, pixel.vertex_normal) >= f64::from(params.normal).to_radians().cos();
+            && cosine(was.pixel.vertex_normal, pixel.vertex_normal)
+                >= f64::from(params.normal).to_radians().cos();
         if same {
             for k in 0..3 {
                 sum.hf[k] += weight * was.hf[k];

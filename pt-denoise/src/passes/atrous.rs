@@ -12,8 +12,9 @@ knobs! {
     pub struct AtrousParams {
         /// Levels of the filter; the taps of each are twice as far apart as those of the one before.
         pub iterations: u32 = 5, in 1..=7, source "Schied et al. 2017, section 4.4";
-        /// Whether the first level's output is the history of the next frame; otherwise history is not filtered in space.
-        pub feedback: bool = true, source "Schied et al. 2017, section 4.1";
+        /// Whether the first level's output is the history of the next frame, as in the paper; otherwise history is not filtered in space, which keeps
+        /// shadows sharper while nothing moves.
+        pub feedback: bool = false, source "Schied et al. 2017, section 4.1";
         /// Tolerance of differences in distance, in units of what the slope of the surface explains.
         pub depth: f32 = 1.0, in 0.01..=100.0, source "Schied et al. 2017, eq. 3";
         /// Exponent on the cosine between the shading normals; that of the specular channel grows with the smoothness of the surface.

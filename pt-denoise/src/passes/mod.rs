@@ -6,6 +6,6 @@ mod variance;
 
 pub(crate) use atrous::Atrous;
 pub use atrous::AtrousParams;
-pub(crate) use temporal::{MAX_LENGTH, Temporal};
 pub use temporal::TemporalParams;
+pub(crate) use temporal::{MAX_LENGTH, Temporal};
 pub(crate) use variance::Variance;
