@@ -9,7 +9,7 @@ use pt_denoise::oracle::{
 };
 use pt_denoise::{DenoiseParams, Denoiser};
 
-const SIZES: [[u32; 2]; 4] = [[1, 1], [3, 2], [17, 5], [35, 21]];
+const SIZES: [[u32; 2]; 4] = [[1, 1], [3, 2], [17, 5], [29, 17]];
 
 /// Two surfaces, glass, sky, bent normals, slopes.
 fn guide(size: [u32; 2], random: &mut Random, frame: u32) -> Vec<Guided> {

@@ -177,19 +177,16 @@ fn record_wall(folder: &Path, size: [u32; 2]) {
         let format = id.channel().format;
         let texels = images.current(id).extent().iter().product::<u32>();
         let repeated = |words: &[u32]| (0..texels).flat_map(|_| words.to_vec()).collect::<Vec<u32>>();
-        match id {
-            NORMAL | VERTEX_NORMAL => images.current(id).write_u32(&repeated(&[0x8000_8000])).unwrap(),
-            VIEW_DIRECTION => images.current(id).write_u32(&repeated(&[0x8000_8000, 1])).unwrap(),
-            COLOR_HF => {
-                let sample = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 23) as f32;
-                let noise: Vec<f32> = (0..texels).flat_map(|i| [sample(i); 4]).collect();
-                images.current(id).write_f32(&noise).unwrap();
-            }
-            _ => {
-                let texel = &texel[..format.components() as usize];
-                let values: Vec<f32> = (0..texels).flat_map(|_| texel.to_vec()).collect();
-                images.current(id).write_f32(&values).unwrap();
-            }
+        if id == NORMAL || id == VERTEX_NORMAL {
+            images.current(id).write_u32(&repeated(&[0x8000_8000])).unwrap();
+        } else if id == VIEW_DIRECTION {
+            images.current(id).write_u32(&repeated(&[0x8000_8000, 1])).unwrap();
+        } else {
+            let texel = &texel[..format.components() as usize];
+            let sample = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 23) as f32;
+            let noisy = |i: u32| if id == COLOR_HF { vec![sample(i); 4] } else { texel.to_vec() };
+            let values: Vec<f32> = (0..texels).flat_map(noisy).collect();
+            images.current(id).write_f32(&values).unwrap();
         }
     }
     record_folder(folder, &images, 4..7);

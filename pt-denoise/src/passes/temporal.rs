@@ -22,9 +22,9 @@ knobs! {
         pub depth: f32 = 0.02, in 0.0..=1.0;
         /// Greatest angle between the vertex normals of a pixel and of a history pixel.
         pub normal: f32 = 25.0, in 0.0..=180.0, unit "degrees";
-        /// A sample is limited to this many times what history and the pixels around hold, the brightest of them left out; none is no limit, and
-        /// what exceeds the limit is lost, which light that reaches more than one of this many samples does not.
-        pub firefly: Option<f32> = Some(100.0), in 1.0..=1e6;
+        /// A sample is limited to this many times what history and the pixels around hold, the brightest of them left out, and what exceeds the
+        /// limit is lost; none is no limit.
+        pub firefly: Option<f32> = Some(1e5), in 1.0..=1e6;
     }
 }
 
