@@ -340,8 +340,10 @@ fn no_checkerboard_pattern_is_left() {
         all += (0..16).map(|k| (value(k) - mean).powi(2)).sum::<f64>() / 16.0;
     }
     let amplitude = (pattern / 192.0).sqrt();
-    println!("R22: amplitude of the checkerboard {amplitude:.5}, of all else {:.5}", (all / 192.0).sqrt());
-    assert!(amplitude < 0.01, "{amplitude}");
+    let all = (all / 192.0).sqrt();
+    println!("R22: amplitude of the checkerboard {amplitude:.5}, of all within a block {all:.5}");
+    // Noise that has no pattern has a quarter of its amplitude there; what comes in has 0.35 / 4.
+    assert!(amplitude < 0.02 && amplitude < 0.4 * all, "{amplitude}, {all}");
 }
 
 /// The frame after a reset has the bits of a first frame.
