@@ -71,10 +71,11 @@ void main() {
     LightSample light = load_light(at, word != 0u);
     History history = history_at(find_taps(reproject(pixel, at, word, flags), pixel));
 #if ANTILAG
-    // What the light has changed since the last frame is forgotten.
+    // The sample of a gradient pixel is in the history already. Where all of that is forgotten the light is missing: it is that of the pixels around.
+    bool repeated = is_repeated(pixel) && history.frames > 0u;
     vec2 lag = antilag(gradient_at(pixel));
     history.frames = kept_frames(history.frames, max(lag.x, lag.y));
-    bool repeated = is_repeated(pixel) && history.frames > 0u;
+    if (repeated && history.frames == 0u) light.known = false;
 #else
     const vec2 lag = vec2(0.0);
     const bool repeated = false;
@@ -93,7 +94,6 @@ void main() {
     }
     if (light.known) {
         vec2 l = luminances(light);
-        // The sample of a gradient pixel is in the history already.
         if (!repeated) history.frames = min(history.frames + 1u, push.max_length);
         float share = repeated ? 0.0 : 1.0 / float(history.frames);
         vec3 least = repeated ? vec3(0.0) : vec3(push.alpha_hf, push.alpha_spec, push.alpha_moments);

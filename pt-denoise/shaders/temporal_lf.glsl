@@ -36,15 +36,15 @@ void main() {
         frames = max(floor(frames / weights + 0.5), 1.0);
     }
 #if ANTILAG
+    bool repeated = is_repeated(pixel) && frames > 0.0;
     float lag = antilag_lf(gradient_at(pixel));
     frames = float(kept_frames(uint(frames), lag));
-    bool repeated = is_repeated(pixel) && frames > 0.0;
 #else
     const float lag = 0.0;
     const bool repeated = false;
 #endif
     ShLight light = ShLight(imageLoad(ch_color_lf_sh, at), imageLoad(ch_color_lf_cocg, at).xy);
-    if (word != 0u && is_light(light)) {
+    if (word != 0u && is_light(light) && !(repeated && frames == 0.0)) {
         if (!repeated) frames = min(frames + 1.0, float(push.max_length));
         float alpha = repeated ? 0.0 : max(1.0 / frames, push.alpha_lf);
         alpha = mix(alpha, 1.0, lag);

@@ -167,29 +167,33 @@ impl<F: Fn(usize, usize) -> f32> Renderer<F> {
     }
 }
 
+/// Frame in which the light jumps.
+const SWITCH: usize = 20;
+
 /// Frames from a jump of the light from 1 to `to` on until the mean of the picture is within a tenth of the new light; and mean and variance of the
 /// still picture before it.
 fn recovery(variant: Denoiser, to: f32) -> (usize, [f64; 2]) {
-    let size = [48, 36];
-    let brightness = |frame: usize, _: usize| if frame < 24 { 1.0 } else { to };
+    let size = [36, 27];
+    let brightness = |frame: usize, _: usize| if frame < SWITCH { 1.0 } else { to };
     let mut renderer = Renderer::new(size, brightness);
     let mut bench = Bench::new(size, DenoiseParams { variant, ..DenoiseParams::default() });
     let mut before = [0.0; 2];
-    for frame in 0..24 + 60 {
+    for frame in 0..SWITCH + 40 {
         let (light, samples) = renderer.frame(frame);
         bench.samples = samples;
         let out = bench.next(&wall(size), &light);
         let [mean, variance] = statistics(hf(&out));
         let [mean_spec, _] = statistics(spec(&out));
-        if frame == 23 {
+        if frame == SWITCH - 1 {
             before = [mean, variance];
         }
         let wanted = f64::from(brightness(frame, 0));
-        if frame >= 24 && (mean - wanted).abs() < 0.1 && (mean_spec - wanted).abs() < 0.1 {
-            return (frame - 24, before);
+        let near = |mean: f64| (mean - wanted).abs() < 0.1 * wanted.max(1.0);
+        if frame >= SWITCH && near(mean) && near(mean_spec) {
+            return (frame - SWITCH, before);
         }
     }
-    (60, before)
+    (40, before)
 }
 
 /// A light that switches: histories follow within a few frames; without gradients they take dozens. Gradient pixels, which are the brightest of the last frame,
@@ -266,7 +270,7 @@ fn noise_is_no_change() {
     let mut benches = [Denoiser::Asvgf, Denoiser::Svgf]
         .map(|variant| Bench::indirect(size, DenoiseParams { variant, ..DenoiseParams::default() }));
     let mut out = [[0.0; 4]; 2];
-    for _ in 0..48 {
+    for _ in 0..32 {
         let light = noise(size, || random.sparse(8));
         let lf: Vec<_> = (0..count(size)).map(|_| [0.0, 0.0, 0.0, random.sparse(8), 0.0, 0.0]).collect();
         for (bench, out) in benches.iter_mut().zip(&mut out) {
@@ -286,21 +290,21 @@ fn noise_is_no_change() {
 /// A change of indirect light alone: its samples are not repeated, and are told from noise by their variance.
 #[test]
 fn indirect_light_follows_a_switch() {
-    let size = [48, 36];
+    let size = [36, 27];
     let frames = |params: DenoiseParams| {
         let mut random = Random(6);
         let mut bench = Bench::indirect(size, params);
-        for frame in 0..24 + 60 {
-            let wanted = if frame < 24 { 1.0 } else { 3.0 };
+        for frame in 0..SWITCH + 40 {
+            let wanted = if frame < SWITCH { 1.0 } else { 3.0 };
             bench.lf =
                 (0..count(size)).map(|_| [0.0, 0.0, 0.0, wanted * random.exponential(), 0.0, 0.0]).collect();
             bench.next(&wall(size), &constant(size, 0.0));
             let [mean, _] = statistics(bench.filtered_lf.iter().map(|l| l[3]));
-            if frame >= 24 && (mean - f64::from(wanted)).abs() < 0.1 * f64::from(wanted) {
-                return frame - 24;
+            if frame >= SWITCH && (mean - f64::from(wanted)).abs() < 0.1 * f64::from(wanted) {
+                return frame - SWITCH;
             }
         }
-        60
+        40
     };
     let [adaptive, plain] = [adaptive(|_| {}), adaptive(|p| p.antilag.lf = 0.0)].map(frames);
     println!("indirect light: {adaptive} frames, {plain} without antilag");

@@ -65,8 +65,11 @@ pub fn accumulate_lf(
         if let Some(adaptive) = adaptive {
             let (gradient, is_repeated) = adaptive.of(size, i);
             lag = antilag_lf(gradient, adaptive.params);
-            now.length = kept_frames(now.length, lag);
             repeated = is_repeated && now.length > 0;
+            now.length = kept_frames(now.length, lag);
+            if repeated && now.length == 0 {
+                return now;
+            }
         }
         if pixel.material != 0 && is_light(&light[i]) {
             let mut weight = 0.0;

@@ -40,8 +40,11 @@ pub fn accumulate(
             if let Some(adaptive) = adaptive {
                 let (gradient, is_repeated) = adaptive.of(size, i);
                 lag = antilag(gradient, adaptive.params);
-                now.length = kept_frames(now.length, lag[0].max(lag[1]));
                 repeated = is_repeated && now.length > 0;
+                now.length = kept_frames(now.length, lag[0].max(lag[1]));
+                if repeated && now.length == 0 {
+                    return now;
+                }
             }
             let Some(mut sample) = samples[i] else { return now };
             if let Some(firefly) = params.firefly {

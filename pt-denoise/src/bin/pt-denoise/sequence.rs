@@ -8,7 +8,7 @@ use pt_core::capture::{keys, read_layer};
 use pt_core::harness::Spread;
 use pt_core::split::to_flat;
 use pt_core::{ChannelImages, Device, FramePlan, FrameSizes, Recorder, StageInputs, StageIo};
-use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser};
+use pt_denoise::{Composite, DenoiseChain, DenoiseParams};
 use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_image::image_file::{ImageState, Layer, LayeredImage, LinearImage, Samples};
 use pt_shaders::channels::{COLOR, COLOR_LF_SH, ChannelId, ExtentClass};
