@@ -53,8 +53,7 @@ pub fn select(
         Some(AovSelection::All) => {
             // Images of tiles do not have the size of the frame by themselves.
             let tiles = |id: &ChannelId| matches!(id.channel().extent, ExtentClass::SplitPart(_));
-            let all: Vec<_> =
-                images.ids().filter(|id| id.is_contract() && !tiles(id) && shows(id)).collect();
+            let all: Vec<_> = images.ids().filter(|id| id.is_contract() && !tiles(id) && shows(id)).collect();
             ensure!(
                 all.iter().all(|&id| layer_size(id) == size),
                 "--aov: the channels have the size of the frame, not of the picture; render scale 1 is needed"

@@ -28,8 +28,9 @@ fn main() -> ExitCode {
             images.current(VERTEX_NORMAL).write_u32(&fill(&[0x8000_8000]))?;
             images.current(VIEW_DIRECTION).write_u32(&fill(&[0x8000_8000, 1]))?;
             for id in [COLOR_HF, COLOR_SPEC, COLOR_LF_SH, COLOR_LF_COCG] {
-                let noise: Vec<f32> =
-                    (0..id.channel().format.components() * texels).map(|i| (i.wrapping_mul(2_654_435_761) >> 8) as f32 * 1e-7).collect();
+                let noise: Vec<f32> = (0..id.channel().format.components() * texels)
+                    .map(|i| (i.wrapping_mul(2_654_435_761) >> 8) as f32 * 1e-7)
+                    .collect();
                 images.current(id).write_f32(&noise)?;
             }
             // The middle of each stratum is its gradient pixel.

@@ -32,5 +32,5 @@ void main() {
         float difference = light.luma.w - before;
         gradient += vec4(light.luma.w, before, difference * difference, 0.0);
     }
-    imageStore(im_gradients_lf, stratum, gradient);
+    imageStore(im_sums_lf, stratum, gradient);
 }

@@ -12,6 +12,8 @@ layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D target_hf;
 layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D target_spec;
 #if ANTILAG
 layout(set = 2, binding = 2) uniform sampler2D gradients;
+layout(set = 2, binding = 3) uniform sampler2D sums_hf;
+layout(set = 2, binding = 4) uniform sampler2D sums_spec;
 #include "antilag.glsl"
 #endif
 #include "light_sample.glsl"
@@ -73,7 +75,10 @@ void main() {
 #if ANTILAG
     // The sample of a gradient pixel is in the history already. Where all of that is forgotten the light is missing: it is that of the pixels around.
     bool repeated = is_repeated(pixel) && history.frames > 0u;
-    vec2 lag = antilag(gradient_at(pixel));
+    ivec2 stratum = pixel / STRATUM_SIDE;
+    vec2 lag = antilag(texelFetch(gradients, stratum, 0));
+    lag.x = max(lag.x, antilag_of_sums(texelFetch(sums_hf, stratum, 0), push.antilag_hf));
+    lag.y = max(lag.y, antilag_of_sums(texelFetch(sums_spec, stratum, 0), push.antilag_spec));
     history.frames = kept_frames(history.frames, max(lag.x, lag.y));
     if (repeated && history.frames == 0u) light.known = false;
 #else

@@ -8,7 +8,7 @@
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(push_constant, scalar) uniform Push { TemporalPush push; };
 #if ANTILAG
-layout(set = 2, binding = 0) uniform sampler2D gradients;
+layout(set = 2, binding = 0) uniform sampler2D sums_lf;
 #include "antilag.glsl"
 #endif
 #include "lf_light.glsl"
@@ -37,7 +37,7 @@ void main() {
     }
 #if ANTILAG
     bool repeated = is_repeated(pixel) && frames > 0.0;
-    float lag = antilag_lf(gradient_at(pixel));
+    float lag = antilag_of_sums(texelFetch(sums_lf, pixel / STRATUM_SIDE, 0), push.antilag_lf);
     frames = float(kept_frames(uint(frames), lag));
 #else
     const float lag = 0.0;

@@ -82,9 +82,10 @@ impl GradientPixels {
             reset: (!images.has_history()).into(),
             brightest: u32::from(params.antilag.pixel == GradientPixel::Brightest),
         };
-        inputs
-            .pass(frame, "gradient pixels", &self.kernel, &Self::IO)
-            .push(&push)
-            .dispatch([size[0].div_ceil(3), size[1].div_ceil(3), 1])
+        inputs.pass(frame, "gradient pixels", &self.kernel, &Self::IO).push(&push).dispatch([
+            size[0].div_ceil(3),
+            size[1].div_ceil(3),
+            1,
+        ])
     }
 }

@@ -31,8 +31,16 @@ pt_shaders::stage_images! { "denoise";
     GRADIENTS: "gradients", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance",
         "Change of the luminance of gradient pixels and the greater of both luminances: of the diffuse channel, then of the specular one.";
     GRADIENTS2: "gradients2", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance", "As gradients, between two passes.";
-    GRADIENTS_LF: "gradients_lf", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo, and its square",
-        "Luma of indirect diffuse light: of this frame, of the history, z = variance of their difference.";
-    GRADIENTS2_LF: "gradients2_lf", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo, and its square",
-        "As gradients_lf, between two passes.";
+    SUMS_HF: "sums_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "Sums of the luminance of diffuse light over 3 x 3 pixels: x = this frame, y = the history, z = variance of their difference.";
+    SUMS2_HF: "sums2_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "As sums_hf, between two passes.";
+    SUMS_SPEC: "sums_spec", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "As sums_hf, of specular light.";
+    SUMS2_SPEC: "sums2_spec", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "As sums_spec, between two passes.";
+    SUMS_LF: "sums_lf", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo, and its square",
+        "As sums_hf, of the luma of indirect diffuse light.";
+    SUMS2_LF: "sums2_lf", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo, and its square",
+        "As sums_lf, between two passes.";
 }

@@ -74,8 +74,8 @@ gpu_struct! {
         pub antilag_spec: f32,
         /// See `AntilagParams::lf`.
         pub antilag_lf: f32,
-        /// See `AntilagParams::gate_lf`.
-        pub gate_lf: f32,
+        /// See `AntilagParams::gate_noise`.
+        pub gate_noise: f32,
         /// Greatest length of a history.
         pub max_length: u32,
         /// 1 = there is no history.

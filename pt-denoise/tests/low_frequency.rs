@@ -30,7 +30,8 @@ fn samples(size: [u32; 2], random: &mut Random) -> Vec<[f32; 6]> {
         .map(|i| {
             let y = random.exponential();
             let signed = |random: &mut Random| y * (2.0 * random.unit() - 1.0);
-            let mut light = [signed(random), signed(random), signed(random), y, signed(random), signed(random)];
+            let mut light =
+                [signed(random), signed(random), signed(random), y, signed(random), signed(random)];
             match i % 83 {
                 11 => light[1] = f32::NAN,
                 23 => light[5] = f32::INFINITY,
@@ -129,7 +130,9 @@ fn energy_is_kept_and_noise_falls() {
         for frame in 0..8 {
             let traced = |i: usize| !half || (i / 66 + frame).is_multiple_of(2);
             let scale = if half { 2.0 } else { 1.0 };
-            let one = |random: &mut Random| [0.3, 0.1, -0.2, 1.0, 0.2, -0.1].map(|v| v * scale * random.exponential());
+            let one = |random: &mut Random| {
+                [0.3, 0.1, -0.2, 1.0, 0.2, -0.1].map(|v| v * scale * random.exponential())
+            };
             let lf: Vec<_> =
                 (0..count(size)).map(|i| if traced(i) { one(&mut random) } else { [0.0; 6] }).collect();
             input = lf.clone();
@@ -216,7 +219,8 @@ fn resolved_light_has_the_energy_of_plain_light() {
             let (x, y) = (1.4 * (random.unit() - 0.5), 1.4 * (random.unit() - 0.5));
             let z = (1.0 - x * x - y * y).max(0.0).sqrt();
             let v = random.exponential();
-            let l = [0.488_602_5 * x * v, 0.488_602_5 * y * v, 0.488_602_5 * z * v, 0.282_094_8 * v, 0.0, 0.0];
+            let l =
+                [0.488_602_5 * x * v, 0.488_602_5 * y * v, 0.488_602_5 * z * v, 0.282_094_8 * v, 0.0, 0.0];
             plain += irradiance(&l, p.normal);
             l
         };
@@ -245,7 +249,8 @@ fn light_does_not_leak_through_walls() {
         let mut bench = bench(size, variant);
         let mut out = Vec::new();
         for _ in 0..4 {
-            let lf = (0..count(size)).map(|i| plain(if side(i) { 100.0 * random.exponential() } else { 0.0 }));
+            let lf =
+                (0..count(size)).map(|i| plain(if side(i) { 100.0 * random.exponential() } else { 0.0 }));
             out = next(&mut bench, &pixels, lf.collect());
         }
         let leaked = (0..count(size)).filter(|i| !side(*i)).map(|i| out[i][3]).fold(0.0, f32::max);

@@ -74,7 +74,8 @@ fn svgf_agrees_with_the_oracle() {
             bench.params.atrous.iterations = [1, 1, 1, 2, 1, 3, 4, 5][frame as usize];
             let (pixels, light) = (guide(size, &mut random, frame), samples(size, &mut random));
             bench.next(&pixels, &light);
-            let mut now = accumulate(size, &pixels, &light, previous.as_deref(), &bench.params.temporal, None);
+            let mut now =
+                accumulate(size, &pixels, &light, previous.as_deref(), &bench.params.temporal, None);
             let lengths: Vec<u32> = now.iter().map(|h| h.length).collect();
             assert_eq!(bench.lengths(), lengths, "{size:?}, frame {frame}");
             let iterations = bench.params.atrous.iterations;

@@ -3,6 +3,7 @@
 use pt_app::params::FrameParams;
 use pt_core::split::to_flat;
 use pt_core::trace::TraceBackend;
+use pt_denoise::images::SURFACE;
 use pt_denoise::{Denoiser, GradientPixel};
 use pt_scene::glam::{Affine3A, Vec3};
 use pt_scene::{Blink, Light, LightMotion, Motion, Scene};
@@ -25,9 +26,8 @@ fn frames(scene: Scene, params: FrameParams) -> Frames {
 
 /// Luminances of a light channel, flat pixels.
 fn luminances(frames: &Frames, id: ChannelId) -> Vec<f32> {
-    let light: Vec<f32> = (frames.floats(id).chunks_exact(4))
-        .map(|c| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2])
-        .collect();
+    let light: Vec<f32> =
+        (frames.floats(id).chunks_exact(4)).map(|c| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]).collect();
     to_flat(&light, SIZE)
 }
 
@@ -50,7 +50,11 @@ fn gradients(frames: &Frames) -> Vec<Gradient> {
             let texel = &texels[4 * (y * row + x)..][..3];
             let Some(number) = (texel[0] as usize).checked_sub(1) else { continue };
             let pixel = (3 * y + number / 3) * SIZE[0] as usize + 3 * x + number % 3;
-            found.push(Gradient { pixel, before: [texel[1], texel[2]], now: [light[0][pixel], light[1][pixel]] });
+            found.push(Gradient {
+                pixel,
+                before: [texel[1], texel[2]],
+                now: [light[0][pixel], light[1][pixel]],
+            });
         }
     }
     found
@@ -73,7 +77,8 @@ fn relative_change(gradients: &[Gradient]) -> f32 {
 fn still_frames_are_repeated() {
     for (scene, bounces) in [("cornell", 0.0), ("cornell", 1.0)] {
         let mut params = params(bounces);
-        params.denoise.antilag.pixel = if bounces > 0.0 { GradientPixel::Random } else { GradientPixel::Brightest };
+        params.denoise.antilag.pixel =
+            if bounces > 0.0 { GradientPixel::Random } else { GradientPixel::Brightest };
         let mut frames = frames(builtin(scene), params);
         for frame in 0..5u32 {
             frames.render(0.0);
@@ -90,7 +95,11 @@ fn still_frames_are_repeated() {
                 assert_eq!(seeds[g.pixel] + 1, seeds.iter().copied().max().unwrap(), "frame {frame}");
                 for c in 0..2 {
                     let near = (g.now[c] - g.before[c]).abs() <= 1e-4 * g.now[c].max(g.before[c]);
-                    assert!(near, "{scene}, {bounces}, frame {frame}, {}: {:?} {:?}", g.pixel, g.before, g.now);
+                    assert!(
+                        near,
+                        "{scene}, {bounces}, frame {frame}, {}: {:?} {:?}",
+                        g.pixel, g.before, g.now
+                    );
                 }
                 lit += usize::from(g.now[0] > 0.0);
             }
@@ -103,7 +112,17 @@ fn still_frames_are_repeated() {
     }
 }
 
-/// Gradient pixels show the switch of a light in the frame in which it happens, and nothing before and after.
+/// How many pixels have a history of at most two frames.
+fn short_histories(frames: &Frames) -> usize {
+    let words = frames.integers(SURFACE);
+    to_flat(&words.chunks_exact(2).map(|w| w[1]).collect::<Vec<_>>(), SIZE)
+        .iter()
+        .filter(|n| **n <= 2)
+        .count()
+}
+
+/// Gradient pixels show that a light goes out in the frame in which it does, and nothing before and after. A light that goes on was no choice of the
+/// last frame; the picture shows it. The histories begin again in both cases, and else not.
 #[test]
 fn a_switch_is_seen_at_once() {
     let mut scene = builtin("cornell");
@@ -113,15 +132,22 @@ fn a_switch_is_seen_at_once() {
     let peak = Vec3::splat(0.5);
     scene.lights.push(Light::point("alarm", Vec3::ZERO, peak).moving(LightMotion { path, peak, blink }));
     let mut frames = frames(scene, params(0.0));
-    let mut changes = Vec::new();
-    for frame in 0..11 {
+    let (mut changes, mut short) = (Vec::new(), Vec::new());
+    for frame in 0..12 {
         frames.render(f64::from(frame) * 0.1 + 0.05);
         changes.push(relative_change(&gradients(&frames)));
+        short.push(short_histories(&frames));
     }
-    println!("{changes:?}");
+    println!("{changes:?}, {short:?}");
     frames.finish();
-    for (frame, change) in changes.iter().enumerate().skip(1) {
-        let switches = frame == 4 || frame == 8;
-        assert!(if switches { *change > 0.2 } else { *change < 1e-4 }, "frame {frame}: {changes:?}");
+    let pixels = (SIZE[0] * SIZE[1]) as usize;
+    for frame in 3..12 {
+        let change = changes[frame];
+        assert!(if frame == 4 { change > 0.2 } else { change < 1e-4 }, "frame {frame}: {changes:?}");
+        match frame {
+            4 | 8 => assert!(short[frame] > pixels * 3 / 4, "frame {frame}: {short:?}"),
+            3 | 7 | 11 => assert!(short[frame] < pixels / 4, "frame {frame}: {short:?}"),
+            _ => {}
+        }
     }
 }

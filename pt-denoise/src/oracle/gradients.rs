@@ -2,7 +2,7 @@
 
 use super::frame::{Guided, Light, luminance, usable};
 use super::low_frequency::{LfHistory, LowFrequency, is_light};
-use super::temporal::taps;
+use super::temporal::{History, taps};
 use crate::passes::variance_factor;
 use crate::{AntilagParams, TemporalParams};
 
@@ -50,35 +50,32 @@ pub fn gradients(
         let now = usable(&pixel, &light[i])?.map(luminance);
         let before = sample.luminance.map(f64::from);
         let top = [0, 1].map(|c| now[c].max(before[c]));
-        let change =
-            [0, 1].map(|c| ((now[c] - before[c]).abs() - f64::from(params.gate) * top[c]).max(0.0));
+        let change = [0, 1].map(|c| ((now[c] - before[c]).abs() - f64::from(params.gate) * top[c]).max(0.0));
         Some([change[0], top[0], change[1], top[1]])
     };
     samples.iter().enumerate().map(|sample| one(sample).unwrap_or_default()).collect()
 }
 
-/// Sums of the luma of indirect diffuse light over strata, of this frame and of the history, and the variance of their difference.
-pub fn gradients_lf(
+/// Sums over strata of a light in this frame and in the history, and the variance of their difference. `now`: of a pixel; `before`: of a pixel of the
+/// last frame.
+fn sums<'a>(
     size: [u32; 2],
     pixels: &[Guided],
-    light: &[LowFrequency],
-    previous: Option<&[LfHistory]>,
+    now: &dyn Fn(usize) -> Option<f64>,
+    previous: &dyn Fn(usize) -> &'a Guided,
+    before: &dyn Fn(usize) -> Option<f64>,
     params: &TemporalParams,
 ) -> Vec<[f64; 4]> {
     let [across, down] = strata(size);
     let one = |stratum: usize| {
         let mut sum = [0.0; 4];
         for i in (0..9).filter_map(|number| pixel_of(size, stratum, number)) {
-            let Some(previous) = previous.filter(|_| pixels[i].material != 0 && is_light(&light[i])) else {
-                continue;
-            };
-            let was = |j: usize| &previous[j].pixel;
-            let known = |&(_, j): &(f64, usize)| previous[j].length > 0;
-            let taps: Vec<_> = taps(size, i, &pixels[i], &was, params).into_iter().filter(known).collect();
-            let total: f64 = taps.iter().map(|(w, _)| w).sum();
+            let Some(now) = now(i) else { continue };
+            let taps = taps(size, i, &pixels[i], previous, params);
+            let known: Vec<_> = taps.iter().filter_map(|&(w, j)| Some((w, before(j)?))).collect();
+            let total: f64 = known.iter().map(|(w, _)| w).sum();
             if total > 0.0 {
-                let before = taps.iter().map(|&(w, j)| w * previous[j].light[3]).sum::<f64>() / total;
-                let now = light[i][3];
+                let before = known.iter().map(|(w, v)| w * v).sum::<f64>() / total;
                 let terms = [now, before, (now - before).powi(2), 0.0];
                 sum.iter_mut().zip(terms).for_each(|(sum, v)| *sum += v);
             }
@@ -88,8 +85,42 @@ pub fn gradients_lf(
     (0..across * down).map(one).collect()
 }
 
-/// One level of the filter; `of_lf`: the third component is a variance.
-pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_lf: bool) -> Vec<[f64; 4]> {
+/// Sums of the luminance of direct light, of channel 0 (diffuse) or 1 (specular), without the gradient pixels.
+pub fn sums_direct(
+    size: [u32; 2],
+    pixels: &[Guided],
+    light: &[Light],
+    samples: &[GradientSample],
+    previous: Option<&[History]>,
+    channel: usize,
+    params: &TemporalParams,
+) -> Vec<[f64; 4]> {
+    let Some(previous) = previous else { return vec![[0.0; 4]; samples.len()] };
+    let now = |i: usize| {
+        let (stratum, number) = stratum_of(size, i);
+        let repeated = samples[stratum].number == number + 1;
+        usable(&pixels[i], &light[i]).filter(|_| !repeated).map(|l| luminance(l[channel]))
+    };
+    let before = |j: usize| (previous[j].length > 0).then(|| previous[j].moments[2 * channel]);
+    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params)
+}
+
+/// Sums of the luma of indirect diffuse light.
+pub fn sums_lf(
+    size: [u32; 2],
+    pixels: &[Guided],
+    light: &[LowFrequency],
+    previous: Option<&[LfHistory]>,
+    params: &TemporalParams,
+) -> Vec<[f64; 4]> {
+    let Some(previous) = previous else { return vec![[0.0; 4]; strata(size).iter().product()] };
+    let now = |i: usize| (pixels[i].material != 0 && is_light(&light[i])).then(|| light[i][3]);
+    let before = |j: usize| (previous[j].length > 0).then(|| previous[j].light[3]);
+    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params)
+}
+
+/// One level of the filter; `of_sums`: the third component is a variance.
+pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_sums: bool) -> Vec<[f64; 4]> {
     let [across, down] = strata(size).map(|n| n as i64);
     let one = |stratum: usize| {
         let own = [stratum as i64 % across, stratum as i64 / across];
@@ -104,7 +135,7 @@ pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_l
             }
         }
         let mut mean = sum.map(|v| v / total);
-        mean[2] *= if of_lf { f64::from(variance_factor(level)) } else { 1.0 };
+        mean[2] *= if of_sums { f64::from(variance_factor(level)) } else { 1.0 };
         mean
     };
     (0..gradients.len()).map(one).collect()
@@ -114,17 +145,18 @@ fn relative(change: f32, greatest: f32) -> f32 {
     if greatest > 0.0 { (change / greatest).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// How much of the histories of diffuse and specular light is forgotten, in the precision of the kernel: lengths are rounded down.
-pub(super) fn antilag(gradient: [f32; 4], params: &AntilagParams) -> [f32; 2] {
+/// How much of the histories of diffuse and specular light is forgotten because of gradient pixels, in the precision of the kernel: lengths are rounded
+/// down.
+fn antilag(gradient: [f32; 4], params: &AntilagParams) -> [f32; 2] {
     let [a, b, c, d] = gradient;
     [(params.hf * relative(a, b)).min(1.0), (params.spec * relative(c, d)).min(1.0)]
 }
 
-/// The same of indirect diffuse light.
-pub(super) fn antilag_lf(gradient: [f32; 4], params: &AntilagParams) -> f32 {
-    let [now, before, variance, _] = gradient;
-    let change = ((now - before).abs() - params.gate_lf * variance.max(0.0).sqrt()).max(0.0);
-    (params.lf * relative(change, now.max(before))).min(1.0)
+/// The same because of sums.
+fn antilag_of_sums(sums: [f32; 4], k: f32, params: &AntilagParams) -> f32 {
+    let [now, before, variance, _] = sums;
+    let change = ((now - before).abs() - params.gate_noise * variance.max(0.0).sqrt()).max(0.0);
+    (k * relative(change, now.max(before))).min(1.0)
 }
 
 /// Length of a history that is left.
@@ -135,11 +167,13 @@ pub(super) fn kept_frames(frames: u32, lag: f32) -> u32 {
     (frames as f32 * (fourth * fourth * second)) as u32
 }
 
-/// What the histories follow changes of the light by; both are images of the strata.
+/// What the histories follow changes of the light by; all are images of the strata.
 #[derive(Clone, Copy, Debug)]
 pub struct Adaptive<'a> {
-    /// Filtered gradients, as the kernel reads them.
+    /// Filtered gradients of gradient pixels, as the kernel reads them.
     pub gradients: &'a [[f32; 4]],
+    /// Filtered sums of diffuse, specular and indirect diffuse light.
+    pub sums: [&'a [[f32; 4]]; 3],
     /// Gradient pixels.
     pub samples: &'a [GradientSample],
     /// Knobs.
@@ -147,9 +181,20 @@ pub struct Adaptive<'a> {
 }
 
 impl Adaptive<'_> {
-    /// Gradient of the stratum of a pixel, and whether the pixel's light is the last frame's sample, taken again.
-    pub(super) fn of(&self, size: [u32; 2], i: usize) -> ([f32; 4], bool) {
+    /// How much a pixel forgets of diffuse and specular light, and whether its light is the last frame's sample, taken again.
+    pub(super) fn direct(&self, size: [u32; 2], i: usize) -> ([f32; 2], bool) {
         let (stratum, number) = stratum_of(size, i);
-        (self.gradients[stratum], self.samples[stratum].number == number + 1)
+        let of_pixels = antilag(self.gradients[stratum], self.params);
+        let of_sums = |c: usize| {
+            antilag_of_sums(self.sums[c][stratum], [self.params.hf, self.params.spec][c], self.params)
+        };
+        ([0, 1].map(|c| of_pixels[c].max(of_sums(c))), self.samples[stratum].number == number + 1)
+    }
+
+    /// The same of indirect diffuse light.
+    pub(super) fn indirect(&self, size: [u32; 2], i: usize) -> (f32, bool) {
+        let (stratum, number) = stratum_of(size, i);
+        let lag = antilag_of_sums(self.sums[2][stratum], self.params.lf, self.params);
+        (lag, self.samples[stratum].number == number + 1)
     }
 }

@@ -1,7 +1,7 @@
 //! `temporal_lf.comp`, `lf_downsample.comp`, `lf_atrous.comp` and `lf_upsample.comp`.
 
 use super::frame::{Guided, cosine, depth_weight, same_path};
-use super::gradients::{Adaptive, antilag_lf, kept_frames};
+use super::gradients::{Adaptive, kept_frames};
 use super::temporal::taps;
 use crate::{LfParams, TemporalParams};
 
@@ -52,8 +52,10 @@ pub fn accumulate_lf(
         let mut now = LfHistory { pixel, ..LfHistory::default() };
         if let Some(previous) = previous {
             let was = |j: usize| &previous[j].pixel;
-            let taps: Vec<_> =
-                taps(size, i, &pixel, &was, params).into_iter().filter(|&(_, j)| previous[j].length > 0).collect();
+            let taps: Vec<_> = taps(size, i, &pixel, &was, params)
+                .into_iter()
+                .filter(|&(_, j)| previous[j].length > 0)
+                .collect();
             let total: f64 = taps.iter().map(|(w, _)| w).sum();
             if total > 0.0 {
                 taps.iter().for_each(|&(w, j)| add(&mut now.light, &previous[j].light, w / total));
@@ -63,8 +65,8 @@ pub fn accumulate_lf(
         }
         let (mut lag, mut repeated) = (0.0, false);
         if let Some(adaptive) = adaptive {
-            let (gradient, is_repeated) = adaptive.of(size, i);
-            lag = antilag_lf(gradient, adaptive.params);
+            let is_repeated;
+            (lag, is_repeated) = adaptive.indirect(size, i);
             repeated = is_repeated && now.length > 0;
             now.length = kept_frames(now.length, lag);
             if repeated && now.length == 0 {
@@ -152,7 +154,8 @@ pub fn atrous_lf(
         let mut sum = own;
         for [x, y] in (0..9).map(|k| [k % 3 - 1, k / 3 - 1]) {
             let at = [(t % across) as i64 + (x << level), (t / across) as i64 + (y << level)];
-            if [x, y] == [0, 0] || !(0..across as i64).contains(&at[0]) || !(0..down as i64).contains(&at[1]) {
+            if [x, y] == [0, 0] || !(0..across as i64).contains(&at[0]) || !(0..down as i64).contains(&at[1])
+            {
                 continue;
             }
             let Some((other, light)) = tiles[at[1] as usize * across + at[0] as usize] else { continue };

@@ -3,7 +3,7 @@
 use super::frame::{
     Guided, Light, Rgb, cosine, limited, luminance, mean_without_brightest, neighbour, usable,
 };
-use super::gradients::{Adaptive, antilag, kept_frames};
+use super::gradients::{Adaptive, kept_frames};
 use crate::TemporalParams;
 
 /// What a pixel carries to the next frame.
@@ -38,8 +38,8 @@ pub fn accumulate(
             let mut now = History { pixel, ..past.unwrap_or_default() };
             let (mut lag, mut repeated) = ([0.0; 2], false);
             if let Some(adaptive) = adaptive {
-                let (gradient, is_repeated) = adaptive.of(size, i);
-                lag = antilag(gradient, adaptive.params);
+                let is_repeated;
+                (lag, is_repeated) = adaptive.direct(size, i);
                 repeated = is_repeated && now.length > 0;
                 now.length = kept_frames(now.length, lag[0].max(lag[1]));
                 if repeated && now.length == 0 {

@@ -3,7 +3,8 @@
 use super::temporal::push;
 use crate::DenoiseParams;
 use crate::images::{
-    GRADIENTS, GRADIENTS_LF, GRADIENTS2, GRADIENTS2_LF, HISTORY_LF_COCG, HISTORY_LF_SH, SURFACE,
+    GRADIENTS, GRADIENTS2, HISTORY_LF_COCG, HISTORY_LF_SH, MOMENTS, SUMS_HF, SUMS_LF, SUMS_SPEC, SUMS2_HF,
+    SUMS2_LF, SUMS2_SPEC, SURFACE,
 };
 use crate::kernels;
 use crate::records::{GradientPixel, GradientPush, TemporalPush};
@@ -24,8 +25,8 @@ knobs! {
         pub lf: f32 = 1.0, in 0.0..=10.0, source "Schied, Peters and Dachsbacher 2018, section 4.3";
         /// Relative change of the light of a gradient pixel that does not count.
         pub gate: f32 = 0.05, in 0.0..=1.0;
-        /// Change of indirect diffuse light that does not count, because it may be noise.
-        pub gate_lf: f32 = 4.0, in 0.0..=100.0, unit "standard deviations";
+        /// Change of light that is not sampled again which does not count, because it may be noise.
+        pub gate_noise: f32 = 4.0, in 0.0..=100.0, unit "standard deviations";
         /// Levels of the filter over the gradients.
         pub iterations: u32 = 3, in 0..=7, source "Schied, Peters and Dachsbacher 2018, section 4.3";
         /// Which pixel of 3 x 3 is the gradient pixel. The brightest one is no fair sample: the denoiser leaves it out of the history, and `off` and
@@ -37,29 +38,163 @@ knobs! {
 /// Pixels of the flat frame along a side of a stratum.
 const STRATUM_SIDE: u32 = 3;
 
-/// The images that the filter takes in turn, of the direct and of the indirect light.
-const IMAGES: [[ChannelId; 2]; 2] = [[GRADIENTS, GRADIENTS2], [GRADIENTS_LF, GRADIENTS2_LF]];
+/// Filtered gradients of direct light.
+#[derive(Clone, Copy)]
+pub(crate) struct DirectGradients<'a> {
+    /// Of the gradient pixels.
+    pub pixels: &'a Image,
+    /// Of diffuse light against its history.
+    pub sums_hf: &'a Image,
+    /// Of specular light against its history.
+    pub sums_spec: &'a Image,
+}
 
-/// Gradients of direct light (diffuse and specular), or of indirect diffuse light, and their filter.
-pub(crate) struct Gradients {
+/// What is compared.
+#[derive(Clone, Copy, PartialEq)]
+enum Compared {
+    /// The light of gradient pixels with that of the last frame.
+    Pixels,
+    /// Sums of direct light with those of the history.
+    Direct,
+    /// Sums of indirect diffuse light with those of the history.
+    Indirect,
+}
+
+/// Gradients of one kind and their filter.
+struct Gradients {
+    compared: Compared,
     change: Kernel,
     filter: Kernel,
     io: StageIo,
-    of_lf: bool,
 }
 
 impl Gradients {
-    /// The images that the passes over direct light access.
-    pub(crate) const IO: StageIo = StageIo {
+    fn new(device: &Device, compared: Compared) -> Result<Self> {
+        let (change, io) = match compared {
+            Compared::Pixels => {
+                (Kernel::compute::<GradientPush>(device, &kernels::GRADIENT, &[])?, AntilagDirect::PIXELS)
+            }
+            Compared::Direct => (
+                Kernel::compute::<TemporalPush>(device, &kernels::GRADIENT_DIRECT, &[])?,
+                AntilagDirect::SUMS,
+            ),
+            Compared::Indirect => {
+                (Kernel::compute::<TemporalPush>(device, &kernels::GRADIENT_LF, &[])?, AntilagIndirect::SUMS)
+            }
+        };
+        io.check([&change])?;
+        let filter = Kernel::compute::<GradientPush>(device, &kernels::GRADIENT_ATROUS, &[])?;
+        Ok(Self { compared, change, filter, io })
+    }
+
+    fn constants(inputs: &StageInputs<'_>, params: &DenoiseParams, step: u32, variance: f32) -> GradientPush {
+        GradientPush { size: inputs.images.size().into(), gate: params.antilag.gate, step, variance }
+    }
+
+    /// One thread per stratum.
+    fn strata(inputs: &StageInputs<'_>) -> [u32; 3] {
+        let size = inputs.images.size();
+        [size[0].div_ceil(STRATUM_SIDE), size[1].div_ceil(STRATUM_SIDE), 1]
+    }
+
+    /// Adds the pass that compares to the frame.
+    fn compare(&self, frame: &mut Frame<'_>, inputs: &StageInputs<'_>, params: &DenoiseParams) -> Result<()> {
+        let pass = inputs.pass(frame, self.io.stage, &self.change, &self.io);
+        match self.compared {
+            Compared::Pixels => pass.push(&Self::constants(inputs, params, 1, 1.0)),
+            Compared::Direct | Compared::Indirect => pass.push(&push(params, inputs.images)),
+        }
+        .dispatch(Self::strata(inputs))
+    }
+
+    /// Adds the levels of the filter over the first image and returns the filtered one.
+    fn filtered<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        params: &DenoiseParams,
+        images: [ChannelId; 2],
+    ) -> Result<&'a Image> {
+        let name = images[0].channel().name;
+        let [mut now, mut next] = images.map(|id| inputs.images.current(id));
+        for level in 0..params.antilag.iterations {
+            let variance = if self.compared == Compared::Pixels { 1.0 } else { variance_factor(level) };
+            inputs
+                .pass(frame, &format!("denoise {name} a-trous {level}"), &self.filter, &StageIo::of(name))
+                .sample("source", now)
+                .write("target", next)
+                .push(&Self::constants(inputs, params, 1 << level, variance))
+                .dispatch(Self::strata(inputs))?;
+            std::mem::swap(&mut now, &mut next);
+        }
+        Ok(now)
+    }
+}
+
+/// Changes of direct light: of gradient pixels, and of sums against the history.
+pub(crate) struct AntilagDirect {
+    pixels: Gradients,
+    sums: Gradients,
+}
+
+impl AntilagDirect {
+    const PIXELS: StageIo = StageIo {
         reads: &[COLOR_HF, COLOR_SPEC, GRADIENT_SAMPLE],
         writes: &[GRADIENTS],
         ..StageIo::of("denoise gradients")
     };
-    /// Images that the filter takes in turn.
-    pub(crate) const FILTER: StageIo =
-        StageIo { writes: &[GRADIENTS2], ..StageIo::of("denoise gradients") };
-    /// The images that the passes over indirect light access.
-    pub(crate) const IO_LF: StageIo = StageIo {
+    const SUMS: StageIo = StageIo {
+        reads: &[
+            COLOR_HF,
+            COLOR_SPEC,
+            SHADING_POSITION,
+            VERTEX_NORMAL,
+            VIEW_DEPTH,
+            VIEW_DIRECTION,
+            MOTION,
+            GRADIENT_SAMPLE,
+        ],
+        reads_previous: &[VERTEX_NORMAL, VIEW_DEPTH, SURFACE, MOMENTS],
+        writes: &[SUMS_HF, SUMS_SPEC],
+        ..StageIo::of("denoise sums")
+    };
+    /// The declarations of its passes.
+    pub(crate) const IO: [StageIo; 3] = [
+        Self::PIXELS,
+        Self::SUMS,
+        StageIo { writes: &[GRADIENTS2, SUMS2_HF, SUMS2_SPEC], ..StageIo::of("denoise gradients") },
+    ];
+
+    /// Creates the kernels.
+    pub(crate) fn new(device: &Device) -> Result<Self> {
+        let of = |compared| Gradients::new(device, compared);
+        Ok(Self { pixels: of(Compared::Pixels)?, sums: of(Compared::Direct)? })
+    }
+
+    /// Adds the passes to the frame and returns the filtered gradients.
+    pub(crate) fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        params: &DenoiseParams,
+    ) -> Result<DirectGradients<'a>> {
+        self.pixels.compare(frame, inputs, params)?;
+        self.sums.compare(frame, inputs, params)?;
+        Ok(DirectGradients {
+            pixels: self.pixels.filtered(frame, inputs, params, [GRADIENTS, GRADIENTS2])?,
+            sums_hf: self.sums.filtered(frame, inputs, params, [SUMS_HF, SUMS2_HF])?,
+            sums_spec: self.sums.filtered(frame, inputs, params, [SUMS_SPEC, SUMS2_SPEC])?,
+        })
+    }
+}
+
+/// Changes of indirect diffuse light: of sums against the history.
+pub(crate) struct AntilagIndirect {
+    sums: Gradients,
+}
+
+impl AntilagIndirect {
+    const SUMS: StageIo = StageIo {
         reads: &[
             COLOR_LF_SH,
             COLOR_LF_COCG,
@@ -70,66 +205,27 @@ impl Gradients {
             MOTION,
         ],
         reads_previous: &[VERTEX_NORMAL, VIEW_DEPTH, SURFACE, HISTORY_LF_SH, HISTORY_LF_COCG],
-        writes: &[GRADIENTS_LF],
-        ..StageIo::of("denoise gradients lf")
+        writes: &[SUMS_LF],
+        ..StageIo::of("denoise sums lf")
     };
-    /// Images that the filter takes in turn.
-    pub(crate) const FILTER_LF: StageIo =
-        StageIo { writes: &[GRADIENTS2_LF], ..StageIo::of("denoise gradients lf") };
+    /// The declarations of its passes.
+    pub(crate) const IO: [StageIo; 2] =
+        [Self::SUMS, StageIo { writes: &[SUMS2_LF], ..StageIo::of("denoise sums lf") }];
 
-    /// Of direct light.
+    /// Creates the kernels.
     pub(crate) fn new(device: &Device) -> Result<Self> {
-        let change = Kernel::compute::<GradientPush>(device, &kernels::GRADIENT, &[])?;
-        Self::with(device, change, Self::IO, false)
+        Ok(Self { sums: Gradients::new(device, Compared::Indirect)? })
     }
 
-    /// Of indirect diffuse light.
-    pub(crate) fn of_lf(device: &Device) -> Result<Self> {
-        let change = Kernel::compute::<TemporalPush>(device, &kernels::GRADIENT_LF, &[])?;
-        Self::with(device, change, Self::IO_LF, true)
-    }
-
-    fn with(device: &Device, change: Kernel, io: StageIo, of_lf: bool) -> Result<Self> {
-        io.check([&change])?;
-        let filter = Kernel::compute::<GradientPush>(device, &kernels::GRADIENT_ATROUS, &[])?;
-        Ok(Self { change, filter, io, of_lf })
-    }
-
-    /// Adds the passes to the frame and returns the filtered gradients.
+    /// Adds the passes to the frame and returns the filtered sums.
     pub(crate) fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
         params: &DenoiseParams,
     ) -> Result<&'a Image> {
-        let images = inputs.images;
-        let size = images.size();
-        let strata = [size[0].div_ceil(STRATUM_SIDE), size[1].div_ceil(STRATUM_SIDE), 1];
-        let constants = |step: u32, variance: f32| GradientPush {
-            size: size.into(),
-            gate: params.antilag.gate,
-            step,
-            variance,
-        };
-        let name = self.io.stage;
-        let pass = inputs.pass(frame, name, &self.change, &self.io);
-        match self.of_lf {
-            true => pass.push(&push(params, images)),
-            false => pass.push(&constants(1, 1.0)),
-        }
-        .dispatch(strata)?;
-        let [mut now, mut next] = IMAGES[usize::from(self.of_lf)].map(|id| images.current(id));
-        for level in 0..params.antilag.iterations {
-            let variance = if self.of_lf { variance_factor(level) } else { 1.0 };
-            inputs
-                .pass(frame, &format!("{name} a-trous {level}"), &self.filter, &StageIo::of(name))
-                .sample("source", now)
-                .write("target", next)
-                .push(&constants(1 << level, variance))
-                .dispatch(strata)?;
-            std::mem::swap(&mut now, &mut next);
-        }
-        Ok(now)
+        self.sums.compare(frame, inputs, params)?;
+        self.sums.filtered(frame, inputs, params, [SUMS_LF, SUMS2_LF])
     }
 }
 

@@ -12,8 +12,8 @@ use pt_core::{
     ChannelImages, Device, Frame, Image, Kernel, LowFrequencyLight, Result, StageInputs, StageIo, knobs,
 };
 use pt_shaders::channels::{
-    COLOR_LF_COCG, COLOR_LF_SH, ChannelId, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH,
-    VIEW_DIRECTION,
+    COLOR_LF_COCG, COLOR_LF_SH, ChannelId, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL,
+    VIEW_DEPTH, VIEW_DIRECTION,
 };
 
 knobs! {
@@ -80,18 +80,18 @@ impl LfTemporal {
         Ok(Self { kernel, io })
     }
 
-    /// Adds its pass to the frame and returns the history. `gradients`: see [`super::Temporal::record`].
+    /// Adds its pass to the frame and returns the history. `sums`: of a kernel that follows changes of the light.
     pub(crate) fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
-        gradients: Option<&Image>,
+        sums: Option<&Image>,
         params: &DenoiseParams,
     ) -> Result<LowFrequencyLight<'a>> {
         let images = inputs.images;
         let mut pass = inputs.pass(frame, "denoise temporal lf", &self.kernel, &self.io);
-        if let Some(gradients) = gradients {
-            pass = pass.sample("gradients", gradients);
+        if let Some(sums) = sums {
+            pass = pass.sample("sums_lf", sums);
         }
         pass.push(&push(params, images)).dispatch(inputs.flat_threads())?;
         Ok(light(images, HISTORY_LF_SH, HISTORY_LF_COCG))

@@ -9,7 +9,7 @@ mod variance;
 pub(crate) use atrous::Atrous;
 pub use atrous::AtrousParams;
 pub use gradients::AntilagParams;
-pub(crate) use gradients::{Gradients, variance_factor};
+pub(crate) use gradients::{AntilagDirect, AntilagIndirect, variance_factor};
 pub use low_frequency::LfParams;
 pub(crate) use low_frequency::{LfSpatial, LfTemporal};
 pub use temporal::TemporalParams;

@@ -1,14 +1,14 @@
 //! Temporal accumulation.
 
+use super::gradients::DirectGradients;
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, MOMENTS, SURFACE};
 use crate::kernels;
 use crate::records::TemporalPush;
-use pt_core::{
-    ChannelImages, Device, Frame, Image, Kernel, Result, SplitLight, StageInputs, StageIo, knobs,
-};
+use pt_core::{ChannelImages, Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
 use pt_shaders::channels::{
-    COLOR_HF, COLOR_SPEC, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
+    COLOR_HF, COLOR_SPEC, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH,
+    VIEW_DIRECTION,
 };
 
 knobs! {
@@ -60,7 +60,7 @@ pub(super) fn push(params: &DenoiseParams, images: &ChannelImages) -> TemporalPu
         antilag_hf: antilag.hf,
         antilag_spec: antilag.spec,
         antilag_lf: antilag.lf,
-        gate_lf: antilag.gate_lf,
+        gate_noise: antilag.gate_noise,
         max_length: MAX_LENGTH,
         reset: (!images.has_history()).into(),
     }
@@ -115,7 +115,7 @@ impl Temporal {
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'_>,
         target: SplitLight<'_>,
-        gradients: Option<&Image>,
+        gradients: Option<DirectGradients<'_>>,
         params: &DenoiseParams,
     ) -> Result<()> {
         let mut pass = inputs
@@ -123,7 +123,10 @@ impl Temporal {
             .write("target_hf", target.hf)
             .write("target_spec", target.spec);
         if let Some(gradients) = gradients {
-            pass = pass.sample("gradients", gradients);
+            pass = pass
+                .sample("gradients", gradients.pixels)
+                .sample("sums_hf", gradients.sums_hf)
+                .sample("sums_spec", gradients.sums_spec);
         }
         pass.push(&push(params, inputs.images)).dispatch(inputs.flat_threads())
     }

@@ -1,12 +1,12 @@
 //! What the variants do with indirect diffuse light.
 
-use crate::passes::{Gradients, LfSpatial, LfTemporal};
+use crate::passes::{AntilagIndirect, LfSpatial, LfTemporal};
 use crate::{DenoiseParams, Denoiser};
 use pt_core::{Device, Frame, LowFrequencyLight, Result, SplitLight, StageInputs, StageIo};
 
 /// The passes over indirect diffuse light of a variant.
 pub(super) struct LowFrequency {
-    gradients: Option<Gradients>,
+    gradients: Option<AntilagIndirect>,
     temporal: Option<LfTemporal>,
     spatial: Option<LfSpatial>,
 }
@@ -27,7 +27,8 @@ impl LowFrequency {
         let [temporal, spatial] = Self::passes(variant);
         let mut all = vec![SplitLight::UNFILTERED_INDIRECT];
         if variant == Denoiser::Asvgf {
-            all.extend([Gradients::IO_LF, Gradients::FILTER_LF, LfTemporal::IO_ANTILAG]);
+            all.extend(AntilagIndirect::IO);
+            all.push(LfTemporal::IO_ANTILAG);
         } else if temporal {
             all.push(LfTemporal::IO);
         }
@@ -41,7 +42,7 @@ impl LowFrequency {
         let [temporal, spatial] = Self::passes(variant);
         let adaptive = variant == Denoiser::Asvgf;
         Ok(Self {
-            gradients: adaptive.then(|| Gradients::of_lf(device)).transpose()?,
+            gradients: adaptive.then(|| AntilagIndirect::new(device)).transpose()?,
             temporal: temporal.then(|| LfTemporal::new(device, adaptive)).transpose()?,
             spatial: spatial.then(|| LfSpatial::new(device)).transpose()?,
         })

@@ -3,12 +3,12 @@
 use super::{Variant, history, ping, pong, writing};
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
-use crate::passes::{Atrous, Gradients, Temporal, Variance};
+use crate::passes::{AntilagDirect, Atrous, Temporal, Variance};
 use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
 
 pub(super) struct Svgf {
     /// Of the adaptive form.
-    gradients: Option<Gradients>,
+    gradients: Option<AntilagDirect>,
     temporal: Temporal,
     variance: Variance,
     atrous: Atrous,
@@ -24,8 +24,9 @@ impl Svgf {
 
     /// The adaptive form.
     pub(super) const IO_ADAPTIVE: &[StageIo] = &[
-        Gradients::IO,
-        Gradients::FILTER,
+        AntilagDirect::IO[0],
+        AntilagDirect::IO[1],
+        AntilagDirect::IO[2],
         Temporal::IO_ANTILAG,
         Variance::TEMPORAL_IO,
         Atrous::IO,
@@ -34,7 +35,7 @@ impl Svgf {
 
     pub(super) fn new(device: &Device, adaptive: bool) -> Result<Self> {
         Ok(Self {
-            gradients: adaptive.then(|| Gradients::new(device)).transpose()?,
+            gradients: adaptive.then(|| AntilagDirect::new(device)).transpose()?,
             temporal: Temporal::new(device, adaptive)?,
             variance: Variance::temporal(device)?,
             atrous: Atrous::new(device)?,

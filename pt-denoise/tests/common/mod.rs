@@ -10,8 +10,8 @@ use pt_denoise::images::{MOMENTS, SURFACE};
 use pt_denoise::oracle::{Accumulated, GradientSample, Guided, Light, strata};
 use pt_denoise::{DenoiseChain, DenoiseParams, Denoiser};
 use pt_shaders::channels::{
-    BOUNCE_THROUGHPUT, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE, METALLIC_ROUGHNESS, MOTION, NORMAL, SHADING_POSITION,
-    VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
+    BOUNCE_THROUGHPUT, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE,
+    METALLIC_ROUGHNESS, MOTION, NORMAL, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
 };
 use pt_shaders::glam::Vec3;
 use pt_shaders::records::FLAG_PRIMARY;

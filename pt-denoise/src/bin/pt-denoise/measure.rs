@@ -60,7 +60,8 @@ impl Seen {
             let at = [i as u32 % size[0], i as u32 / size[0]];
             let place = [0, 1].map(|k| (at[k] as f32 + offset[k]).round());
             let inside = (0..2).all(|k| (0.0..size[k] as f32).contains(&place[k]));
-            let was = inside.then(|| before.surfaces[(place[1] as u32 * size[0] + place[0] as u32) as usize].1)?;
+            let was =
+                inside.then(|| before.surfaces[(place[1] as u32 * size[0] + place[0] as u32) as usize].1)?;
             let expected = depth + motion[2];
             let tolerance = 0.02 * expected.abs() + 2.0 / motion[3].max(1e-18);
             ((was - expected).abs() <= tolerance).then_some(offset)

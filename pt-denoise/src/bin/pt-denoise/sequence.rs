@@ -188,7 +188,10 @@ fn write(
     for id in written {
         let (mut layer, size) = read_layer(images, id)?;
         if id.channel().extent != ExtentClass::Split {
-            layer.channels.iter_mut().for_each(|c| repeat(&mut c.samples, size[0], [file.width, file.height]));
+            layer
+                .channels
+                .iter_mut()
+                .for_each(|c| repeat(&mut c.samples, size[0], [file.width, file.height]));
         }
         file.layers.push(layer);
     }
@@ -199,9 +202,7 @@ fn write(
 
 /// Texels of an image of `row` columns that stand for 3 x 3 pixels each, once for every pixel.
 fn repeat(samples: &mut Samples, row: u32, size: [u32; 2]) {
-    let texels = || {
-        (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| (y / 3 * row + x / 3) as usize))
-    };
+    let texels = || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| (y / 3 * row + x / 3) as usize));
     match samples {
         Samples::F32(v) => *v = texels().map(|i| v[i]).collect(),
         Samples::U32(v) => *v = texels().map(|i| v[i]).collect(),
