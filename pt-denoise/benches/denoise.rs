@@ -12,7 +12,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     bench([1920, 1080], |device, size| {
         let params = DenoiseParams { variant: Denoiser::Asvgf, ..DenoiseParams::default() };
-        let chain = DenoiseChain::new(device, &params)?;
+        let chain = DenoiseChain::new(device, &params, true)?;
         let mut images = ChannelImages::alone(device, FrameSizes::same(size), chain.io())?;
         // A wall under noise; both copies of what the last frame is read of.
         for _ in 0..2 {

@@ -63,7 +63,8 @@ impl GradientPixels {
         Ok(Self { kernel })
     }
 
-    /// Adds its pass to the frame, between the G-buffer and the light.
+    /// Adds its pass to the frame, between the G-buffer and the light. `replays`: the lighting stages take the light samples of gradient pixels
+    /// again; otherwise there are none, because what differs would be noise.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
@@ -72,6 +73,7 @@ impl GradientPixels {
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'_>,
         params: &DenoiseParams,
+        replays: bool,
     ) -> Result<()> {
         let images = inputs.images;
         let size = images.size();
@@ -79,7 +81,7 @@ impl GradientPixels {
             size: size.into(),
             depth: params.temporal.depth,
             normal: params.temporal.normal_cosine(),
-            reset: (!images.has_history()).into(),
+            reset: (!images.has_history() || !replays).into(),
             brightest: u32::from(params.antilag.pixel == GradientPixel::Brightest),
         };
         inputs.pass(frame, "gradient pixels", &self.kernel, &Self::IO).push(&push).dispatch([

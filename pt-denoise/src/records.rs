@@ -6,7 +6,7 @@ use pt_shaders::{gpu_struct, named_enum};
 named_enum! {
     /// Which pixel of a stratum is its gradient pixel.
     pub enum GradientPixel {
-        /// The one that was the brightest in the last frame: it tells of changes where little light arrives, too.
+        /// The one that was the brightest in the last frame.
         Brightest = "brightest",
         /// Any of them.
         Random = "random",

@@ -1,6 +1,6 @@
 //! Gradient pixels in whole frames: they repeat the light of the last frame where nothing changes, and show what has changed.
 
-use pt_app::params::FrameParams;
+use pt_app::params::{FrameParams, resolve};
 use pt_core::split::to_flat;
 use pt_core::trace::TraceBackend;
 use pt_denoise::images::SURFACE;
@@ -150,4 +150,18 @@ fn a_switch_is_seen_at_once() {
             _ => {}
         }
     }
+}
+
+/// A sampler that reuses the samples of other pixels cannot take one again: there are no gradient pixels.
+#[test]
+fn samplers_that_cannot_repeat_have_no_gradient_pixels() {
+    let sets =
+        ["denoise.variant=asvgf", "indirect.bounces=0", "lights.rays=merged", "lights.sampler=restir-di"];
+    let params = resolve(None, &sets.map(String::from)).unwrap();
+    let mut frames = frames(builtin("cornell"), params);
+    for _ in 0..3 {
+        frames.render(0.0);
+        assert!(gradients(&frames).is_empty());
+    }
+    frames.finish();
 }

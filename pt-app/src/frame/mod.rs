@@ -106,7 +106,7 @@ impl FullFrame {
                 traced.reflect_refract.record(frame, &inputs, &gbuffer, bounce)?;
             }
             if let Some(gradient_pixels) = &traced.gradient_pixels {
-                gradient_pixels.record(frame, &inputs, &params.denoise)?;
+                gradient_pixels.record(frame, &inputs, &params.denoise, params.direct().replays())?;
             }
             traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
             if let Some(indirect) = &traced.indirect {

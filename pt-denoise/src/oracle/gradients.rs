@@ -124,7 +124,7 @@ pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_s
     let [across, down] = strata(size).map(|n| n as i64);
     let one = |stratum: usize| {
         let own = [stratum as i64 % across, stratum as i64 / across];
-        let (mut sum, mut total) = ([0.0; 4], 0.0);
+        let (mut sum, mut total, mut squares) = ([0.0; 4], 0.0, 0.0);
         for [x, y] in (0..9i64).map(|k| [k % 3 - 1, k / 3 - 1]) {
             let at = [own[0] + (x << level), own[1] + (y << level)];
             if (0..across).contains(&at[0]) && (0..down).contains(&at[1]) {
@@ -132,10 +132,15 @@ pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_s
                 let tap = gradients[(at[1] * across + at[0]) as usize];
                 sum.iter_mut().zip(tap).for_each(|(sum, v)| *sum += w * v);
                 total += w;
+                squares += w * w;
             }
         }
         let mut mean = sum.map(|v| v / total);
-        mean[2] *= if of_sums { f64::from(variance_factor(level)) } else { 1.0 };
+        if of_sums {
+            // Of all nine taps the squares have the sum (3 / 8)^2.
+            let border = squares / (total * total) / 0.375f64.powi(2);
+            mean[2] *= (f64::from(variance_factor(level)) * border).min(1.0);
+        }
         mean
     };
     (0..gradients.len()).map(one).collect()

@@ -4,7 +4,7 @@ use super::gradients::DirectGradients;
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, MOMENTS, SURFACE};
 use crate::kernels;
-use crate::records::TemporalPush;
+use crate::records::{GradientPixel, TemporalPush};
 use pt_core::{ChannelImages, Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
 use pt_shaders::channels::{
     COLOR_HF, COLOR_SPEC, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH,
@@ -128,6 +128,11 @@ impl Temporal {
                 .sample("sums_hf", gradients.sums_hf)
                 .sample("sums_spec", gradients.sums_spec);
         }
-        pass.push(&push(params, inputs.images)).dispatch(inputs.flat_threads())
+        let mut push = push(params, inputs.images);
+        // Pixels without the brightest of the last frame are too dark in the history: a difference says nothing.
+        if params.antilag.pixel == GradientPixel::Brightest {
+            push.gate_noise = f32::MAX;
+        }
+        pass.push(&push).dispatch(inputs.flat_threads())
     }
 }
