@@ -256,6 +256,7 @@ fn variants_run_side_by_side_on_a_sequence() {
 
     for (arguments, expected) in [
         ("wall --variant svg", "svgf"),
+        ("wall --variant asvgf", "gradient_sample"),
         ("wall/frame_000004.exr --variant svgf", "need a folder of pt capture"),
         ("wall --variant svgf -o out.exr", "use --dump"),
         ("wall --reference out", "has no reference_000004.exr"),

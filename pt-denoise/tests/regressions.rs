@@ -8,7 +8,7 @@ use pt_denoise::oracle::{Guided, Light};
 use pt_denoise::{DenoiseParams, Denoiser};
 use pt_shaders::records::FLAG_PRIMARY;
 
-const FILTERS: [Denoiser; 3] = [Denoiser::Accumulate, Denoiser::Svgf, Denoiser::Atrous];
+const FILTERS: [Denoiser; 4] = [Denoiser::Accumulate, Denoiser::Svgf, Denoiser::Asvgf, Denoiser::Atrous];
 
 fn params(denoiser: Denoiser, change: impl FnOnce(&mut DenoiseParams)) -> DenoiseParams {
     let mut params = DenoiseParams { variant: denoiser, ..DenoiseParams::default() };
