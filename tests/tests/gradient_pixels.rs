@@ -112,13 +112,11 @@ fn still_frames_are_repeated() {
     }
 }
 
-/// How many pixels have a history of at most two frames.
-fn short_histories(frames: &Frames) -> usize {
+/// Part of the pixels with a surface whose history has at most two frames.
+fn short_histories(frames: &Frames) -> f32 {
     let words = frames.integers(SURFACE);
-    to_flat(&words.chunks_exact(2).map(|w| w[1]).collect::<Vec<_>>(), SIZE)
-        .iter()
-        .filter(|n| **n <= 2)
-        .count()
+    let lengths: Vec<u32> = words.chunks_exact(2).filter(|w| w[0] != 0).map(|w| w[1]).collect();
+    lengths.iter().filter(|n| **n <= 2).count() as f32 / lengths.len() as f32
 }
 
 /// Gradient pixels show that a light goes out in the frame in which it does, and nothing before and after. A light that goes on was no choice of the
@@ -140,13 +138,12 @@ fn a_switch_is_seen_at_once() {
     }
     println!("{changes:?}, {short:?}");
     frames.finish();
-    let pixels = (SIZE[0] * SIZE[1]) as usize;
-    for frame in 3..12 {
-        let change = changes[frame];
+    for (frame, (&change, &part)) in changes.iter().zip(&short).enumerate().skip(3) {
         assert!(if frame == 4 { change > 0.2 } else { change < 1e-4 }, "frame {frame}: {changes:?}");
         match frame {
-            4 | 8 => assert!(short[frame] > pixels * 3 / 4, "frame {frame}: {short:?}"),
-            3 | 7 | 11 => assert!(short[frame] < pixels / 4, "frame {frame}: {short:?}"),
+            4 | 8 => assert!(part > 0.9, "frame {frame}: {short:?}"),
+            // Some lie on edges, where pixels show one surface or the other.
+            3 | 7 | 11 => assert!(part < 0.5, "frame {frame}: {short:?}"),
             _ => {}
         }
     }
