@@ -19,8 +19,7 @@ use pt_shaders::channels::{
 knobs! {
     /// Knobs of the filter of indirect diffuse light, at a third of the resolution.
     pub struct LfParams {
-        /// Levels of the a-trous filter; the taps of each are twice as far apart as those of the one before, and those of the first 3 pixels. With 0 the
-        /// light is only averaged over 3 x 3 pixels.
+        /// Levels of the a-trous filter; the taps of each are twice as far apart as those of the one before, and those of the first 3 pixels.
         pub iterations: u32 = 3, in 0..=6, source "Dammertz et al. 2010";
         /// Tolerance of differences in distance, in units of what the slope of the surface explains.
         pub depth: f32 = 1.0, in 0.01..=100.0, source "Schied et al. 2017, eq. 3";
