@@ -2,11 +2,24 @@
 
 use pt_shaders::GpuStruct;
 
+#[path = "src/images.rs"]
+mod images;
 #[path = "src/records.rs"]
 mod records;
+use records::*;
 
 fn main() {
+    let records = [
+        TemporalPush::glsl(),
+        VariancePush::glsl(),
+        AtrousPush::glsl(),
+        LfPush::glsl(),
+        GradientPush::glsl(),
+        GradientPixelsPush::glsl(),
+    ];
     pt_shaders::compiler::Kernels::new()
-        .header("composite_push.glsl", records::CompositePush::glsl())
+        .header("composite_push.glsl", CompositePush::glsl())
+        .header("denoise_records.glsl", records.concat())
+        .header("denoise_images.glsl", images::glsl())
         .compile("shaders");
 }

@@ -51,7 +51,9 @@ pub fn select(
     match selection {
         None => Ok(Vec::new()),
         Some(AovSelection::All) => {
-            let all: Vec<_> = images.ids().filter(|id| id.is_contract() && shows(id)).collect();
+            // Images of tiles do not have the size of the frame by themselves.
+            let tiles = |id: &ChannelId| matches!(id.channel().extent, ExtentClass::SplitPart(_));
+            let all: Vec<_> = images.ids().filter(|id| id.is_contract() && !tiles(id) && shows(id)).collect();
             ensure!(
                 all.iter().all(|&id| layer_size(id) == size),
                 "--aov: the channels have the size of the frame, not of the picture; render scale 1 is needed"

@@ -16,12 +16,25 @@ knobs! {
         pub lights: pt_lights::DirectParams;
         /// Indirect lighting.
         pub indirect: pt_indirect::IndirectParams;
-        /// Composite.
+        /// Denoiser and composite.
         pub denoise: pt_denoise::DenoiseParams;
         /// Interleave.
         pub checkerboard: pt_checkerboard::CheckerboardParams;
         /// Exposure, tone mapping and what an EXR holds.
         pub post: pt_post::PostParams;
+    }
+}
+
+impl FrameParams {
+    /// Whether the frame has gradient pixels.
+    pub fn has_gradient_pixels(&self) -> bool {
+        self.denoise.variant == pt_denoise::Denoiser::Asvgf
+    }
+
+    /// The knobs of direct lighting; gradient pixels take their light samples again.
+    pub fn direct(&self) -> pt_lights::DirectParams {
+        let replay = self.lights.replay || self.has_gradient_pixels();
+        pt_lights::DirectParams { replay, ..self.lights.clone() }
     }
 }
 

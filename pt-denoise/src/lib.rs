@@ -1,12 +1,18 @@
 //! From the light channels of the split frame to its radiance.
 //!
-//! There is no denoiser yet. [`Composite`] multiplies the light channels by the reflectance that they were divided by and by the path
-//! throughput, and adds the transparent layer.
+//! [`DenoiseChain`] filters the light channels; its variants are those of [`Denoiser`]. [`Composite`] multiplies the light by the
+//! reflectance that it was divided by and by the path throughput, and adds the transparent layer.
 
 #![forbid(unsafe_code)]
 
+mod gradient_pixels;
+pub mod images;
 pub mod oracle;
+mod passes;
 mod records;
+mod variants;
+
+pub use gradient_pixels::GradientPixels;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
@@ -20,9 +26,24 @@ use pt_shaders::channels::{
 use pt_shaders::records::Background;
 use records::CompositePush;
 
+pub use passes::{AntilagParams, AtrousParams, LfParams, TemporalParams};
+pub use records::{Denoiser, GradientPixel};
+pub use variants::DenoiseChain;
+
 knobs! {
-    /// Knobs of the composite. They show parts of the light by themselves; every value but the default changes energy; a transparent background leaves out the environment that the camera sees.
+    /// Knobs of the denoiser and of the composite. Those of the composite show parts of the light by themselves; every value but the default
+    /// changes energy; a transparent background leaves out the environment that the camera sees.
     pub struct DenoiseParams {
+        /// How the light channels are denoised.
+        pub variant: Denoiser = Denoiser::Off => structural;
+        /// Temporal accumulation.
+        pub temporal: TemporalParams;
+        /// How history follows changes of the light.
+        pub antilag: AntilagParams;
+        /// The a-trous filter.
+        pub atrous: AtrousParams;
+        /// The filter of indirect diffuse light.
+        pub lf: LfParams;
         /// Factor on the diffuse channel.
         pub scale_hf: f32 = 1.0, in 0.0..=10.0;
         /// Factor on the indirect diffuse channel.
@@ -68,6 +89,19 @@ impl Composite {
         ],
         ..Self::IO
     };
+
+    /// [`Composite::IO`] or, with indirect light, [`Composite::IO_INDIRECT`].
+    pub const fn io_for(indirect: bool) -> StageIo {
+        if indirect { Self::IO_INDIRECT } else { Self::IO }
+    }
+
+    /// Creates the kernel for direct light, or for direct and indirect light.
+    ///
+    /// # Errors
+    /// When the device refuses it.
+    pub fn for_light(device: &Device, indirect: bool) -> Result<Self> {
+        if indirect { Self::with_indirect(device) } else { Self::new(device) }
+    }
 
     /// Creates the kernel for direct light alone.
     ///

@@ -2,14 +2,14 @@
 
 use pt_core::capture::read_layer;
 use pt_core::harness::save;
-use pt_core::test_support::TestDevice;
+use pt_core::test_support::{TestDevice, channel_images, record_folder};
 use pt_core::{ChannelImages, Recorder};
 use pt_core::{FrameSizes, SplitLight, StageInputs};
 use pt_denoise::{Composite, DenoiseParams};
 use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use pt_shaders::channels::{
-    BASE_COLOR, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, SHADING_POSITION, THROUGHPUT,
-    TRANSPARENT, VIEW_DIRECTION,
+    BASE_COLOR, BOUNCE_THROUGHPUT, COLOR, COLOR_HF, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS, MOTION,
+    NORMAL, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
 };
 use std::path::Path;
 use std::process::{Command, Output};
@@ -152,4 +152,125 @@ fn replays_a_frame() {
     assert!(out.channel("color", "R").unwrap().to_f32().iter().any(|&v| v > 1.0), "the frame is not black");
     assert_eq!(out.metadata["seed"], "7");
     assert!(out.metadata.contains_key("driver"));
+}
+
+/// Three recorded frames of a wall under noise whose mean is 1 and albedo 0.5.
+fn record_wall(folder: &Path, size: [u32; 2]) {
+    let device = TestDevice::open();
+    let ids = [
+        (COLOR_HF, [0.0; 4]),
+        (COLOR_SPEC, [0.0; 4]),
+        (BASE_COLOR, [0.5, 0.5, 0.5, 0.04]),
+        (METALLIC_ROUGHNESS, [0.0, 0.5, 0.0, 0.0]),
+        (SHADING_POSITION, [1.0, 2.0, 3.0, f32::from_bits(1)]),
+        (VIEW_DEPTH, [3.0, 0.0, 0.0, 0.0]),
+        (MOTION, [0.0, 0.0, 0.0, 100.0]),
+        (THROUGHPUT, [1.0, 1.0, 1.0, 0.0]),
+        (BOUNCE_THROUGHPUT, [1.0, 1.0, 1.0, 0.001]),
+        (TRANSPARENT, [0.0; 4]),
+        (NORMAL, [0.0; 4]),
+        (VERTEX_NORMAL, [0.0; 4]),
+        (VIEW_DIRECTION, [0.0; 4]),
+    ];
+    let images = channel_images(&device, size, ids.map(|(id, _)| id));
+    for (id, texel) in ids {
+        let format = id.channel().format;
+        let texels = images.current(id).extent().iter().product::<u32>();
+        let repeated = |words: &[u32]| (0..texels).flat_map(|_| words.to_vec()).collect::<Vec<u32>>();
+        if id == NORMAL || id == VERTEX_NORMAL {
+            images.current(id).write_u32(&repeated(&[0x8000_8000])).unwrap();
+        } else if id == VIEW_DIRECTION {
+            images.current(id).write_u32(&repeated(&[0x8000_8000, 1])).unwrap();
+        } else {
+            let texel = &texel[..format.components() as usize];
+            let sample = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 23) as f32;
+            let noisy = |i: u32| if id == COLOR_HF { vec![sample(i); 4] } else { texel.to_vec() };
+            let values: Vec<f32> = (0..texels).flat_map(noisy).collect();
+            images.current(id).write_f32(&values).unwrap();
+        }
+    }
+    record_folder(folder, &images, 4..7);
+    for frame in 4..7 {
+        let mut truth = LayeredImage::new(size[0], size[1]).unwrap();
+        // Hardly anything to see, but detail to compare with.
+        let pixels: Vec<f32> = (0..3 * size[0] * size[1]).map(|i| 0.5 + 1e-3 * (i / 3 % 2) as f32).collect();
+        truth.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &pixels));
+        truth.write_exr(&folder.join(format!("reference_{frame:06}.exr"))).unwrap();
+    }
+}
+
+#[test]
+fn variants_run_side_by_side_on_a_sequence() {
+    let folder = tempfile::tempdir().unwrap();
+    record_wall(&folder.path().join("wall"), [32, 18]);
+    let line = "wall --variant off,accumulate,svgf,atrous --reference wall --json out.jsonl --dump out";
+    let done = pt_denoise(folder.path(), &line.split(' ').collect::<Vec<_>>());
+    assert!(done.status.success(), "{done:?}");
+    let table = String::from_utf8(done.stdout).unwrap();
+    assert_eq!(table.lines().count(), 5, "{table}");
+    let text = std::fs::read_to_string(folder.path().join("out.jsonl")).unwrap();
+    let rows: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let variants: Vec<_> = rows.iter().map(|row| row["variant"].as_str().unwrap()).collect();
+    assert_eq!(variants, ["off", "accumulate", "svgf", "atrous"].map(|name| [name; 3]).concat());
+    for row in &rows {
+        let fields: Vec<_> = row.as_object().unwrap().keys().map(String::as_str).collect();
+        let mut contract = [
+            "variant",
+            "frame",
+            "relmse",
+            "flip",
+            "temporal_pixel",
+            "temporal_block",
+            "detail_ratio",
+            "energy_ratio",
+            "gpu_ms",
+            "passes",
+        ];
+        contract.sort_unstable();
+        let mut sorted = fields.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, contract);
+        let energy = row["energy_ratio"].as_f64().unwrap();
+        assert!((energy - 1.0).abs() < 0.05, "{row}");
+        assert!(row["detail_ratio"].as_f64().unwrap() >= 0.0, "{row}");
+        assert!(row["passes"]["composite"].as_f64().unwrap() >= 0.0, "{row}");
+    }
+    let error = |row: usize| rows[row]["relmse"].as_f64().unwrap();
+    // The recorded frames are alike: the filter in space has to do it.
+    assert!(error(8) < error(2) / 15.0 && error(11) < error(2) / 15.0, "{text}");
+    assert!((error(5) - error(2)).abs() < 1e-6, "the same samples in every frame: {text}");
+    for (i, row) in rows.iter().enumerate() {
+        for key in ["temporal_pixel", "temporal_block"] {
+            // The first frame of a variant has none before it; what stands still does not change.
+            let value = row[key].as_f64();
+            assert!(if i % 3 == 0 { value.is_none() } else { value.unwrap() < 1e-3 }, "{key}: {row}");
+        }
+    }
+    for row in &rows {
+        let name = format!("{}_{:06}.exr", row["variant"].as_str().unwrap(), row["frame"].as_u64().unwrap());
+        let dumped = LayeredImage::read_exr(&folder.path().join("out").join(&name)).unwrap();
+        assert_eq!((dumped.width, dumped.height), (32, 18), "{name}");
+        let has_history = row["variant"] == "svgf" || row["variant"] == "accumulate";
+        assert_eq!(dumped.layer("denoise.history_hf").is_some(), has_history, "{name}");
+    }
+
+    for (arguments, expected) in [
+        ("wall --variant svg", "svgf"),
+        ("wall --variant asvgf", "gradient_sample"),
+        ("wall/frame_000004.exr --variant svgf", "need a folder of pt capture"),
+        ("wall --variant svgf -o out.exr", "use --dump"),
+        ("wall --reference out", "has no reference_000004.exr"),
+        ("wall --variant svgf --set atrous.iterations=0", "1 to 7"),
+    ] {
+        let failed = pt_denoise(folder.path(), &arguments.split(' ').collect::<Vec<_>>());
+        let message = String::from_utf8(failed.stderr).unwrap();
+        assert_eq!((failed.status.code(), message.lines().count()), (Some(2), 1), "{arguments}: {message}");
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    // One frame of the folder through a denoiser, as before.
+    let done =
+        pt_denoise(folder.path(), &["wall", "-o", "one.exr", "--set", "variant=svgf", "--frames", "1"]);
+    assert!(done.status.success(), "{done:?}");
+    let one = LayeredImage::read_exr(&folder.path().join("one.exr")).unwrap();
+    assert_eq!(one.channel("", "R"), one.channel("color", "R"), "the main layer shows the colour");
 }

@@ -6,8 +6,8 @@ use crate::params::FrameParams;
 use crate::session::Session;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
-use pt_core::{Device, FramePlan, Result, SplitLight, StageIo};
-use pt_denoise::Composite;
+use pt_core::{Device, FramePlan, Result, StageIo};
+use pt_denoise::{Composite, DenoiseChain, GradientPixels};
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_indirect::IndirectLighting;
 use pt_lights::DirectLighting;
@@ -27,7 +27,7 @@ impl FullFrame {
         params: &FrameParams,
     ) -> Result<Self> {
         let Session { device, scene, gpu, lights, .. } = session;
-        lights.keep_last_frame(params.lights.replays());
+        lights.keep_last_frame(params.direct().replays());
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
         let traced = Some(TracedStages::new(device, params.gbuffer.variant(gpu.variant()), params)?);
         Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
@@ -58,22 +58,22 @@ impl FullFrame {
         let alpha = params.denoise.background == Background::Transparent;
         let parts = ChainParts { accumulate, picture: true, alpha };
         let post = PostChain::new(device, parts, &params.post)?;
-        let composite = || match params.indirect.is_on() {
-            true => Composite::with_indirect(device),
-            false => Composite::new(device),
-        };
+        let indirect = params.indirect.is_on();
+        let denoise = Stage::Denoise
+            .is_in(first)
+            .then(|| DenoiseChain::new(device, &params.denoise, indirect))
+            .transpose()?;
         let mut stages: Vec<StageIo> = Vec::new();
         if traced.is_some() {
             stages.push(PrimaryRays::IO);
             stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
+            stages.extend(params.has_gradient_pixels().then_some(GradientPixels::IO));
             stages.extend(DirectLighting::io(&params.lights));
-            stages.extend(params.indirect.is_on().then_some(IndirectLighting::IO));
+            stages.extend(indirect.then_some(IndirectLighting::IO));
         }
-        if Stage::Denoise.is_in(first) {
-            stages.extend(match params.indirect.is_on() {
-                true => [SplitLight::UNFILTERED_INDIRECT, Composite::IO_INDIRECT],
-                false => [SplitLight::UNFILTERED, Composite::IO],
-            });
+        if let Some(denoise) = &denoise {
+            stages.extend(denoise.io());
+            stages.push(Composite::io_for(indirect));
         }
         stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
         stages.extend(post.io());
@@ -89,7 +89,10 @@ impl FullFrame {
             given,
             previous_camera: None,
             traced,
-            composite: Stage::Denoise.is_in(first).then(composite).transpose()?,
+            denoise,
+            composite: (Stage::Denoise.is_in(first))
+                .then(|| Composite::for_light(device, indirect))
+                .transpose()?,
             interleave: Stage::Checkerboard.is_in(first).then(|| Interleave::new(device)).transpose()?,
             post,
             made_for: params.clone(),

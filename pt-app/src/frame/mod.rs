@@ -10,8 +10,8 @@ use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::settings::Knobs;
-use pt_core::{ChannelImages, Frame, SceneResources, SplitLight, StageInputs};
-use pt_denoise::Composite;
+use pt_core::{ChannelImages, Frame, SceneResources, StageInputs};
+use pt_denoise::{Composite, DenoiseChain};
 use pt_gbuffer::{GbufferParams, frame_jitter};
 use pt_post::PostChain;
 use pt_scene::Camera;
@@ -38,6 +38,7 @@ pub struct FullFrame {
     given: Vec<ChannelId>,
     previous_camera: Option<CameraRecord>,
     traced: Option<TracedStages>,
+    denoise: Option<DenoiseChain>,
     composite: Option<Composite>,
     interleave: Option<Interleave>,
     post: PostChain,
@@ -104,13 +105,17 @@ impl FullFrame {
             for bounce in 0..gbuffer.reflect_refract {
                 traced.reflect_refract.record(frame, &inputs, &gbuffer, bounce)?;
             }
+            if let Some(gradient_pixels) = &traced.gradient_pixels {
+                gradient_pixels.record(frame, &inputs, &params.denoise, params.direct().replays())?;
+            }
             traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
             if let Some(indirect) = &traced.indirect {
                 indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
             }
         }
-        if let Some(composite) = &self.composite {
-            composite.record(frame, &inputs, SplitLight::unfiltered(&self.images), &params.denoise)?;
+        if let (Some(denoise), Some(composite)) = (&self.denoise, &self.composite) {
+            let light = denoise.record(frame, &inputs, &params.denoise)?;
+            composite.record(frame, &inputs, light, &params.denoise)?;
         }
         if let Some(interleave) = &self.interleave {
             interleave.record(frame, &inputs, &params.checkerboard)?;

@@ -4,6 +4,7 @@ use crate::params::FrameParams;
 use crate::session::join;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Result};
+use pt_denoise::GradientPixels;
 use pt_gbuffer::{PrimaryRays, ReflectRefract};
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::{GlassShadows, LightRays};
@@ -15,7 +16,7 @@ use std::thread;
 named_enum! {
     /// The stages that a replay can start at, in the order of the frame.
     pub enum Stage {
-        /// Composite of the light channels.
+        /// Denoiser and composite of the light channels.
         Denoise = "denoise",
         /// Interleave of the checkerboard fields.
         Checkerboard = "checkerboard",
@@ -35,6 +36,8 @@ impl Stage {
 pub(super) struct TracedStages {
     pub(super) primary: PrimaryRays,
     pub(super) reflect_refract: ReflectRefract,
+    /// Absent without a denoiser that needs them.
+    pub(super) gradient_pixels: Option<GradientPixels>,
     pub(super) direct: DirectLighting,
     /// Absent without bounces.
     pub(super) indirect: Option<IndirectLighting>,
@@ -43,17 +46,21 @@ pub(super) struct TracedStages {
 impl TracedStages {
     /// Compiles their kernels side by side.
     pub(super) fn new(device: &Device, variant: TraceVariant, params: &FrameParams) -> Result<Self> {
-        let FrameParams { lights, indirect, .. } = params;
+        let FrameParams { indirect, .. } = params;
+        let lights = &params.direct();
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
             let bounces = indirect
                 .is_on()
                 .then(|| threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights))));
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
+            let gradient_pixels =
+                params.has_gradient_pixels().then(|| threads.spawn(|| GradientPixels::new(device, variant)));
             let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
             let mut stages = Self {
                 primary: PrimaryRays::new(device, variant)?,
                 reflect_refract: join(reflect_refract)?,
+                gradient_pixels: gradient_pixels.map(join).transpose()?,
                 direct: join(direct)?,
                 indirect: bounces.map(join).transpose()?,
             };

@@ -309,6 +309,11 @@ impl RecordedFrame {
         self.parts.swap_remove(place.unwrap_or(0)).1
     }
 
+    /// Whether the frame was recorded with that image.
+    pub fn has_layer(&self, id: ChannelId) -> bool {
+        self.parts.iter().any(|(_, image)| image.layer(&id.full_name()).is_some())
+    }
+
     /// Fills images from their layers.
     ///
     /// # Errors

@@ -75,6 +75,7 @@ pub fn record_folder(folder: &Path, images: &ChannelImages, frames: Range<u32>) 
         frames: Vec::new(),
     };
     let mut writer = CaptureWriter::create(folder, index).unwrap();
+    let first = frames.start;
     for frame in frames {
         let camera: CameraRecord = bytemuck::Zeroable::zeroed();
         let sidecar = Sidecar {
@@ -91,7 +92,7 @@ pub fn record_folder(folder: &Path, images: &ChannelImages, frames: Range<u32>) 
             device: String::new(),
             driver: String::new(),
             backend: String::new(),
-            has_history: false,
+            has_history: frame > first,
             histories: Vec::new(),
             state: BTreeMap::new(),
         };

@@ -1,0 +1,40 @@
+// One level of an a-trous filter over indirect diffuse light at a third of the resolution: Dammertz et al. 2010. Taps are push.step tiles apart.
+// The weights of a pair are the same both ways, and what a tap may not give stays with the centre: the matrix is symmetric with rows of sum 1,
+// so the sum of the light does not change. Extent: tiles.
+#include "denoise_records.glsl"
+layout(local_size_x = 16, local_size_y = 8) in;
+layout(push_constant, scalar) uniform Push { LfPush push; };
+layout(set = 2, binding = 0) uniform sampler2D source_sh;
+layout(set = 2, binding = 1) uniform sampler2D source_cocg;
+layout(set = 2, binding = 2, rgba32f) uniform writeonly image2D target_sh;
+layout(set = 2, binding = 3, rgba32f) uniform writeonly image2D target_cocg;
+#include "lf_tile.glsl"
+
+// Binomial, of sum 1 over 3 x 3 taps.
+const float KERNEL[2] = float[2](0.5, 0.25);
+
+void main() {
+    ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(tile, tile_count()))) return;
+    vec4 chroma = texelFetch(source_cocg, tile, 0);
+    ShLight own = ShLight(texelFetch(source_sh, tile, 0), chroma.xy);
+    if (chroma.z > 0.0) {
+        ivec2 anchor = tile_pixel(tile, int(chroma.z) - 1);
+        Guide p = lf_guide(anchor);
+        ShLight change = NO_LIGHT;
+        for (int i = 0; i < 9; ++i) {
+            ivec2 offset = ivec2(i % 3, i / 3) - 1, other = tile + offset * int(push.step);
+            if (i == 4 || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tile_count()))) continue;
+            vec4 c = texelFetch(source_cocg, other, 0);
+            if (c.z == 0.0) continue;
+            ivec2 pixel = tile_pixel(other, int(c.z) - 1);
+            float weight = lf_weight(p, lf_guide(pixel), pixel - anchor, push.depth, push.normal);
+            weight *= KERNEL[abs(offset.x)] * KERNEL[abs(offset.y)];
+            vec4 luma = texelFetch(source_sh, other, 0);
+            add(change, ShLight(luma - own.luma, c.xy - own.chroma), weight);
+        }
+        add(own, change, 1.0);
+    }
+    imageStore(target_sh, tile, own.luma);
+    imageStore(target_cocg, tile, vec4(own.chroma, chroma.z, 0.0));
+}

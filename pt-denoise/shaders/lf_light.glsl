@@ -1,0 +1,25 @@
+// Indirect diffuse light between two passes: sums and weighted means of it.
+#include "finite.glsl"
+#include "sh.glsl"
+
+const ShLight NO_LIGHT = ShLight(vec4(0.0), vec2(0.0));
+
+// Greatest luma of a sample, as MAX_RADIANCE of the other channels.
+const float MAX_LUMA = 1e15;
+
+// What is not finite, negative or beyond all measure is a missing sample.
+bool is_light(ShLight l) {
+    vec4 size = abs(l.luma);
+    bool finite = is_finite(l.luma.xyz) && is_finite(vec3(l.luma.w, l.chroma));
+    return finite && l.luma.w >= 0.0 && max(max(size.x, size.y), max(size.z, size.w)) <= MAX_LUMA && all(lessThanEqual(abs(l.chroma), vec2(8.0 * MAX_LUMA)));
+}
+
+void add(inout ShLight sum, ShLight light, float weight) {
+    sum.luma += weight * light.luma;
+    sum.chroma += weight * light.chroma;
+}
+
+void scale(inout ShLight light, float factor) {
+    light.luma *= factor;
+    light.chroma *= factor;
+}

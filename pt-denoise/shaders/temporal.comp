@@ -1,0 +1,2 @@
+#define ANTILAG 0
+#include "temporal.glsl"

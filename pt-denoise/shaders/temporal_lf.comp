@@ -1,0 +1,2 @@
+#define ANTILAG 0
+#include "temporal_lf.glsl"

@@ -1,0 +1,55 @@
+// Included by temporal_lf.comp (ANTILAG 0) and temporal_lf_antilag.comp (ANTILAG 1).
+//
+// Temporal accumulation of indirect diffuse light, as temporal.glsl does it for the other channels, on the flat extent. The coefficients are
+// integrals over directions, so their mean is light again. The history has a length of its own: z of its chroma; w = 1 where there is one.
+#include "channels.glsl"
+#include "denoise_records.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+layout(push_constant, scalar) uniform Push { TemporalPush push; };
+#if ANTILAG
+layout(set = 2, binding = 0) uniform sampler2D sums_lf;
+#include "antilag.glsl"
+#endif
+#include "lf_light.glsl"
+#include "reprojection.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (!inside(pixel)) return;
+    ivec2 at = flat_to_split(pixel, field_width());
+    uint flags = imageLoad(ch_view_direction, at).y;
+    uint word = surface_word(at, flags);
+    Taps taps = find_taps(reproject(pixel, at, word, flags), pixel);
+    ShLight history = NO_LIGHT;
+    float weights = 0.0, frames = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        if (taps.weight[i] == 0.0) continue;
+        vec4 chroma = imageLoad(im_history_lf_cocg_prev, taps.at[i]);
+        if (chroma.w == 0.0) continue;
+        add(history, ShLight(imageLoad(im_history_lf_sh_prev, taps.at[i]), chroma.xy), taps.weight[i]);
+        frames += taps.weight[i] * chroma.z;
+        weights += taps.weight[i];
+    }
+    if (weights > 0.0) {
+        scale(history, 1.0 / weights);
+        frames = max(floor(frames / weights + 0.5), 1.0);
+    }
+#if ANTILAG
+    bool repeated = is_repeated(pixel) && frames > 0.0;
+    float lag = antilag_of_sums(texelFetch(sums_lf, pixel / STRATUM_SIDE, 0), push.antilag_lf);
+    frames = float(kept_frames(uint(frames), lag));
+#else
+    const float lag = 0.0;
+    const bool repeated = false;
+#endif
+    ShLight light = ShLight(imageLoad(ch_color_lf_sh, at), imageLoad(ch_color_lf_cocg, at).xy);
+    if (word != 0u && is_light(light) && !(repeated && frames == 0.0)) {
+        if (!repeated) frames = min(frames + 1.0, float(push.max_length));
+        float alpha = repeated ? 0.0 : max(1.0 / frames, push.alpha_lf);
+        alpha = mix(alpha, 1.0, lag);
+        history = ShLight(mix(history.luma, light.luma, alpha), mix(history.chroma, light.chroma, alpha));
+    }
+    imageStore(im_history_lf_sh, at, history.luma);
+    imageStore(im_history_lf_cocg, at, vec4(history.chroma, frames, frames > 0.0 ? 1.0 : 0.0));
+}

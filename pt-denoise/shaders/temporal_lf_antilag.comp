@@ -1,0 +1,2 @@
+#define ANTILAG 1
+#include "temporal_lf.glsl"

@@ -1,0 +1,2 @@
+#define TEMPORAL 1
+#include "variance.glsl"

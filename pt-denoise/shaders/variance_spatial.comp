@@ -1,0 +1,2 @@
+#define TEMPORAL 0
+#include "variance.glsl"

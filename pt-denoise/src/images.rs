@@ -1,0 +1,46 @@
+//! Private images of the denoisers.
+
+pt_shaders::stage_images! { "denoise";
+    SURFACE: "surface", Rg32Uint, Split, Frame, XY_UINT, "-; frames",
+        "x = what surface and path were seen (0: none), y = number of frames in the history; 0 = there is none.";
+    MOMENTS: "moments", Rgba32F, Split, Frame, XYZW, "linear radiance, and its square",
+        "Means of luminance and squared luminance: of the diffuse channel, then of the specular one.";
+    HISTORY_HF: "history_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
+        "Diffuse light that the next frame continues, a = variance of its luminance where there is one.";
+    HISTORY_SPEC: "history_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
+        "Specular light that the next frame continues, a as in history_hf.";
+    PING_HF: "ping_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
+        "Diffuse light between two passes, a = variance of its luminance; -1 = missing.";
+    PING_SPEC: "ping_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
+        "Specular light between two passes, a as in ping_hf.";
+    PONG_HF: "pong_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo", "As ping_hf.";
+    PONG_SPEC: "pong_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)", "As ping_spec.";
+    HISTORY_LF_SH: "history_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
+        "Indirect diffuse light that the next frame continues, as color_lf_sh.";
+    HISTORY_LF_COCG: "history_lf_cocg", Rgba32F, Split, Frame, XYZW, "irradiance / albedo; frames",
+        "xy = chroma as color_lf_cocg, z = number of frames in the history, w = 1 where there is one.";
+    TILES_LF_SH: "tiles_lf_sh", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo",
+        "Indirect diffuse light of 3 x 3 pixels of the flat frame, as color_lf_sh.";
+    TILES_LF_COCG: "tiles_lf_cocg", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo; -",
+        "xy = chroma as color_lf_cocg, z = 1 + number of the pixel that the tile stands for, 0 = no light.";
+    TILES2_LF_SH: "tiles2_lf_sh", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo", "As tiles_lf_sh.";
+    TILES2_LF_COCG: "tiles2_lf_cocg", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo; -", "As tiles_lf_cocg.";
+    FILTERED_LF_SH: "filtered_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
+        "Filtered indirect diffuse light, as color_lf_sh.";
+    FILTERED_LF_COCG: "filtered_lf_cocg", Rg32F, Split, Frame, XY, "irradiance / albedo", "As color_lf_cocg.";
+    GRADIENTS: "gradients", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance",
+        "Change of the luminance of gradient pixels and the greater of both luminances: of the diffuse channel, then of the specular one.";
+    GRADIENTS2: "gradients2", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance", "As gradients, between two passes.";
+    SUMS_HF: "sums_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "Sums of the luminance of diffuse light over 3 x 3 pixels: x = this frame, y = the history, z = variance of their difference.";
+    SUMS2_HF: "sums2_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "As sums_hf, between two passes.";
+    SUMS_SPEC: "sums_spec", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "As sums_hf, of specular light.";
+    SUMS2_SPEC: "sums2_spec", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
+        "As sums_spec, between two passes.";
+    SUMS_LF: "sums_lf", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo, and its square",
+        "As sums_hf, of the luma of indirect diffuse light.";
+    SUMS2_LF: "sums2_lf", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo, and its square",
+        "As sums_lf, between two passes.";
+}

@@ -1,0 +1,205 @@
+//! `gradient.comp`, `gradient_lf.comp`, `gradient_atrous.comp` and `antilag.glsl`.
+
+use super::frame::{Guided, Light, luminance, usable};
+use super::low_frequency::{LfHistory, LowFrequency, is_light};
+use super::temporal::{History, taps};
+use crate::passes::variance_factor;
+use crate::{AntilagParams, TemporalParams};
+
+/// A gradient pixel: what `gradient_sample` says of a stratum of 3 x 3 pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GradientSample {
+    /// 1 + number of the pixel in the stratum; 0: there is none.
+    pub number: u32,
+    /// Luminance of the diffuse and of the specular light in the last frame.
+    pub luminance: [f32; 2],
+}
+
+/// Strata along both axes.
+pub fn strata(size: [u32; 2]) -> [usize; 2] {
+    size.map(|side| side.div_ceil(3) as usize)
+}
+
+/// The pixel with a number of a stratum, if it is in the picture.
+pub(super) fn pixel_of(size: [u32; 2], stratum: usize, number: usize) -> Option<usize> {
+    let across = strata(size)[0];
+    let at = [3 * (stratum % across) + number % 3, 3 * (stratum / across) + number / 3];
+    let inside = at[0] < size[0] as usize && at[1] < size[1] as usize;
+    inside.then(|| at[1] * size[0] as usize + at[0])
+}
+
+/// Stratum and number of a pixel.
+pub(super) fn stratum_of(size: [u32; 2], i: usize) -> (usize, u32) {
+    let [x, y] = [i % size[0] as usize, i / size[0] as usize];
+    (y / 3 * strata(size)[0] + x / 3, (y % 3 * 3 + x % 3) as u32)
+}
+
+/// Change and greatest luminance of the gradient pixels: of diffuse, then of specular light.
+pub fn gradients(
+    size: [u32; 2],
+    pixels: &[Guided],
+    light: &[Light],
+    samples: &[GradientSample],
+    params: &AntilagParams,
+) -> Vec<[f64; 4]> {
+    let one = |(stratum, sample): (usize, &GradientSample)| {
+        let number = sample.number.checked_sub(1)?;
+        let i = pixel_of(size, stratum, number as usize)?;
+        // A gradient pixel has a surface.
+        let pixel = Guided { material: 1, ..pixels[i] };
+        let now = usable(&pixel, &light[i])?.map(luminance);
+        let before = sample.luminance.map(f64::from);
+        let top = [0, 1].map(|c| now[c].max(before[c]));
+        let change = [0, 1].map(|c| ((now[c] - before[c]).abs() - f64::from(params.gate) * top[c]).max(0.0));
+        Some([change[0], top[0], change[1], top[1]])
+    };
+    samples.iter().enumerate().map(|sample| one(sample).unwrap_or_default()).collect()
+}
+
+/// Sums over strata of a light in this frame and in the history, and the variance of their difference. `now`: of a pixel; `before`: of a pixel of the
+/// last frame.
+fn sums<'a>(
+    size: [u32; 2],
+    pixels: &[Guided],
+    now: &dyn Fn(usize) -> Option<f64>,
+    previous: &dyn Fn(usize) -> &'a Guided,
+    before: &dyn Fn(usize) -> Option<f64>,
+    params: &TemporalParams,
+) -> Vec<[f64; 4]> {
+    let [across, down] = strata(size);
+    let one = |stratum: usize| {
+        let mut sum = [0.0; 4];
+        for i in (0..9).filter_map(|number| pixel_of(size, stratum, number)) {
+            let Some(now) = now(i) else { continue };
+            let taps = taps(size, i, &pixels[i], previous, params);
+            let known: Vec<_> = taps.iter().filter_map(|&(w, j)| Some((w, before(j)?))).collect();
+            let total: f64 = known.iter().map(|(w, _)| w).sum();
+            if total > 0.0 {
+                let before = known.iter().map(|(w, v)| w * v).sum::<f64>() / total;
+                let terms = [now, before, (now - before).powi(2), 0.0];
+                sum.iter_mut().zip(terms).for_each(|(sum, v)| *sum += v);
+            }
+        }
+        sum
+    };
+    (0..across * down).map(one).collect()
+}
+
+/// Sums of the luminance of direct light, of channel 0 (diffuse) or 1 (specular), without the gradient pixels.
+pub fn sums_direct(
+    size: [u32; 2],
+    pixels: &[Guided],
+    light: &[Light],
+    samples: &[GradientSample],
+    previous: Option<&[History]>,
+    channel: usize,
+    params: &TemporalParams,
+) -> Vec<[f64; 4]> {
+    let Some(previous) = previous else { return vec![[0.0; 4]; samples.len()] };
+    let now = |i: usize| {
+        let (stratum, number) = stratum_of(size, i);
+        let repeated = samples[stratum].number == number + 1;
+        usable(&pixels[i], &light[i]).filter(|_| !repeated).map(|l| luminance(l[channel]))
+    };
+    let before = |j: usize| (previous[j].length > 0).then(|| previous[j].moments[2 * channel]);
+    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params)
+}
+
+/// Sums of the luma of indirect diffuse light.
+pub fn sums_lf(
+    size: [u32; 2],
+    pixels: &[Guided],
+    light: &[LowFrequency],
+    previous: Option<&[LfHistory]>,
+    params: &TemporalParams,
+) -> Vec<[f64; 4]> {
+    let Some(previous) = previous else { return vec![[0.0; 4]; strata(size).iter().product()] };
+    let now = |i: usize| (pixels[i].material != 0 && is_light(&light[i])).then(|| light[i][3]);
+    let before = |j: usize| (previous[j].length > 0).then(|| previous[j].light[3]);
+    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params)
+}
+
+/// One level of the filter; `of_sums`: the third component is a variance.
+pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_sums: bool) -> Vec<[f64; 4]> {
+    let [across, down] = strata(size).map(|n| n as i64);
+    let one = |stratum: usize| {
+        let own = [stratum as i64 % across, stratum as i64 / across];
+        let (mut sum, mut total, mut squares) = ([0.0; 4], 0.0, 0.0);
+        for [x, y] in (0..9i64).map(|k| [k % 3 - 1, k / 3 - 1]) {
+            let at = [own[0] + (x << level), own[1] + (y << level)];
+            if (0..across).contains(&at[0]) && (0..down).contains(&at[1]) {
+                let w = 0.25 / f64::from(1 << (x.abs() + y.abs()));
+                let tap = gradients[(at[1] * across + at[0]) as usize];
+                sum.iter_mut().zip(tap).for_each(|(sum, v)| *sum += w * v);
+                total += w;
+                squares += w * w;
+            }
+        }
+        let mut mean = sum.map(|v| v / total);
+        if of_sums {
+            // Of all nine taps the squares have the sum (3 / 8)^2.
+            let border = squares / (total * total) / 0.375f64.powi(2);
+            mean[2] *= (f64::from(variance_factor(level)) * border).min(1.0);
+        }
+        mean
+    };
+    (0..gradients.len()).map(one).collect()
+}
+
+fn relative(change: f32, greatest: f32) -> f32 {
+    if greatest > 0.0 { (change / greatest).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// How much of the histories of diffuse and specular light is forgotten because of gradient pixels, in the precision of the kernel: lengths are rounded
+/// down.
+fn antilag(gradient: [f32; 4], params: &AntilagParams) -> [f32; 2] {
+    let [a, b, c, d] = gradient;
+    [(params.hf * relative(a, b)).min(1.0), (params.spec * relative(c, d)).min(1.0)]
+}
+
+/// The same because of sums.
+fn antilag_of_sums(sums: [f32; 4], k: f32, params: &AntilagParams) -> f32 {
+    let [now, before, variance, _] = sums;
+    let change = ((now - before).abs() - params.gate_noise * variance.max(0.0).sqrt()).max(0.0);
+    (k * relative(change, now.max(before))).min(1.0)
+}
+
+/// Length of a history that is left.
+pub(super) fn kept_frames(frames: u32, lag: f32) -> u32 {
+    let kept = 1.0 - lag;
+    let second = kept * kept;
+    let fourth = second * second;
+    (frames as f32 * (fourth * fourth * second)) as u32
+}
+
+/// What the histories follow changes of the light by; all are images of the strata.
+#[derive(Clone, Copy, Debug)]
+pub struct Adaptive<'a> {
+    /// Filtered gradients of gradient pixels, as the kernel reads them.
+    pub gradients: &'a [[f32; 4]],
+    /// Filtered sums of diffuse, specular and indirect diffuse light.
+    pub sums: [&'a [[f32; 4]]; 3],
+    /// Gradient pixels.
+    pub samples: &'a [GradientSample],
+    /// Knobs.
+    pub params: &'a AntilagParams,
+}
+
+impl Adaptive<'_> {
+    /// How much a pixel forgets of diffuse and specular light, and whether its light is the last frame's sample, taken again.
+    pub(super) fn direct(&self, size: [u32; 2], i: usize) -> ([f32; 2], bool) {
+        let (stratum, number) = stratum_of(size, i);
+        let of_pixels = antilag(self.gradients[stratum], self.params);
+        let of_sums = |c: usize| {
+            antilag_of_sums(self.sums[c][stratum], [self.params.hf, self.params.spec][c], self.params)
+        };
+        ([0, 1].map(|c| of_pixels[c].max(of_sums(c))), self.samples[stratum].number == number + 1)
+    }
+
+    /// The same of indirect diffuse light.
+    pub(super) fn indirect(&self, size: [u32; 2], i: usize) -> (f32, bool) {
+        let (stratum, number) = stratum_of(size, i);
+        let lag = antilag_of_sums(self.sums[2][stratum], self.params.lf, self.params);
+        (lag, self.samples[stratum].number == number + 1)
+    }
+}

@@ -1,0 +1,178 @@
+//! Indirect diffuse light: its history, and its filter at a third of the resolution.
+
+use super::temporal::push;
+use crate::DenoiseParams;
+use crate::images::{
+    FILTERED_LF_COCG, FILTERED_LF_SH, HISTORY_LF_COCG, HISTORY_LF_SH, SURFACE, TILES_LF_COCG, TILES_LF_SH,
+    TILES2_LF_COCG, TILES2_LF_SH,
+};
+use crate::kernels;
+use crate::records::{LfPush, TemporalPush};
+use pt_core::{
+    ChannelImages, Device, Frame, Image, Kernel, LowFrequencyLight, Result, StageInputs, StageIo, knobs,
+};
+use pt_shaders::channels::{
+    COLOR_LF_COCG, COLOR_LF_SH, ChannelId, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL,
+    VIEW_DEPTH, VIEW_DIRECTION,
+};
+
+knobs! {
+    /// Knobs of the filter of indirect diffuse light, at a third of the resolution.
+    pub struct LfParams {
+        /// Levels of the a-trous filter; the taps of each are twice as far apart as those of the one before, and those of the first 3 pixels.
+        pub iterations: u32 = 3, in 0..=6, source "Dammertz et al. 2010";
+        /// Tolerance of differences in distance, in units of what the slope of the surface explains.
+        pub depth: f32 = 1.0, in 0.01..=100.0, source "Schied et al. 2017, eq. 3";
+        /// Exponent on the cosine between the vertex normals.
+        pub normal: f32 = 8.0, in 1.0..=1024.0, source "Schied et al. 2017, eq. 4";
+    }
+}
+
+/// Pixels of the flat frame along a side of a tile.
+const TILE_SIDE: u32 = 3;
+
+/// This frame's indirect diffuse light into its history.
+pub(crate) struct LfTemporal {
+    kernel: Kernel,
+    io: StageIo,
+}
+
+impl LfTemporal {
+    /// The images that it accesses.
+    pub(crate) const IO: StageIo = StageIo {
+        reads: &[
+            COLOR_LF_SH,
+            COLOR_LF_COCG,
+            SHADING_POSITION,
+            VERTEX_NORMAL,
+            VIEW_DEPTH,
+            VIEW_DIRECTION,
+            MOTION,
+        ],
+        reads_previous: &[VERTEX_NORMAL, VIEW_DEPTH, SURFACE, HISTORY_LF_SH, HISTORY_LF_COCG],
+        writes: &[HISTORY_LF_SH, HISTORY_LF_COCG],
+        ..StageIo::of("denoise temporal lf")
+    };
+    /// The same of the kernel that follows changes of the light.
+    pub(crate) const IO_ANTILAG: StageIo = StageIo {
+        reads: &[
+            COLOR_LF_SH,
+            COLOR_LF_COCG,
+            SHADING_POSITION,
+            VERTEX_NORMAL,
+            VIEW_DEPTH,
+            VIEW_DIRECTION,
+            MOTION,
+            GRADIENT_SAMPLE,
+        ],
+        ..Self::IO
+    };
+
+    /// Creates the kernel; `antilag`: it follows changes of the light.
+    pub(crate) fn new(device: &Device, antilag: bool) -> Result<Self> {
+        let (code, io) = match antilag {
+            true => (&kernels::TEMPORAL_LF_ANTILAG, Self::IO_ANTILAG),
+            false => (&kernels::TEMPORAL_LF, Self::IO),
+        };
+        let kernel = Kernel::compute::<TemporalPush>(device, code, &[])?;
+        io.check([&kernel])?;
+        Ok(Self { kernel, io })
+    }
+
+    /// Adds its pass to the frame and returns the history. `sums`: of a kernel that follows changes of the light.
+    pub(crate) fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        sums: Option<&Image>,
+        params: &DenoiseParams,
+    ) -> Result<LowFrequencyLight<'a>> {
+        let images = inputs.images;
+        let mut pass = inputs.pass(frame, "denoise temporal lf", &self.kernel, &self.io);
+        if let Some(sums) = sums {
+            pass = pass.sample("sums_lf", sums);
+        }
+        pass.push(&push(params, images)).dispatch(inputs.flat_threads())?;
+        Ok(light(images, HISTORY_LF_SH, HISTORY_LF_COCG))
+    }
+}
+
+fn light(images: &ChannelImages, sh: ChannelId, cocg: ChannelId) -> LowFrequencyLight<'_> {
+    LowFrequencyLight { sh: images.current(sh), cocg: images.current(cocg) }
+}
+
+/// The filter in space: to tiles of 3 x 3 pixels, a-trous over these, and back to all pixels.
+pub(crate) struct LfSpatial {
+    downsample: Kernel,
+    atrous: Kernel,
+    upsample: Kernel,
+}
+
+impl LfSpatial {
+    /// The images that it accesses besides its source.
+    pub(crate) const IO: StageIo = StageIo {
+        reads: &[VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION, MOTION],
+        writes: &[FILTERED_LF_SH, FILTERED_LF_COCG],
+        ..StageIo::of("denoise lf")
+    };
+    /// Images that its passes take in turn.
+    pub(crate) const TILES: StageIo = StageIo {
+        writes: &[TILES_LF_SH, TILES_LF_COCG, TILES2_LF_SH, TILES2_LF_COCG],
+        ..StageIo::of("denoise lf")
+    };
+
+    /// Creates the kernels.
+    pub(crate) fn new(device: &Device) -> Result<Self> {
+        let kernel = |code| Kernel::compute::<LfPush>(device, code, &[]);
+        let downsample = kernel(&kernels::LF_DOWNSAMPLE)?;
+        let atrous = kernel(&kernels::LF_ATROUS)?;
+        let upsample = kernel(&kernels::LF_UPSAMPLE)?;
+        Self::IO.check([&downsample, &atrous, &upsample])?;
+        Ok(Self { downsample, atrous, upsample })
+    }
+
+    /// Adds its passes to the frame and returns the filtered light.
+    pub(crate) fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        source: LowFrequencyLight<'a>,
+        params: &LfParams,
+    ) -> Result<LowFrequencyLight<'a>> {
+        let images = inputs.images;
+        let size = images.size();
+        let constants =
+            |step: u32| LfPush { size: size.into(), step, depth: params.depth, normal: params.normal };
+        let tiles = [size[0].div_ceil(TILE_SIDE), size[1].div_ceil(TILE_SIDE), 1];
+        let mut now = light(images, TILES_LF_SH, TILES_LF_COCG);
+        let mut next = light(images, TILES2_LF_SH, TILES2_LF_COCG);
+        inputs
+            .pass(frame, "denoise lf downsample", &self.downsample, &Self::IO)
+            .sample("source_sh", source.sh)
+            .sample("source_cocg", source.cocg)
+            .write("target_sh", now.sh)
+            .write("target_cocg", now.cocg)
+            .push(&constants(1))
+            .dispatch(tiles)?;
+        for level in 0..params.iterations {
+            inputs
+                .pass(frame, &format!("denoise lf a-trous {level}"), &self.atrous, &Self::IO)
+                .sample("source_sh", now.sh)
+                .sample("source_cocg", now.cocg)
+                .write("target_sh", next.sh)
+                .write("target_cocg", next.cocg)
+                .push(&constants(1 << level))
+                .dispatch(tiles)?;
+            std::mem::swap(&mut now, &mut next);
+        }
+        inputs
+            .pass(frame, "denoise lf upsample", &self.upsample, &Self::IO)
+            .sample("source_sh", source.sh)
+            .sample("source_cocg", source.cocg)
+            .sample("tiles_sh", now.sh)
+            .sample("tiles_cocg", now.cocg)
+            .push(&constants(1))
+            .dispatch(inputs.flat_threads())?;
+        Ok(light(images, FILTERED_LF_SH, FILTERED_LF_COCG))
+    }
+}

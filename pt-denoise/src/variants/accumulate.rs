@@ -1,0 +1,33 @@
+//! Temporal accumulation alone.
+
+use super::{Variant, history, writing};
+use crate::DenoiseParams;
+use crate::images::{HISTORY_HF, HISTORY_SPEC};
+use crate::passes::Temporal;
+use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
+
+pub(super) struct Accumulate {
+    temporal: Temporal,
+}
+
+impl Accumulate {
+    pub(super) const IO: &[StageIo] =
+        &[Temporal::IO, writing("denoise temporal", &[HISTORY_HF, HISTORY_SPEC])];
+
+    pub(super) fn new(device: &Device) -> Result<Self> {
+        Ok(Self { temporal: Temporal::new(device, false)? })
+    }
+}
+
+impl Variant for Accumulate {
+    fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        params: &DenoiseParams,
+    ) -> Result<SplitLight<'a>> {
+        let history = history(inputs.images);
+        self.temporal.record(frame, inputs, history, None, params)?;
+        Ok(history)
+    }
+}

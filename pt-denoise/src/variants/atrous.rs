@@ -1,0 +1,37 @@
+//! The a-trous filter over each frame by itself.
+
+use super::{Variant, ping, pong, writing};
+use crate::DenoiseParams;
+use crate::images::{PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
+use crate::passes::{Atrous, Variance};
+use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
+
+pub(super) struct AtrousAlone {
+    variance: Variance,
+    atrous: Atrous,
+}
+
+impl AtrousAlone {
+    pub(super) const IO: &[StageIo] = &[
+        Variance::SPATIAL_IO,
+        Atrous::IO,
+        writing("denoise a-trous", &[PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]),
+    ];
+
+    pub(super) fn new(device: &Device) -> Result<Self> {
+        Ok(Self { variance: Variance::spatial(device)?, atrous: Atrous::new(device)? })
+    }
+}
+
+impl Variant for AtrousAlone {
+    fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        params: &DenoiseParams,
+    ) -> Result<SplitLight<'a>> {
+        let (ping, pong) = (ping(inputs.images), pong(inputs.images));
+        self.variance.record(frame, inputs, None, ping, params)?;
+        self.atrous.record(frame, inputs, ping, &[pong, ping], &params.atrous)
+    }
+}

@@ -1,0 +1,69 @@
+//! What the variants do with indirect diffuse light.
+
+use crate::passes::{AntilagIndirect, LfSpatial, LfTemporal};
+use crate::{DenoiseParams, Denoiser};
+use pt_core::{Device, Frame, LowFrequencyLight, Result, SplitLight, StageInputs, StageIo};
+
+/// The passes over indirect diffuse light of a variant.
+pub(super) struct LowFrequency {
+    gradients: Option<AntilagIndirect>,
+    temporal: Option<LfTemporal>,
+    spatial: Option<LfSpatial>,
+}
+
+impl LowFrequency {
+    /// Whether the variant accumulates over frames, and whether it filters in space.
+    const fn passes(variant: Denoiser) -> [bool; 2] {
+        match variant {
+            Denoiser::Off => [false, false],
+            Denoiser::Accumulate => [true, false],
+            Denoiser::Svgf | Denoiser::Asvgf => [true, true],
+            Denoiser::Atrous => [false, true],
+        }
+    }
+
+    /// The declarations of the passes, in order.
+    pub(super) fn io(variant: Denoiser) -> Vec<StageIo> {
+        let [temporal, spatial] = Self::passes(variant);
+        let mut all = vec![SplitLight::UNFILTERED_INDIRECT];
+        if variant == Denoiser::Asvgf {
+            all.extend(AntilagIndirect::IO);
+            all.push(LfTemporal::IO_ANTILAG);
+        } else if temporal {
+            all.push(LfTemporal::IO);
+        }
+        if spatial {
+            all.extend([LfSpatial::TILES, LfSpatial::IO]);
+        }
+        all
+    }
+
+    pub(super) fn new(device: &Device, variant: Denoiser) -> Result<Self> {
+        let [temporal, spatial] = Self::passes(variant);
+        let adaptive = variant == Denoiser::Asvgf;
+        Ok(Self {
+            gradients: adaptive.then(|| AntilagIndirect::new(device)).transpose()?,
+            temporal: temporal.then(|| LfTemporal::new(device, adaptive)).transpose()?,
+            spatial: spatial.then(|| LfSpatial::new(device)).transpose()?,
+        })
+    }
+
+    /// Adds the passes to the frame and returns the light for the composite. It comes before the passes over the other channels.
+    pub(super) fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        source: LowFrequencyLight<'a>,
+        params: &DenoiseParams,
+    ) -> Result<LowFrequencyLight<'a>> {
+        let mut light = source;
+        if let Some(temporal) = &self.temporal {
+            let gradients = self.gradients.as_ref().map(|g| g.record(frame, inputs, params)).transpose()?;
+            light = temporal.record(frame, inputs, gradients, params)?;
+        }
+        match &self.spatial {
+            Some(spatial) => spatial.record(frame, inputs, light, &params.lf),
+            None => Ok(light),
+        }
+    }
+}

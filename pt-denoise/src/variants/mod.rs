@@ -1,0 +1,109 @@
+//! The variants of the denoiser: each puts passes together.
+
+mod accumulate;
+mod atrous;
+mod low_frequency;
+mod svgf;
+
+use crate::DenoiseParams;
+use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
+use crate::records::Denoiser;
+use low_frequency::LowFrequency;
+use pt_core::{ChannelImages, Device, Frame, Result, SplitLight, StageInputs, StageIo};
+use pt_shaders::channels::ChannelId;
+
+/// A variant with its kernels.
+trait Variant: Send + Sync {
+    /// Adds its passes to the frame and returns the filtered light.
+    fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        params: &DenoiseParams,
+    ) -> Result<SplitLight<'a>>;
+}
+
+/// The denoiser that the knobs ask for, from the lighting stages to the composite.
+pub struct DenoiseChain {
+    io: Vec<StageIo>,
+    variant: Option<Box<dyn Variant>>,
+    /// Of indirect diffuse light, if there is any.
+    low_frequency: Option<LowFrequency>,
+}
+
+impl DenoiseChain {
+    /// Creates the kernels of `params.variant`; `indirect`: there is indirect light.
+    ///
+    /// # Errors
+    /// When the device refuses.
+    pub fn new(device: &Device, params: &DenoiseParams, indirect: bool) -> Result<Self> {
+        let variant: Option<Box<dyn Variant>> = match params.variant {
+            Denoiser::Off => None,
+            Denoiser::Accumulate => Some(Box::new(accumulate::Accumulate::new(device)?)),
+            Denoiser::Svgf => Some(Box::new(svgf::Svgf::new(device, false)?)),
+            Denoiser::Asvgf => Some(Box::new(svgf::Svgf::new(device, true)?)),
+            Denoiser::Atrous => Some(Box::new(atrous::AtrousAlone::new(device)?)),
+        };
+        let low_frequency = indirect.then(|| LowFrequency::new(device, params.variant)).transpose()?;
+        Ok(Self { io: params.variant.io(indirect), variant, low_frequency })
+    }
+
+    /// The declarations of its passes, in order; [`Denoiser::Off`] only hands on what it is given.
+    pub fn io(&self) -> &[StageIo] {
+        &self.io
+    }
+
+    /// Records the passes for one frame and returns the light for the composite.
+    ///
+    /// # Errors
+    /// When the passes do not fit into the frame.
+    pub fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        params: &DenoiseParams,
+    ) -> Result<SplitLight<'a>> {
+        let unfiltered = SplitLight::unfiltered(inputs.images);
+        let lf = match (&self.low_frequency, unfiltered.lf) {
+            (Some(passes), Some(source)) => Some(passes.record(frame, inputs, source, params)?),
+            _ => None,
+        };
+        match &self.variant {
+            Some(variant) => Ok(SplitLight { lf, ..variant.record(frame, inputs, params)? }),
+            None => Ok(SplitLight { lf, ..unfiltered }),
+        }
+    }
+}
+
+impl Denoiser {
+    /// The declarations of the variant's passes, in order; `indirect`: there is indirect light.
+    pub fn io(self, indirect: bool) -> Vec<StageIo> {
+        let direct = match self {
+            Self::Off => &[SplitLight::UNFILTERED],
+            Self::Accumulate => accumulate::Accumulate::IO,
+            Self::Svgf => svgf::Svgf::IO,
+            Self::Asvgf => svgf::Svgf::IO_ADAPTIVE,
+            Self::Atrous => atrous::AtrousAlone::IO,
+        };
+        let mut all = if indirect { LowFrequency::io(self) } else { Vec::new() };
+        all.extend(direct);
+        all
+    }
+}
+
+/// A declaration of images that are bound by other names, because several passes take them in turn.
+const fn writing(stage: &'static str, writes: &'static [ChannelId]) -> StageIo {
+    StageIo { writes, ..StageIo::of(stage) }
+}
+
+fn history(images: &ChannelImages) -> SplitLight<'_> {
+    SplitLight { hf: images.current(HISTORY_HF), spec: images.current(HISTORY_SPEC), lf: None }
+}
+
+fn ping(images: &ChannelImages) -> SplitLight<'_> {
+    SplitLight { hf: images.current(PING_HF), spec: images.current(PING_SPEC), lf: None }
+}
+
+fn pong(images: &ChannelImages) -> SplitLight<'_> {
+    SplitLight { hf: images.current(PONG_HF), spec: images.current(PONG_SPEC), lf: None }
+}

@@ -1,0 +1,382 @@
+//! Changes of the light: kernels against their oracles, and how fast histories follow.
+
+mod common;
+
+use common::{Bench, Random, constant, count, grey, guide, hf, noise, spec, statistics, wall, wall_pixel};
+use pt_denoise::images::{
+    GRADIENTS, GRADIENTS2, HISTORY_HF, HISTORY_LF_COCG, HISTORY_LF_SH, HISTORY_SPEC, SUMS_HF, SUMS_LF,
+    SUMS_SPEC, SUMS2_HF, SUMS2_LF, SUMS2_SPEC,
+};
+use pt_denoise::oracle::{
+    Adaptive, GradientSample, History, LfHistory, Light, accumulate, accumulate_lf, filter_gradients,
+    gradients, strata, sums_direct, sums_lf,
+};
+use pt_denoise::{DenoiseParams, Denoiser};
+use pt_shaders::channels::ChannelId;
+
+fn adaptive(change: impl FnOnce(&mut DenoiseParams)) -> DenoiseParams {
+    let mut params = DenoiseParams { variant: Denoiser::Asvgf, ..DenoiseParams::default() };
+    change(&mut params);
+    params
+}
+
+fn random_light(size: [u32; 2], random: &mut Random) -> Vec<Light> {
+    (0..count(size))
+        .map(|i| {
+            let colour = |random: &mut Random| [random.exponential(), random.unit(), random.unit()];
+            let mut light = Light { hf: colour(random), spec: colour(random) };
+            match i % 61 {
+                17 => light.hf[0] = f32::NAN,
+                40 => light.spec[1] = -2.0,
+                _ => {}
+            }
+            light
+        })
+        .collect()
+}
+
+/// Some strata have a gradient pixel, some of which have kept their light.
+fn random_samples(size: [u32; 2], light: &[Light], random: &mut Random) -> Vec<GradientSample> {
+    let [across, down] = strata(size);
+    (0..across * down)
+        .map(|s| {
+            let number = (random.bits() % 9) as usize;
+            let at = [3 * (s % across) + number % 3, 3 * (s / across) + number / 3];
+            if random.unit() < 0.2 || at[0] >= size[0] as usize || at[1] >= size[1] as usize {
+                return GradientSample::default();
+            }
+            let own = &light[at[1] * size[0] as usize + at[0]];
+            let luminance = |c: [f32; 3]| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+            let scale = if random.unit() < 0.5 { 1.0 } else { 0.5 + random.unit() };
+            let kept =
+                [luminance(own.hf), luminance(own.spec)].map(|l| if l.is_finite() { l * scale } else { 1.0 });
+            GradientSample { number: number as u32 + 1, luminance: kept }
+        })
+        .collect()
+}
+
+fn compare<const N: usize>(what: &str, got: &[[f32; N]], want: &[[f64; N]], relative: f64) {
+    assert_eq!(got.len(), want.len(), "{what}");
+    let tops: Vec<f64> = (0..N).map(|k| want.iter().map(|w| w[k].abs()).fold(1e-6, f64::max)).collect();
+    for (i, (got, want)) in got.iter().zip(want).enumerate() {
+        let near = (0..N).all(|k| (f64::from(got[k]) - want[k]).abs() <= relative * tops[k]);
+        assert!(near, "{what}, {i}: {got:?}, oracle {want:?}");
+    }
+}
+
+#[test]
+fn passes_agree_with_the_oracle() {
+    for size in [[1, 1], [4, 5], [17, 8], [31, 16]] {
+        let mut random = Random(u64::from(size[0]) + 5);
+        let mut bench = Bench::indirect(size, adaptive(|p| p.antilag.gate_noise = 0.5));
+        let mut previous: Option<(Vec<History>, Vec<LfHistory>)> = None;
+        for frame in 0..6u32 {
+            bench.params.antilag.iterations = frame % 4;
+            let params = bench.params.clone();
+            let (pixels, light) = (guide(size, &mut random, frame), random_light(size, &mut random));
+            bench.samples = random_samples(size, &light, &mut random);
+            let y = if frame == 3 { 4.0 } else { 1.0 };
+            let lf =
+                |random: &mut Random| [0.1, 0.2, -0.3, 1.0, 0.3, -0.2].map(|v| y * v * random.exponential());
+            bench.lf = (0..count(size)).map(|_| lf(&mut random)).collect();
+            bench.next(&pixels, &light);
+            let what = format!("{size:?}, frame {frame}");
+
+            let filtered = |mut now: Vec<[f64; 4]>, of_lf: bool| {
+                for level in 0..params.antilag.iterations {
+                    now = filter_gradients(size, &now, level, of_lf);
+                }
+                now
+            };
+            let other = params.antilag.iterations % 2 == 1;
+            let last = |ids: [ChannelId; 2]| bench.strata(ids[usize::from(other)]);
+            let pixel_gradients = last([GRADIENTS, GRADIENTS2]);
+            let want = gradients(size, &pixels, &light, &bench.samples, &params.antilag);
+            compare(&format!("{what}, gradients"), &pixel_gradients, &filtered(want, false), 1e-5);
+            let lf: Vec<_> = bench.lf.iter().map(|l| l.map(f64::from)).collect();
+            let sums = [[SUMS_HF, SUMS2_HF], [SUMS_SPEC, SUMS2_SPEC], [SUMS_LF, SUMS2_LF]].map(last);
+            for (channel, got) in sums.iter().enumerate() {
+                let before = previous.as_ref();
+                let want = match channel {
+                    2 => sums_lf(size, &pixels, &lf, before.map(|(_, lf)| &lf[..]), &params.temporal),
+                    _ => {
+                        let before = before.map(|(direct, _)| &direct[..]);
+                        sums_direct(size, &pixels, &light, &bench.samples, before, channel, &params.temporal)
+                    }
+                };
+                compare(&format!("{what}, sums {channel}"), got, &filtered(want, true), 1e-5);
+            }
+
+            let adaptive = Some(Adaptive {
+                gradients: &pixel_gradients,
+                sums: [&sums[0], &sums[1], &sums[2]],
+                samples: &bench.samples,
+                params: &params.antilag,
+            });
+            let before = previous.as_ref().map(|(direct, _)| &direct[..]);
+            let direct = accumulate(size, &pixels, &light, before, &params.temporal, adaptive);
+            assert_eq!(bench.lengths(), direct.iter().map(|h| h.length).collect::<Vec<_>>(), "{what}");
+            let stored = bench.light(HISTORY_HF, HISTORY_SPEC);
+            let rgb = |l: &[f64; 3]| l.map(|v| v as f32);
+            for (name, got, want) in [
+                (
+                    "hf",
+                    stored.iter().map(|l| rgb(&l.hf)).collect::<Vec<_>>(),
+                    direct.iter().map(|h| h.hf).collect::<Vec<_>>(),
+                ),
+                (
+                    "spec",
+                    stored.iter().map(|l| rgb(&l.spec)).collect(),
+                    direct.iter().map(|h| h.spec).collect(),
+                ),
+            ] {
+                compare(&format!("{what}, {name}"), &got, &want, 5e-6);
+            }
+            let before = previous.as_ref().map(|(_, lf)| &lf[..]);
+            let indirect = accumulate_lf(size, &pixels, &lf, before, &params.temporal, adaptive);
+            let [sh, cocg] = [HISTORY_LF_SH, HISTORY_LF_COCG].map(|id| bench.images.current(id));
+            let lengths: Vec<u32> = bench.flat(cocg).iter().map(|c| c[2] as u32).collect();
+            assert_eq!(lengths, indirect.iter().map(|h| h.length).collect::<Vec<_>>(), "{what}");
+            let kept = bench.coefficients(sh, cocg);
+            compare(
+                &format!("{what}, lf"),
+                &kept,
+                &indirect.iter().map(|h| h.light).collect::<Vec<_>>(),
+                5e-6,
+            );
+            // What the device holds, so that errors do not add up.
+            let direct = direct.into_iter().zip(&stored).zip(bench.moments());
+            let direct = direct.map(|((h, l), moments)| History { hf: l.hf, spec: l.spec, moments, ..h });
+            let indirect =
+                indirect.iter().zip(&kept).map(|(h, l)| LfHistory { light: l.map(f64::from), ..*h });
+            previous = Some((direct.collect(), indirect.collect()));
+        }
+    }
+}
+
+/// A wall under lights of a brightness by frame and pixel, of which one shadow ray in four finds one. Gradient pixels are those of a renderer: last frame's
+/// sample under this frame's light.
+struct Renderer<F: Fn(usize, usize) -> f32> {
+    size: [u32; 2],
+    brightness: F,
+    random: Random,
+    last: Vec<f32>,
+    repeated: Vec<bool>,
+}
+
+impl<F: Fn(usize, usize) -> f32> Renderer<F> {
+    fn new(size: [u32; 2], brightness: F) -> Self {
+        let repeated = vec![false; count(size)];
+        Self { size, brightness, random: Random(77), last: Vec::new(), repeated }
+    }
+
+    /// Light of a frame, and its gradient pixels.
+    fn frame(&mut self, frame: usize) -> (Vec<Light>, Vec<GradientSample>) {
+        let mut unit: Vec<f32> = (0..count(self.size)).map(|_| self.random.sparse(4)).collect();
+        let [across, down] = strata(self.size);
+        let mut samples = vec![GradientSample::default(); across * down];
+        let mut repeated = vec![false; count(self.size)];
+        for (s, sample) in samples.iter_mut().enumerate().filter(|_| frame > 0) {
+            let pixel = |n: usize| {
+                let at = [3 * (s % across) + n % 3, 3 * (s / across) + n / 3];
+                (at[0] < self.size[0] as usize && at[1] < self.size[1] as usize)
+                    .then(|| at[1] * self.size[0] as usize + at[0])
+            };
+            let before = |i: usize| self.last[i] * (self.brightness)(frame - 1, i);
+            let first = (self.random.bits() % 9) as usize;
+            let mut candidates = (first..first + 9).filter_map(|n| Some((n % 9, pixel(n % 9)?)));
+            if let Some((n, i)) = candidates.find(|(_, i)| !self.repeated[*i]) {
+                unit[i] = self.last[i];
+                repeated[i] = true;
+                *sample = GradientSample { number: n as u32 + 1, luminance: [before(i); 2] };
+            }
+        }
+        let light = unit.iter().enumerate().map(|(i, v)| grey(v * (self.brightness)(frame, i))).collect();
+        (self.last, self.repeated) = (unit, repeated);
+        (light, samples)
+    }
+}
+
+/// Frame in which the light jumps.
+const SWITCH: usize = 20;
+
+/// Frames from a jump of the light from 1 to `to` on until the mean of the picture is within 15 % of the new light; and mean and variance of the
+/// still picture before it.
+fn recovery(variant: Denoiser, to: f32, has_gradient_pixels: bool) -> (usize, [f64; 2]) {
+    let size = [36, 27];
+    let brightness = |frame: usize, _: usize| if frame < SWITCH { 1.0 } else { to };
+    let mut renderer = Renderer::new(size, brightness);
+    let mut bench = Bench::new(size, DenoiseParams { variant, ..DenoiseParams::default() });
+    let mut before = [0.0; 2];
+    let mut random = Random(12);
+    for frame in 0..SWITCH + 25 {
+        let light = if has_gradient_pixels {
+            let (light, samples) = renderer.frame(frame);
+            bench.samples = samples;
+            light
+        } else {
+            noise(size, || random.sparse(4) * brightness(frame, 0))
+        };
+        let out = bench.next(&wall(size), &light);
+        let [mean, variance] = statistics(hf(&out));
+        let [mean_spec, _] = statistics(spec(&out));
+        if frame == SWITCH - 1 {
+            before = [mean, variance];
+        }
+        let wanted = f64::from(brightness(frame, 0));
+        let near = |mean: f64| (mean - wanted).abs() < 0.15 * wanted.max(1.0);
+        if frame >= SWITCH && near(mean) && near(mean_spec) {
+            return (frame - SWITCH, before);
+        }
+    }
+    (25, before)
+}
+
+/// A light that switches: histories follow within a few frames; without gradients they take dozens. Gradient pixels, which are the brightest of the last frame,
+/// do not make the picture brighter.
+#[test]
+fn histories_follow_a_switch() {
+    for to in [0.0, 3.0] {
+        let (adaptive, [mean, _]) = recovery(Denoiser::Asvgf, to, true);
+        let (plain, _) = recovery(Denoiser::Svgf, to, false);
+        // Light samples that cannot find the light in the last frame, or cannot be taken again.
+        let (unseen, _) = recovery(Denoiser::Asvgf, to, false);
+        println!(
+            "to {to}: asvgf {adaptive} frames, {unseen} without gradient pixels, svgf {plain}; still picture of asvgf {mean:.4}"
+        );
+        assert!(adaptive <= 5 && unseen <= 5 && plain >= 15, "{to}: {adaptive}, {unseen}, {plain}");
+        assert!((mean - 1.0).abs() < 0.05, "{to}: {mean}");
+    }
+}
+
+/// R3: a light goes out over several frames: the picture follows, and the strata are not to be seen in it.
+#[test]
+fn a_light_that_fades_leaves_no_boxes() {
+    let size = [48, 36];
+    let brightness = |frame: usize, _: usize| (1.0 - (frame as f32 - 20.0) / 8.0).clamp(0.0, 1.0);
+    let mut renderer = Renderer::new(size, brightness);
+    let mut bench = Bench::new(size, adaptive(|_| {}));
+    let (mut late, mut pattern) = (0.0f64, 0.0f64);
+    for frame in 0..34 {
+        let (light, samples) = renderer.frame(frame);
+        bench.samples = samples;
+        let out = hf(&bench.next(&wall(size), &light));
+        let [mean, _] = statistics(out.iter().copied());
+        if frame >= 20 {
+            late = late.max((mean - f64::from(brightness(frame, 0))).abs());
+            for place in 0..9 {
+                let alike = (0..count(size)).filter(|i| i % 48 % 3 + i / 48 % 3 * 3 == place);
+                pattern = pattern.max((statistics(alike.map(|i| out[i]))[0] - mean).abs());
+            }
+        }
+    }
+    println!("R3: late by {late:.3}, pattern of the strata {pattern:.4}");
+    assert!(late < 0.3 && pattern < 0.05, "{late}, {pattern}");
+}
+
+/// R18: a spot of light moves over a dark wall. What it leaves behind it, of its own light.
+#[test]
+fn a_moving_light_leaves_no_trail() {
+    let size = [96, 24];
+    let trail = |variant: Denoiser| {
+        let centre = |frame: usize| 10.0 + 2.0 * frame as f32;
+        let away =
+            move |frame: usize, i: usize| ((i % 96) as f32 - centre(frame)).hypot((i / 96) as f32 - 12.0);
+        let mut renderer =
+            Renderer::new(size, move |frame: usize, i: usize| if away(frame, i) < 8.0 { 1.0 } else { 0.0 });
+        let mut bench = Bench::new(size, DenoiseParams { variant, ..DenoiseParams::default() });
+        let mut out = Vec::new();
+        for frame in 0..32 {
+            let (light, samples) = renderer.frame(frame);
+            bench.samples = samples;
+            out = hf(&bench.next(&wall(size), &light));
+        }
+        let sum = |of: &dyn Fn(usize) -> bool| {
+            (0..count(size)).filter(|i| of(*i)).map(|i| f64::from(out[i])).sum::<f64>()
+        };
+        // The a-trous filter itself blurs the edge of the spot.
+        let behind = |i: usize| (i % 96) as f32 + 14.0 < centre(31);
+        sum(&behind) / sum(&|i| away(31, i) < 8.0)
+    };
+    let [adaptive, plain] = [Denoiser::Asvgf, Denoiser::Svgf].map(trail);
+    println!("R18: light behind the spot over that in it: asvgf {adaptive:.3}, svgf {plain:.3}");
+    assert!(adaptive < 0.2 && plain > 2.0 * adaptive, "{adaptive}, {plain}");
+}
+
+/// R1 and R13: where nothing changes, gradients keep their hands off: asvgf is as smooth as svgf, and as bright.
+#[test]
+fn noise_is_no_change() {
+    let size = [48, 36];
+    let mut renderer = Renderer::new(size, |_, _| 1.0);
+    let mut random = Random(5);
+    let mut benches = [Denoiser::Asvgf, Denoiser::Svgf]
+        .map(|variant| Bench::indirect(size, DenoiseParams { variant, ..DenoiseParams::default() }));
+    let mut out = [[0.0; 4]; 2];
+    for frame in 0..32 {
+        let (light, samples) = renderer.frame(frame);
+        let lf: Vec<_> = (0..count(size)).map(|_| [0.0, 0.0, 0.0, random.sparse(8), 0.0, 0.0]).collect();
+        for (bench, out) in benches.iter_mut().zip(&mut out) {
+            bench.lf = lf.clone();
+            bench.samples = samples.clone();
+            let light = bench.next(&wall(size), &light);
+            let [mean, variance] = statistics(hf(&light));
+            let [mean_lf, variance_lf] = statistics(bench.filtered_lf.iter().map(|l| l[3]));
+            *out = [mean, variance, mean_lf, variance_lf];
+        }
+        // Of each pixel a ninth of the frames is left out, never two on end.
+        let short = benches[0].lengths().iter().filter(|n| 2 * **n < frame as u32 + 1).count();
+        assert!(short < count(size) / 50, "frame {frame}: {short} short histories");
+    }
+    println!("asvgf {:?}, svgf {:?}", out[0], out[1]);
+    for k in [0, 2] {
+        assert!((out[0][k] / out[1][k] - 1.0).abs() < 0.02, "energy, {k}: {out:?}");
+        assert!(out[0][k + 1] < 1.25 * out[1][k + 1], "variance, {k}: {out:?}");
+    }
+}
+
+/// A change of indirect light alone: its samples are not repeated, and are told from noise by their variance.
+#[test]
+fn indirect_light_follows_a_switch() {
+    let size = [36, 27];
+    let frames = |params: DenoiseParams| {
+        let mut random = Random(6);
+        let mut bench = Bench::indirect(size, params);
+        for frame in 0..SWITCH + 25 {
+            let wanted = if frame < SWITCH { 1.0 } else { 3.0 };
+            bench.lf =
+                (0..count(size)).map(|_| [0.0, 0.0, 0.0, wanted * random.exponential(), 0.0, 0.0]).collect();
+            bench.next(&wall(size), &constant(size, 0.0));
+            let [mean, _] = statistics(bench.filtered_lf.iter().map(|l| l[3]));
+            if frame >= SWITCH && (mean - f64::from(wanted)).abs() < 0.1 * f64::from(wanted) {
+                return frame - SWITCH;
+            }
+        }
+        25
+    };
+    let [adaptive, plain] = [adaptive(|_| {}), adaptive(|p| p.antilag.lf = 0.0)].map(frames);
+    println!("indirect light: {adaptive} frames, {plain} without antilag");
+    assert!(adaptive <= 5 && plain >= 15, "{adaptive}, {plain}");
+}
+
+/// A change in one half of the picture leaves the history of the other half alone, beyond the reach of the filter.
+#[test]
+fn changes_stay_where_they_are() {
+    let size = [96, 12];
+    let mut bench = Bench::new(size, adaptive(|p| p.antilag.iterations = 2));
+    let [across, down] = strata(size);
+    for frame in 0..10 {
+        let changed = frame == 9;
+        let left = |i: usize| i % 96 < 48;
+        let light: Vec<_> =
+            (0..count(size)).map(|i| grey(if changed && left(i) { 5.0 } else { 1.0 })).collect();
+        let sample = GradientSample { number: 5, luminance: [1.0; 2] };
+        bench.samples = if frame > 0 { vec![sample; across * down] } else { Vec::new() };
+        bench.next(&vec![wall_pixel(); count(size)], &light);
+    }
+    let lengths = bench.lengths();
+    // Two levels reach three strata.
+    let far: Vec<usize> = (0..count(size)).filter(|i| i % 96 >= 48 + 9).collect();
+    let repeated = |i: usize| i % 96 % 3 == 1 && i / 96 % 3 == 1;
+    assert!(far.iter().filter(|i| !repeated(**i)).all(|i| lengths[*i] == 10), "{lengths:?}");
+    assert!((0..count(size)).filter(|i| i % 96 < 48 - 9).all(|i| lengths[i] <= 2), "{lengths:?}");
+}

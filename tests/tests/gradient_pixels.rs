@@ -1,0 +1,164 @@
+//! Gradient pixels in whole frames: they repeat the light of the last frame where nothing changes, and show what has changed.
+
+use pt_app::params::{FrameParams, resolve};
+use pt_core::split::to_flat;
+use pt_core::trace::TraceBackend;
+use pt_denoise::images::SURFACE;
+use pt_denoise::{Denoiser, GradientPixel};
+use pt_scene::glam::{Affine3A, Vec3};
+use pt_scene::{Blink, Light, LightMotion, Motion, Scene};
+use pt_shaders::channels::{COLOR_HF, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE, RNG_SEED};
+use pt_tests::{Frames, builtin};
+
+const SIZE: [u32; 2] = [47, 26];
+
+fn params(bounces: f32) -> FrameParams {
+    let mut params = FrameParams::default();
+    params.denoise.variant = Denoiser::Asvgf;
+    params.indirect.bounces = bounces;
+    params
+}
+
+fn frames(scene: Scene, params: FrameParams) -> Frames {
+    let camera = scene.cameras[0].clone();
+    Frames::with_params(scene, &camera, TraceBackend::Compute, SIZE, 3, false, params)
+}
+
+/// Luminances of a light channel, flat pixels.
+fn luminances(frames: &Frames, id: ChannelId) -> Vec<f32> {
+    let light: Vec<f32> =
+        (frames.floats(id).chunks_exact(4)).map(|c| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]).collect();
+    to_flat(&light, SIZE)
+}
+
+/// A gradient pixel: index of the flat pixel, luminances before, luminances now.
+struct Gradient {
+    pixel: usize,
+    before: [f32; 2],
+    now: [f32; 2],
+}
+
+fn gradients(frames: &Frames) -> Vec<Gradient> {
+    let light = [COLOR_HF, COLOR_SPEC].map(|id| luminances(frames, id));
+    let texels = frames.floats(GRADIENT_SAMPLE);
+    // The extent of a third of the split frame.
+    let across = SIZE[0].div_ceil(2) as usize * 2;
+    let row = across.div_ceil(3);
+    let mut found = Vec::new();
+    for y in 0..SIZE[1].div_ceil(3) as usize {
+        for x in 0..SIZE[0].div_ceil(3) as usize {
+            let texel = &texels[4 * (y * row + x)..][..3];
+            let Some(number) = (texel[0] as usize).checked_sub(1) else { continue };
+            let pixel = (3 * y + number / 3) * SIZE[0] as usize + 3 * x + number % 3;
+            found.push(Gradient {
+                pixel,
+                before: [texel[1], texel[2]],
+                now: [light[0][pixel], light[1][pixel]],
+            });
+        }
+    }
+    found
+}
+
+fn strata() -> usize {
+    (SIZE[0].div_ceil(3) * SIZE[1].div_ceil(3)) as usize
+}
+
+/// Sum of changes over sum of luminances, diffuse light.
+fn relative_change(gradients: &[Gradient]) -> f32 {
+    let change: f32 = gradients.iter().map(|g| (g.now[0] - g.before[0]).abs()).sum();
+    let top: f32 = gradients.iter().map(|g| g.now[0].max(g.before[0])).sum();
+    change / top
+}
+
+/// Camera, lights and objects stand still; every frame has another place in the pixels and other random numbers. The gradient pixels have last frame's
+/// light to a rounding, of direct light and of bounces, and their seeds are one frame old.
+#[test]
+fn still_frames_are_repeated() {
+    for (scene, bounces) in [("cornell", 0.0), ("cornell", 1.0)] {
+        let mut params = params(bounces);
+        params.denoise.antilag.pixel =
+            if bounces > 0.0 { GradientPixel::Random } else { GradientPixel::Brightest };
+        let mut frames = frames(builtin(scene), params);
+        for frame in 0..5u32 {
+            frames.render(0.0);
+            let found = gradients(&frames);
+            if frame == 0 {
+                assert!(found.is_empty(), "there is no last frame");
+                continue;
+            }
+            assert!(2 * found.len() > strata(), "{scene}, frame {frame}: {} of {}", found.len(), strata());
+            let seeds: Vec<u32> = frames.integers(RNG_SEED).chunks_exact(2).map(|c| c[1]).collect();
+            let seeds = to_flat(&seeds, SIZE);
+            let mut lit = 0;
+            for g in &found {
+                assert_eq!(seeds[g.pixel] + 1, seeds.iter().copied().max().unwrap(), "frame {frame}");
+                for c in 0..2 {
+                    let near = (g.now[c] - g.before[c]).abs() <= 1e-4 * g.now[c].max(g.before[c]);
+                    assert!(
+                        near,
+                        "{scene}, {bounces}, frame {frame}, {}: {:?} {:?}",
+                        g.pixel, g.before, g.now
+                    );
+                }
+                lit += usize::from(g.now[0] > 0.0);
+            }
+            // A pixel is none twice on end.
+            let old = seeds.iter().filter(|s| **s + 1 == *seeds.iter().max().unwrap()).count();
+            assert_eq!(old, found.len());
+            assert!(3 * lit > found.len(), "{lit} of {} are lit", found.len());
+        }
+        frames.finish();
+    }
+}
+
+/// Part of the pixels with a surface whose history has at most two frames.
+fn short_histories(frames: &Frames) -> f32 {
+    let words = frames.integers(SURFACE);
+    let lengths: Vec<u32> = words.chunks_exact(2).filter(|w| w[0] != 0).map(|w| w[1]).collect();
+    lengths.iter().filter(|n| **n <= 2).count() as f32 / lengths.len() as f32
+}
+
+/// Gradient pixels show that a light goes out in the frame in which it does, and nothing before and after. A light that goes on was no choice of the
+/// last frame; the picture shows it. The histories begin again in both cases, and else not.
+#[test]
+fn a_switch_is_seen_at_once() {
+    let mut scene = builtin("cornell");
+    // In front of the blocks, on for 0.4 s, then off as long.
+    let path = Motion::rest(Affine3A::from_translation(Vec3::new(-0.28, 0.4, -0.1)));
+    let blink = Blink::Square { period_s: 0.8, share: 0.5, phase: 0.0 };
+    let peak = Vec3::splat(0.5);
+    scene.lights.push(Light::point("alarm", Vec3::ZERO, peak).moving(LightMotion { path, peak, blink }));
+    let mut frames = frames(scene, params(0.0));
+    let (mut changes, mut short) = (Vec::new(), Vec::new());
+    for frame in 0..12 {
+        frames.render(f64::from(frame) * 0.1 + 0.05);
+        changes.push(relative_change(&gradients(&frames)));
+        short.push(short_histories(&frames));
+    }
+    println!("{changes:?}, {short:?}");
+    frames.finish();
+    for (frame, (&change, &part)) in changes.iter().zip(&short).enumerate().skip(3) {
+        assert!(if frame == 4 { change > 0.2 } else { change < 1e-4 }, "frame {frame}: {changes:?}");
+        match frame {
+            4 | 8 => assert!(part > 0.9, "frame {frame}: {short:?}"),
+            // Some lie on edges, where pixels show one surface or the other.
+            3 | 7 | 11 => assert!(part < 0.5, "frame {frame}: {short:?}"),
+            _ => {}
+        }
+    }
+}
+
+/// A sampler that reuses the samples of other pixels cannot take one again: there are no gradient pixels.
+#[test]
+fn samplers_that_cannot_repeat_have_no_gradient_pixels() {
+    let sets =
+        ["denoise.variant=asvgf", "indirect.bounces=0", "lights.rays=merged", "lights.sampler=restir-di"];
+    let params = resolve(None, &sets.map(String::from)).unwrap();
+    let mut frames = frames(builtin("cornell"), params);
+    for _ in 0..3 {
+        frames.render(0.0);
+        assert!(gradients(&frames).is_empty());
+    }
+    frames.finish();
+}
