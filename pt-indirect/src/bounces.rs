@@ -43,7 +43,7 @@ pub(crate) struct Tables {
     lists: RayLists,
     pub(crate) origins: Buffer,
     pub(crate) directions: Buffer,
-    pub(crate) throughputs: Buffer,
+    throughputs: Buffer,
     solids: Option<[Buffer; 2]>,
     pub(crate) hits: Buffer,
     pub(crate) firsts: Buffer,
@@ -162,6 +162,11 @@ impl Tables {
     /// Paths with a ray from that vertex.
     pub(crate) fn ray_list(&self, vertex: u32) -> &Buffer {
         &self.ray_lists[(vertex & 1) as usize]
+    }
+
+    /// What moves on with a path: its ray (two tables), its throughput, and the solids that it is in.
+    pub(crate) fn path(&self) -> impl Iterator<Item = &Buffer> {
+        [&self.origins, &self.directions, &self.throughputs].into_iter().chain(self.solids())
     }
 
     /// What says which solids rays are in, if there are any.

@@ -4,9 +4,10 @@ use crate::params::{BounceLights, IndirectParams};
 use crate::records::IndirectPush;
 use pt_core::frame::Pass;
 use pt_core::trace::TraceVariant;
-use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo};
+use pt_core::{Device, Error, Frame, Kernel, Result, StageInputs, StageIo};
 use pt_shaders::channels;
 use pt_shaders::records::FEATURE_TRANSMISSION;
+use std::thread;
 
 /// The indirect lighting stage: one path of bounce rays a pixel. A pass for each step of the paths: what traces rays does nothing else, so that
 /// it needs few registers, and no thread waits for paths that have ended.
@@ -14,8 +15,9 @@ pub struct IndirectLighting {
     choice: Kernel,
     /// The first rays, and those that may begin in solids.
     rays: [Kernel; 2],
-    /// What rays meet, at the last vertex and before.
-    lights: [Kernel; 2],
+    /// What rays meet at the last vertex, and before.
+    last_lights: Kernel,
+    lights: Option<Kernel>,
     shadow_rays: Kernel,
     /// Where glass tints shadow rays.
     glass: Option<Kernel>,
@@ -44,12 +46,16 @@ impl IndirectLighting {
         ..StageIo::of("indirect lighting")
     };
 
-    /// Compiles the kernels. The scene has the tables of the sampler that `lights` names.
+    /// The name of the first pass, which has a thread for each path.
+    pub const FIRST_PASS: &str = "choose bounces";
+
+    /// Compiles the kernels for paths of up to `bounces` bounces. The scene has the tables of the sampler that `lights` names.
     ///
     /// # Errors
     /// When the device refuses them.
-    pub fn new(device: &Device, variant: TraceVariant, lights: BounceLights) -> Result<Self> {
+    pub fn new(device: &Device, variant: TraceVariant, lights: BounceLights, bounces: f32) -> Result<Self> {
         let transmits = variant.scene_features & FEATURE_TRANSMISSION != 0;
+        let has_glass = transmits && lights.tinted_glass;
         let constants = [
             ("scene_features", variant.scene_features.into()),
             ("random_source", variant.random.code().into()),
@@ -71,21 +77,29 @@ impl IndirectLighting {
             ];
             compute(&kernels::BOUNCE_LIGHTS, &constants)
         };
-        let has_glass = transmits && lights.tinted_glass;
-        let stage = Self {
-            choice: compute(&kernels::CHOOSE_BOUNCES, &[])?,
-            rays: [rays(false)?, rays(transmits)?],
-            lights: [shading(true)?, shading(false)?],
-            shadow_rays: trace(&kernels::BOUNCE_SHADOW_RAYS, &[])?,
-            glass: has_glass.then(|| trace(&kernels::BOUNCE_GLASS, &[])).transpose()?,
-            sum: compute(&kernels::INDIRECT_LIGHTING, &[])?,
-            bounces: Bounces::new(device, transmits, has_glass),
-            bounce_lights: lights,
-        };
-        let [first, later] = &stage.rays;
-        let [last, before] = &stage.lights;
-        Self::IO.check([&stage.choice, first, later, last, before, &stage.shadow_rays, &stage.sum])?;
-        Ok(stage)
+        thread::scope(|threads| {
+            // These take the most time to compile.
+            let last = threads.spawn(|| shading(true));
+            let before = (bounces > 1.0).then(|| threads.spawn(|| shading(false)));
+            let choice = threads.spawn(|| compute(&kernels::CHOOSE_BOUNCES, &[]));
+            let first = rays(false)?;
+            let later = if transmits { rays(true)? } else { first.clone() };
+            let stage = Self {
+                rays: [first, later],
+                shadow_rays: trace(&kernels::BOUNCE_SHADOW_RAYS, &[])?,
+                glass: has_glass.then(|| trace(&kernels::BOUNCE_GLASS, &[])).transpose()?,
+                sum: compute(&kernels::INDIRECT_LIGHTING, &[])?,
+                choice: join(choice)?,
+                last_lights: join(last)?,
+                lights: before.map(join).transpose()?,
+                bounces: Bounces::new(device, transmits, has_glass),
+                bounce_lights: lights,
+            };
+            let [first, later] = &stage.rays;
+            let kernels = [&stage.choice, first, later, &stage.last_lights, &stage.shadow_rays, &stage.sum];
+            Self::IO.check(kernels)?;
+            Ok(stage)
+        })
     }
 
     /// Records the passes; without bounces there are none. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the
@@ -103,13 +117,16 @@ impl IndirectLighting {
         if !params.is_on() {
             return Ok(());
         }
+        if params.bounces > 1.0 && self.lights.is_none() {
+            return Err(Error::StructuralKnob { key: "indirect.bounces".into() });
+        }
         let mut push = params.push(&self.bounce_lights, texture_lod_bias);
         self.bounces.with(inputs.images.size(), params.is_half(), &mut push, |tables, push| {
             let [width, height, depth] = inputs.split_threads();
             let rows = if params.is_half() { height.div_ceil(2) } else { height };
             let threads = [width, rows, depth];
 
-            let pass = self.pass(frame, inputs, "choose bounces", &self.choice, tables, push);
+            let pass = self.pass(frame, inputs, Self::FIRST_PASS, &self.choice, tables, push);
             let pass = pass.streams_written(&tables.origins).streams_written(&tables.directions);
             let pass = pass.streams_written(&tables.firsts).streams_written(&tables.first_directions);
             pass.streams_written(tables.ray_list(0)).dispatch(threads)?;
@@ -138,26 +155,40 @@ impl IndirectLighting {
         let rays = &self.rays[usize::from(vertex > 0)];
         let pass = self.pass(frame, inputs, &name("bounce rays"), rays, tables, push);
         let pass = pass.streams(tables.ray_list(vertex)).streams_written(&tables.hits);
-        let pass = if vertex == 0 {
-            pass.streams(&tables.origins).streams(&tables.directions)
-        } else {
-            // Rays that go through boundaries inside of solids are moved on.
-            let moved = [&tables.origins, &tables.directions, &tables.throughputs];
-            moved.into_iter().chain(tables.solids()).fold(pass, Pass::streams_updated)
+        let ray = [&tables.origins, &tables.directions];
+        // Rays that begin in solids may be moved on.
+        let moves = vertex > 0 && !tables.solids().is_empty();
+        let pass = match moves {
+            true => tables.path().fold(pass, Pass::streams_updated),
+            false => ray.into_iter().fold(pass, Pass::streams),
         };
         tables.trace(pass, List::Rays, vertex)?;
 
-        let lights = &self.lights[usize::from(vertex + 1 < push.bounces)];
+        let lights = self.lights.as_ref().filter(|_| vertex + 1 < push.bounces).unwrap_or(&self.last_lights);
         let pass = self.pass(frame, inputs, &name("bounce lights"), lights, tables, push);
-        let pass = pass.streams(tables.ray_list(vertex)).streams(&tables.hits).streams(&tables.firsts);
-        let path = [&tables.origins, &tables.directions, &tables.throughputs];
-        let light = [&tables.lights, &tables.reflected];
-        let pass = path.into_iter().chain(light).chain(tables.solids()).fold(pass, Pass::streams_updated);
+        let mut pass = pass.streams(tables.ray_list(vertex)).streams(&tables.hits);
+        let is_end = vertex == push.bounces;
+        // The first ray has a throughput of 1 and begins in no solid.
+        pass = match (vertex == 0, is_end) {
+            (true, _) => tables.path().skip(2).fold(pass, Pass::streams_written),
+            (false, false) => tables.path().skip(2).fold(pass, Pass::streams_updated),
+            (false, true) => tables.path().skip(2).fold(pass, Pass::streams),
+        };
+        pass = ray.into_iter().fold(pass, if is_end { Pass::streams } else { Pass::streams_updated });
+        pass = match vertex {
+            0 => pass
+                .streams(&tables.firsts)
+                .streams_written(&tables.lights)
+                .streams_written(&tables.reflected),
+            _ => pass.streams_updated(&tables.lights),
+        };
         let shadow = [&tables.shadow_origins, &tables.shadow_directions, &tables.shadow_lights];
-        let lists = [&tables.shadow_list, tables.ray_list(vertex + 1)];
-        let pass = shadow.into_iter().chain(lists).fold(pass, Pass::streams_written);
+        if !is_end {
+            let lists = [&tables.shadow_list, tables.ray_list(vertex + 1)];
+            pass = shadow.into_iter().chain(lists).fold(pass, Pass::streams_written);
+        }
         tables.shade(pass, List::Rays, vertex)?;
-        if vertex == push.bounces {
+        if is_end {
             return Ok(());
         }
 
@@ -184,4 +215,9 @@ impl IndirectLighting {
         // Not every texel has a path, and not every path all rays.
         tables.bind(inputs.pass(frame, name, kernel, &Self::IO).touches_part()).push(push)
     }
+}
+
+/// What the thread has made.
+fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }

@@ -6,6 +6,7 @@ mod common;
 use common::{Mean, frames_mean, frames_means, furnace, params, reference_mean};
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::LinearImage;
 use pt_scene::{Camera, Light, Lobes, Material, Scene};
 use pt_shaders::channels::{COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, FLAT_COLOR};
 use pt_shaders::records::EmissionShare;
@@ -197,6 +198,82 @@ fn emission_is_shared_without_loss() {
     });
     println!("standard errors {errors:?}");
     assert!(errors[2] < 0.5 * errors[0] && errors[2] < 1.2 * errors[1], "standard errors {errors:?}");
+}
+
+/// A lamp that everything sees through a thin coloured sheet alone: it tints the light of surfaces that bounce rays meet as that of the first ones.
+#[test]
+fn thin_glass_tints_bounced_light() {
+    let (mut scene, _) = furnace(Vec3::ZERO, Vec3::new(0.5, 0.6, 0.7));
+    let glass = Material {
+        transmission: 1.0,
+        base_color: Vec3::new(0.9, 0.5, 0.2).extend(1.0),
+        ..Material::diffuse("glass", Vec3::ONE)
+    };
+    let corner = |x: f32, z: f32| Vec3::new(x, 0.7, -z);
+    common::polygon(
+        &mut scene,
+        &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        Material { roughness: 0.0, ..glass },
+    );
+    scene.lights.push(Light::point("point", Vec3::new(0.2, 0.9, -0.3), Vec3::splat(1.0)));
+    scene.validate().unwrap();
+    // The camera does not see the sheet: what the G-buffer shows in glass counts as no bounce.
+    let camera = Camera::look_at("down", Vec3::new(0.1, 0.3, 0.8), Vec3::new(0.0, -1.0, -0.1), 0.7);
+    let truth = reference_mean(&scene, &camera, [16, 16], 1, 256);
+    let found = frames_mean(&scene, &camera, [16, 16], 96, params(&["indirect.bounces=1"]));
+    assert_same("through a sheet of glass", found, truth, 0.005);
+}
+
+/// The weaker of two solids that overlap is not there: paths pass its boundaries, which cost neither light nor a bounce.
+#[test]
+fn weak_solids_inside_of_strong_ones_leave_no_trace() {
+    let image = |inner: Option<u32>| {
+        let (mut scene, camera) = furnace(Vec3::ZERO, Vec3::splat(0.7));
+        let solid = |name: &str, ior: f32, priority: u32| Material { priority, ..Material::solid(name, ior) };
+        let place = |size: f32| {
+            Affine3A::from_scale_rotation_translation(
+                Vec3::splat(size),
+                Quat::from_rotation_y(0.4),
+                Vec3::new(0.2, -0.3, 0.0),
+            )
+        };
+        common::cube(&mut scene, place(0.5), false, solid("glass", 1.5, 2));
+        if let Some(priority) = inner {
+            let mut ink = solid("ink", 1.3, priority);
+            ink.attenuation_color = Vec3::new(0.1, 0.2, 0.9);
+            ink.attenuation_distance = 0.2;
+            common::cube(&mut scene, place(0.3), false, ink);
+        }
+        let lamp = Material::lamp("lamp", Vec3::splat(8.0));
+        let corner = |x: f32, z: f32| Vec3::new(0.6 * x, 0.95, 0.6 * z);
+        common::polygon(
+            &mut scene,
+            &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+            lamp,
+        );
+        scene.validate().unwrap();
+        // What the camera sees through glass is not the point here, and light samples that go straight through it would outshine the paths.
+        let params =
+            params(&["indirect.bounces=3", "gbuffer.reflect_refract=0", "lights.glass_shadows=stopped"]);
+        let mut frames =
+            Frames::with_params(scene, &camera, TraceBackend::Compute, [24, 16], 3, true, params);
+        for _ in 0..4 {
+            frames.render(0.0);
+        }
+        let image = frames.image(FLAT_COLOR);
+        frames.finish();
+        image
+    };
+    let (alone, weak, strong) = (image(None), image(Some(1)), image(Some(3)));
+    // The places where rays go on are rounded: now and then one meets another triangle.
+    let differ = |other: &LinearImage| {
+        let pairs = alone.pixels.iter().zip(&other.pixels);
+        pairs.filter(|(a, b)| (0..3).any(|c| (a[c] - b[c]).abs() > 1e-3 * a[c] + 1e-5)).count()
+    };
+    let (by_weak, by_strong) = (differ(&weak), differ(&strong));
+    println!("of {} pixels {by_weak} and {by_strong} differ", alone.pixels.len());
+    assert!(by_weak <= alone.pixels.len() / 100, "{by_weak} pixels see the weak solid");
+    assert!(by_strong >= alone.pixels.len() / 40, "{by_strong} pixels see the strong solid");
 }
 
 /// Broken geometry, and a camera inside of glass: the light is finite all the same.

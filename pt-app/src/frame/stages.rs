@@ -46,9 +46,10 @@ impl TracedStages {
         let FrameParams { lights, indirect, .. } = params;
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
-            let bounces = indirect
-                .is_on()
-                .then(|| threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights))));
+            let bounces = indirect.is_on().then(|| {
+                threads
+                    .spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect.bounces))
+            });
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
             let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
             let mut stages = Self {
