@@ -268,7 +268,8 @@ fn weak_solids_inside_of_strong_ones_leave_no_trace() {
     };
     let (alone, weak) = (image(false), image(true));
     let lit = alone.pixels.iter().filter(|p| p[0] > 0.1).count();
-    assert!(lit > alone.pixels.len() / 2, "{lit} pixels have light");
+    // The glass itself is dark.
+    assert!(lit > alone.pixels.len() / 8, "{lit} pixels have light");
     // The places where rays go on are rounded: now and then one meets another triangle.
     let pairs = alone.pixels.iter().zip(&weak.pixels);
     let differ = pairs.filter(|(a, b)| (0..3).any(|c| (a[c] - b[c]).abs() > 1e-3 * a[c] + 1e-5)).count();
