@@ -8,9 +8,8 @@ mod records;
 mod test_records;
 
 fn main() {
-    pt_shaders::compiler::Kernels::new()
-        .header("indirect_records.glsl", records::IndirectPush::glsl())
-        .compile("shaders");
+    let header = [records::glsl(), records::BounceTables::glsl(), records::IndirectPush::glsl()];
+    pt_shaders::compiler::Kernels::new().header("indirect_records.glsl", header.concat()).compile("shaders");
     pt_shaders::compiler::Kernels::new()
         .header("test_records.glsl", test_records::ShRecord::glsl())
         .compile_as("tests/shaders", "test_kernels.rs");

@@ -13,7 +13,6 @@ fn main() {
     let header = [
         records::RayCounts::glsl(),
         records::ShadowRayTables::glsl(),
-        records::ShadowRayList::glsl(),
         records::LightStorage::glsl(),
         records::RestirWeights::glsl(),
         records::RestirVisibility::glsl(),

@@ -213,6 +213,12 @@ fn scenes_and_passes_are_listed() {
         "choose lights",
         "shadow rays",
         "direct lighting",
+        "choose bounces",
+        "bounce rays",
+        "bounce lights",
+        "bounce shadow rays",
+        "bounce rays 2",
+        "bounce lights 2",
         "indirect lighting",
         "composite",
         "interleave",
@@ -238,9 +244,27 @@ fn scenes_and_passes_are_listed() {
     assert!(has(1, "reads", "shading_position") && has(1, "writes", "shadow ray lights"), "{table:?}");
     assert!(has(2, "reads", "shadow ray ends") && has(2, "writes", "shadow ray states"), "{table:?}");
     assert!(has(3, "reads", "shadow ray lights") && has(3, "writes", "color_hf"), "{table:?}");
+    assert!(has(4, "writes", "bounce ray origins") && has(5, "reads", "bounce ray origins"), "{table:?}");
+    assert!(has(5, "writes", "hits of bounce rays") && has(6, "reads", "hits of bounce rays"), "{table:?}");
+    assert!(has(7, "reads", "bounce shadow ray lights") && has(7, "writes", "light of paths"), "{table:?}");
+    assert!(has(10, "reads", "light of paths") && has(10, "writes", "color_lf_sh"), "{table:?}");
     // Five rays a pixel: 16 bytes for the end of each and 16 for its light are written and read.
     let bytes = |pass: usize| table[at[pass]]["bytes"].as_u64().unwrap();
     assert!((1..4).all(|pass| bytes(pass) >= 64 * 36 * 5 * 16), "{table:?}");
+    // Place in the list, origin, direction and hit of each path; its light, what reflects it and the direction.
+    assert!((4..11).all(|pass| bytes(pass) >= 64 * 36 * 44), "{table:?}");
+    let half = succeeds(folder.path(), "passes --size 64x36 --set indirect.bounces=0.5 --json");
+    let half: Vec<Value> = serde_json::from_str(&half).unwrap();
+    let rays = |table: &[Value]| {
+        let pass = table.iter().find(|pass| pass["name"] == "bounce rays").expect("bounce rays");
+        pass["bytes"].as_u64().unwrap()
+    };
+    // Place in the list, origin, direction and hit of each second path.
+    assert_eq!(
+        rays(&table) - rays(&half),
+        64 * 36 / 2 * (4 + 3 * 16),
+        "half a bounce pays for its rows alone"
+    );
     let text = succeeds(folder.path(), "passes --size 64x36");
     assert!(!text.contains("accumulate"), "a stage that is off is absent: {text}");
     assert!(text.find("primary rays").unwrap() < text.find("tone map").unwrap());

@@ -24,7 +24,12 @@ fn main() -> ExitCode {
         let mut lights = LightTables::new(device, &scene)?;
         lights.prepare(device, &scene, &mut gpu, Some(SamplerChoice::from(SAMPLER)))?;
         let primary = PrimaryRays::new(device, gpu.variant())?;
-        let stage = IndirectLighting::new(device, gpu.variant(), BounceLights::all(SAMPLER))?;
+        let stage = IndirectLighting::new(
+            device,
+            gpu.variant(),
+            BounceLights::all(SAMPLER),
+            IndirectParams::default().bounces,
+        )?;
         let stages = [PrimaryRays::IO, IndirectLighting::IO];
         let images = ChannelImages::alone(device, FrameSizes::same(size), &stages)?;
         let uniforms = Uniforms::new(device, "frame_uniforms")?;

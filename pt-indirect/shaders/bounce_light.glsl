@@ -2,10 +2,10 @@
 // lighting has, and its shadow ray.
 #include "bounce_random.glsl"
 #include "bounce_vertex.glsl"
-#include "glass_shadow.glsl"
 #include "lights/emission_share.glsl"
 #include "lights/ris.glsl"
 #include "clusters.glsl"
+#include "shadow_path.glsl"
 
 // The kinds of light that count and that the scene has; emissive triangles, point and spot lights are one.
 uint light_kinds() {
@@ -78,27 +78,20 @@ LightSample sample_light(BounceVertex v, uvec2 key, uint vertex, float reach, ou
     return s;
 }
 
-// Light that the vertex gets from a light sample and reflects along the path. `last`: no ray looks for lights from there. `reach`: length of
-// the first ray.
-vec3 light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach) {
-    if (bsdf_is_delta(v.bsdf)) return vec3(0.0);
+// The light that the vertex gets from a light sample and reflects along the path, and the ray that tells whether it arrives; false: none. `last`:
+// no ray looks for lights from there. `reach`: length of the first ray.
+bool light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach, out ShadowPath shadow) {
+    if (bsdf_is_delta(v.bsdf)) return false;
     float ray_pdf;
     LightSample s = sample_light(v, key, vertex, reach, ray_pdf);
-    if (s.pdf <= 0.0) return vec3(0.0);
+    if (s.pdf <= 0.0) return false;
     bool beyond = dot(v.bsdf.face_normal, s.direction) < 0.0;
     // Light samples of the vertex before have gone straight on through this one.
-    if (beyond && glass_is_passed()) return vec3(0.0);
+    if (beyond && glass_is_passed()) return false;
     BsdfValue f = bsdf_evaluate(v.bsdf, s.direction);
-    vec3 radiance = f.f_cos * s.radiance / s.pdf;
-    if (!(max_component(radiance) > 0.0)) return vec3(0.0);
-    float weight = last || ray_pdf <= 0.0 || glass_is_ignored() ? 1.0 : power_weight(ray_pdf, f.pdf);
-    Ray ray = shadow_ray(v.position, beyond ? -v.bsdf.face_normal : v.bsdf.face_normal, s);
-    uvec2 covered = random_coverage(key, bounce_dimension(vertex, BOUNCE_SHADOW_RAY));
-    if (trace_occluded(ray, unseen_mask(push.mask), covered)) return vec3(0.0);
-    if (scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u) {
-        vec3 passed = glass_shadow(ray, covered);
-        // Rays leave the light behind glass alone.
-        return radiance * passed * (passed == vec3(1.0) ? weight : 1.0);
-    }
-    return radiance * weight;
+    shadow.light = f.f_cos * s.radiance / s.pdf;
+    if (!(max_component(shadow.light) > 0.0)) return false;
+    shadow.weight = last || ray_pdf <= 0.0 || glass_is_ignored() ? 1.0 : power_weight(ray_pdf, f.pdf);
+    shadow.ray = shadow_ray(v.position, beyond ? -v.bsdf.face_normal : v.bsdf.face_normal, s);
+    return true;
 }

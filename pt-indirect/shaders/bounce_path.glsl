@@ -1,15 +1,43 @@
-// A path of bounce rays from a surface of the G-buffer on: at each surface that it meets one light sample (next event estimation) and
-// one direction by the BSDF, the two combined by multiple importance sampling where both can find a light (Veach 1997, section 9.2).
-#include "bounce_light.glsl"
-#include "bounce_vertex.glsl"
+// What the passes of indirect lighting tell each other. Every texel whose light is traced in a frame has a path, with a place in each table;
+// threads side by side load side by side. A pass does one step for all paths that a list names:
+//
+//     origins        uvec4: where the ray begins; w = radius of its cone there, metres
+//     directions     uvec4: its direction; w = half angle of its cone (fp16), PATH_* above
+//     throughputs    uvec4: throughput of the path without the first scattering; w = last_pdf. From the second ray on
+//     solids         uvec4: the solids that the ray begins in, if PATH_INSIDE
+//     passed         float: way since the last scattering up to the ray's origin, metres, if PATH_INSIDE
+//     hits           uvec4: instance, triangle and barycentrics of what the ray meets
+//     firsts         first_word(): what the surface of the G-buffer does with the light of the path; all 0: there is no path
+//     first_directions   direction of the first ray (pack_unit_vector)
+//     lights         uvec4: light that has come along the first ray, by all that reflects it; w = length of that ray, metres
+//     reflected      packed_light.glsl: more light of which only the specular lobes give
+//     shadow_origins     uvec4: where the shadow ray begins; w = its length
+//     shadow_directions  uvec4: its direction; w = weight of its light where no glass tints it
+//     shadow_lights      packed_light.glsl: light that it brings if nothing is in its way
+//     heads          RayListHead of each list of each vertex
+//
+// "choose bounces" begins the paths; for each vertex "bounce rays" finds what they meet, "bounce lights" shades that and draws the next rays,
+// "bounce shadow rays" and "bounce glass" add the light of the samples; "indirect lighting" gives it to the channels.
+#include "bounce_random.glsl"
+#include "frame.glsl"
+#include "indirect_push.glsl"
+#include "media.glsl"
+#include "pack.glsl"
+#include "packed_light.glsl"
+#include "ray_list.glsl"
+#include "ray_offset.glsl"
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Bounces { BounceTables tables; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RowTable { uvec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) buffer PairTable { uvec2 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer WordTable { uint at[]; };
 
 // Light samples at the last vertex cannot find what the ray meets.
 const uint PATH_DELTA = 1u;
 // They have found it already: they go straight on through glass (`lights.glass_shadows`).
 const uint PATH_COVERED = 2u;
-
-// Boundaries inside of a stronger solid that a path may pass besides its bounces.
-const uint MAX_PASSED = 8u;
+// The list of solids is not empty.
+const uint PATH_INSIDE = 4u;
 
 struct BouncePath {
     Ray ray;
@@ -17,115 +45,116 @@ struct BouncePath {
     float last_pdf;   // density per solid angle with which the direction was drawn
     uint flags;       // PATH_*
     vec2 cone;        // radius at the origin, metres, and half angle
-    float chord;      // way since the last scattering, metres
+    float passed;     // way since the last scattering up to the origin, metres
     InteriorList interior;
 };
 
-// What the first ray meets.
-struct FirstHit {
-    vec3 emission;
-    bool is_sampled;  // direct lighting samples it
-    float light_pdf;  // emissive_pdf()
-    float distance;   // metres
-};
+BounceTables bounce_tables() { return Bounces(push.tables).tables; }
+
+// The place of a texel of the launch over the frame, and the texel of the split frame at a place.
+uint path_index(uvec2 launch) { return launch.y * push.width + launch.x; }
+ivec2 path_texel(uint index) {
+    ivec2 p = ivec2(index % push.width, index / push.width);
+    // The row beside it is traced in the next frame.
+    if (push.half_rows != 0u) p.y = 2 * p.y + int(frame.frame_index & 1u);
+    return p;
+}
+
+// Lists of paths: those with a ray, those with a shadow ray, those whose shadow ray meets glass.
+const uint LIST_RAYS = 0u, LIST_SHADOW_RAYS = 1u, LIST_GLASS = 2u;
+
+RayListCount list_head(uint list, uint vertex) {
+    return RayListCount(bounce_tables().heads + uint64_t((vertex * BOUNCE_LISTS + list) * RAY_LIST_HEAD_BYTES));
+}
+
+WordTable list_entries(uint list, uint vertex) {
+    BounceTables tables = bounce_tables();
+    if (list == LIST_SHADOW_RAYS) return WordTable(tables.shadow_list);
+    if (list == LIST_GLASS) return WordTable(tables.glass_list);
+    return WordTable((vertex & 1u) == 0u ? tables.even_list : tables.odd_list);
+}
+
+// NONE past the end.
+uint listed_path(uint list, uint place) {
+    return place < list_head(list, push.vertex).head.count ? list_entries(list, push.vertex).at[place] : NONE;
+}
+
+Hit load_hit(uint index) {
+    uvec4 row = RowTable(bounce_tables().hits).at[index];
+    return Hit(row.x, row.y, uintBitsToFloat(row.zw), 0.0);
+}
+
+void store_hit(uint index, Hit hit) {
+    RowTable(bounce_tables().hits).at[index] = uvec4(hit.instance, hit.triangle, floatBitsToUint(hit.barycentrics));
+}
+
+InteriorList load_interior(uint index) {
+    InteriorList list = EMPTY_INTERIOR;
+    list.words = RowTable(bounce_tables().solids).at[index];
+    for (int i = 0; i < 4; i++) {
+        if (list.words[i] != 0u) list.iors[i] = MaterialTable(scene.materials).at[solid_medium(Solid(list.words[i], 1.0))].ior;
+    }
+    return list;
+}
+
+BouncePath load_path(uint index) {
+    BounceTables tables = bounce_tables();
+    uvec4 origin = RowTable(tables.origins).at[index], direction = RowTable(tables.directions).at[index];
+    BouncePath path;
+    path.ray = Ray(uintBitsToFloat(origin.xyz), 0.0, uintBitsToFloat(direction.xyz), SKY_DISTANCE);
+    path.cone = vec2(uintBitsToFloat(origin.w), unpackHalf2x16(direction.w).x);
+    path.flags = direction.w >> 16u;
+    path.throughput = vec3(1.0);
+    path.last_pdf = 0.0;
+    if (push.vertex > 0u) {
+        uvec4 throughput = RowTable(tables.throughputs).at[index];
+        path.throughput = uintBitsToFloat(throughput.xyz);
+        path.last_pdf = uintBitsToFloat(throughput.w);
+    }
+    path.interior = EMPTY_INTERIOR;
+    path.passed = 0.0;
+    if (scene_has(FEATURE_TRANSMISSION) && (path.flags & PATH_INSIDE) != 0u) {
+        path.interior = load_interior(index);
+        path.passed = uintBitsToFloat(WordTable(tables.passed).at[index]);
+    }
+    return path;
+}
+
+// Of the first ray: it begins in no solid, and with a throughput of 1.
+void store_ray(uint index, BouncePath path) {
+    BounceTables tables = bounce_tables();
+    RowTable(tables.origins).at[index] = floatBitsToUint(vec4(path.ray.origin, path.cone.x));
+    uint word = packHalf2x16(vec2(min(path.cone.y, 65504.0), 0.0)) | path.flags << 16u;
+    RowTable(tables.directions).at[index] = uvec4(floatBitsToUint(path.ray.direction), word);
+}
+
+void store_path(uint index, BouncePath path) {
+    BounceTables tables = bounce_tables();
+    path.flags &= ~PATH_INSIDE;
+    if (scene_has(FEATURE_TRANSMISSION) && any(notEqual(path.interior.words, uvec4(0u)))) {
+        path.flags |= PATH_INSIDE;
+        RowTable(tables.solids).at[index] = path.interior.words;
+        WordTable(tables.passed).at[index] = floatBitsToUint(path.passed);
+    }
+    store_ray(index, path);
+    RowTable(tables.throughputs).at[index] = floatBitsToUint(vec4(path.throughput, path.last_pdf));
+}
+
+// What the path brings, before the surface of the G-buffer reflects it.
+vec4 load_light(uint index) { return uintBitsToFloat(RowTable(bounce_tables().lights).at[index]); }
+void store_light(uint index, vec4 light) { RowTable(bounce_tables().lights).at[index] = floatBitsToUint(light); }
+void add_light(uint index, vec3 light) { store_light(index, load_light(index) + vec4(light, 0.0)); }
 
 // The cone of a ray is as wide as the solid angle that the sample stands for, 1 / pdf (Bekaert et al. 2003), times push.texture_spread^2.
 float cone_angle(float before, float pdf) { return max(before, push.texture_spread * inversesqrt(PI * pdf)); }
 
-BouncePath start_path(vec3 position, vec3 face_normal, vec2 cone, vec3 direction, float pdf) {
-    Ray ray = Ray(offset_point(position, face_normal, scene.near_origin), 0.0, direction, SKY_DISTANCE);
-    return BouncePath(ray, vec3(1.0), pdf, 0u, vec2(cone.x, cone_angle(cone.y, pdf)), 0.0, EMPTY_INTERIOR);
+// Solids that a ray has come through when it meets a boundary: a path may have begun inside of a solid, which the G-buffer does not tell, but
+// the solid's back.
+InteriorList interior_before(InteriorList interior, Crossing c) {
+    return c.here.word == interior_top(interior).word ? interior : interior_add(EMPTY_INTERIOR, c.here);
 }
 
-// Weight of light that the ray meets and that light samples find with density `light_pdf`.
-float ray_weight(BouncePath path, float light_pdf) {
-    if ((path.flags & PATH_COVERED) != 0u) return 0.0;
-    if ((path.flags & PATH_DELTA) != 0u || light_pdf <= 0.0) return 1.0;
-    return glass_is_ignored() ? 0.0 : power_weight(path.last_pdf, light_pdf);
-}
-
-// The environment, and the discs of directional lights that have a size.
-vec3 radiance_from_afar(BouncePath path) {
-    vec3 sum = vec3(0.0), direction = path.ray.direction;
-    if (kind_on(KIND_ENVIRONMENT)) {
-        sum += ray_weight(path, environment_pdf(direction) * kind_pmf()) * environment_radiance(direction);
-    }
-    if (!kind_on(KIND_SUN)) return sum;
-    for (uint i = 0u; i < scene.light_tables.sun_count; i++) {
-        SunDisc disc = sun_disc(i, direction);
-        if (disc.pdf > 0.0) sum += ray_weight(path, disc.pdf * kind_pmf()) * disc.radiance;
-    }
-    return sum;
-}
-
-// Emission of a surface that the ray meets; `is_sampled`: light samples find it, with `light_pdf`.
-vec3 met_emission(BouncePath path, BounceVertex v, Hit hit, out bool is_sampled, out float light_pdf) {
-    light_pdf = 0.0;
-    is_sampled = false;
-    bool emits = v.front || (v.flags & MATERIAL_DOUBLE_SIDED) != 0u;
-    if ((push.kinds & KIND_EMISSIVE) == 0u || !emits || max_component(v.sampled.emission) <= 0.0) return vec3(0.0);
-    uint index = emissive_index(hit.instance, hit.triangle);
-    is_sampled = index != NONE;
-    light_pdf = emissive_pdf(index, v.twice_area, path.chord, dot(v.bsdf.face_normal, -path.ray.direction));
-    return v.sampled.emission;
-}
-
-// Draws the next ray; false: the path ends. `last`: the light samples of this vertex have found everything but what a delta lobe shows.
-bool scatter(inout BouncePath path, BounceVertex v, uvec2 key, uint vertex, bool last) {
-    BsdfSample s = bsdf_sample(v.bsdf, random_numbers(key, bounce_dimension(vertex, BOUNCE_DIRECTION)));
-    bool delta = (s.flags & SAMPLE_DELTA) != 0u, transmitted = (s.flags & SAMPLE_TRANSMISSION) != 0u;
-    if (!(s.pdf > 0.0) || !(max_component(s.weight) > 0.0) || last && !delta) return false;
-    path.throughput *= s.weight;
-    path.flags = delta ? PATH_DELTA : 0u;
-    if (transmitted) {
-        if (glass_is_passed()) path.flags = PATH_COVERED;
-        if (v.solid) path.interior = interior_cross(path.interior, medium_boundary(v.material), v.front);
-    }
-    path.last_pdf = s.pdf;
-    path.chord = 0.0;
-    if (!delta) path.cone.y = cone_angle(path.cone.y, s.pdf);
-    vec3 side = transmitted ? -v.bsdf.face_normal : v.bsdf.face_normal;
-    path.ray = Ray(offset_point(v.position, side, scene.near_origin), 0.0, s.direction, SKY_DISTANCE);
-    if (vertex <= push.roulette_start) return true;
-    // Russian roulette (Arvo and Kirk 1990).
-    float survival = clamp(max_component(path.throughput), 0.05, 0.95);
-    path.throughput /= survival;
-    return bounce_choices(key, vertex).y < survival;
-}
-
-// The light that comes to the path's start along its first ray, without what that ray meets itself (`first`).
-vec3 bounced_light(BouncePath path, uvec2 key, out FirstHit first) {
-    first = FirstHit(vec3(0.0), false, 0.0, SKY_DISTANCE);
-    vec3 light = vec3(0.0);
-    // Surfaces that the path has scattered at, the first one left out.
-    uint vertex = 0u;
-    for (uint i = 0u; i < push.bounces + 1u + MAX_PASSED; i++) {
-        Hit hit = trace_closest(path.ray, unseen_mask(0xffu), random_coverage(key, bounce_dimension(vertex, BOUNCE_DIRECTION)));
-        if (hit.instance == NONE) {
-            if (vertex > 0u) light += path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path);
-            break;
-        }
-        path.chord += hit.t;
-        path.cone.x += hit.t * path.cone.y;
-        BounceVertex v = load_bounce_vertex(path.interior, path.ray.direction, hit, path.cone.x);
-        path.throughput *= medium_transmittance(v.medium, hit.t);
-        if (v.is_passed) {
-            path.interior = interior_cross(path.interior, medium_boundary(v.material), v.front);
-            path.ray.origin = offset_point(v.position, -v.bsdf.face_normal, scene.near_origin);
-            continue;
-        }
-        if (vertex == 0u) first.distance = path.chord;
-        if ((v.flags & MATERIAL_UNLIT) != 0u) break;
-        bool is_sampled;
-        float light_pdf;
-        vec3 emission = path.throughput * met_emission(path, v, hit, is_sampled, light_pdf);
-        if (vertex == 0u) first = FirstHit(emission, is_sampled, light_pdf, path.chord);
-        else if (max_component(emission) > 0.0) light += emission * ray_weight(path, light_pdf * kind_pmf());
-        if (vertex == push.bounces) break;
-        vertex++;
-        bool last = vertex == push.bounces;
-        light += path.throughput * light_at(v, key, vertex, last, first.distance);
-        if (!scatter(path, v, key, vertex, last)) break;
-    }
-    return light;
+// A ray's number for partial coverage. `vertex`: whose decision the ray follows from.
+uvec2 bounce_coverage(uvec2 key, uint vertex, uint decision) {
+    return scene_has(FEATURE_COVERAGE) ? random_coverage(key, bounce_dimension(vertex, decision)) : uvec2(0u);
 }

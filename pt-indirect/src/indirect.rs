@@ -1,14 +1,29 @@
+use crate::bounces::{Bounces, List, Tables};
 use crate::kernels;
 use crate::params::{BounceLights, IndirectParams};
 use crate::records::IndirectPush;
+use pt_core::frame::Pass;
 use pt_core::trace::TraceVariant;
-use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo};
+use pt_core::{Device, Error, Frame, Kernel, Result, StageInputs, StageIo};
 use pt_shaders::channels;
+use pt_shaders::records::FEATURE_TRANSMISSION;
+use std::thread;
 
-/// The indirect lighting stage: one path of bounce rays a pixel.
+/// The indirect lighting stage: one path of bounce rays a pixel. A pass for each step of the paths: what traces rays does nothing else, so that
+/// it needs few registers, and no thread waits for paths that have ended.
 pub struct IndirectLighting {
-    kernel: Kernel,
-    lights: BounceLights,
+    choice: Kernel,
+    /// The first rays, and those that may begin in solids.
+    rays: [Kernel; 2],
+    /// What rays meet at the last vertex, and before.
+    last_lights: Kernel,
+    lights: Option<Kernel>,
+    shadow_rays: Kernel,
+    /// Where glass tints shadow rays.
+    glass: Option<Kernel>,
+    sum: Kernel,
+    bounces: Bounces,
+    bounce_lights: BounceLights,
 }
 
 impl IndirectLighting {
@@ -31,27 +46,67 @@ impl IndirectLighting {
         ..StageIo::of("indirect lighting")
     };
 
-    /// Compiles the kernel. The scene has the tables of the sampler that `lights` names.
+    /// The name of the first pass, which has a thread for each path.
+    pub const FIRST_PASS: &str = "choose bounces";
+
+    /// Compiles the kernels for paths of up to `bounces` bounces. The scene has the tables of the sampler that `lights` names.
     ///
     /// # Errors
-    /// When the device refuses it.
-    pub fn new(device: &Device, variant: TraceVariant, lights: BounceLights) -> Result<Self> {
-        let mut constants = variant.unseen().constants().to_vec();
-        constants.extend([
-            ("light_sampler", lights.kernel_sampler().code().into()),
-            ("area_sampling", lights.area_sampling.code().into()),
-            ("bvh_importance", lights.bvh_importance.code().into()),
-        ]);
-        let kernel = Kernel::trace::<IndirectPush>(device, &kernels::INDIRECT, variant.backend, &constants)?;
-        Self::IO.check([&kernel])?;
-        Ok(Self { kernel, lights })
+    /// When the device refuses them.
+    pub fn new(device: &Device, variant: TraceVariant, lights: BounceLights, bounces: f32) -> Result<Self> {
+        let transmits = variant.scene_features & FEATURE_TRANSMISSION != 0;
+        let has_glass = transmits && lights.tinted_glass;
+        let constants = [
+            ("scene_features", variant.scene_features.into()),
+            ("random_source", variant.random.code().into()),
+        ];
+        let compute = |code, more: &[_]| {
+            Kernel::compute::<IndirectPush>(device, code, &[&constants[..], more].concat())
+        };
+        let trace = |code, more: &[_]| {
+            let constants = [&variant.unseen().constants()[..], more].concat();
+            Kernel::trace::<IndirectPush>(device, code, variant.backend, &constants)
+        };
+        let rays = |has_solids: bool| trace(&kernels::BOUNCE_RAYS, &[("has_solids", has_solids.into())]);
+        let shading = |last: bool| {
+            let constants = [
+                ("last_vertex", last.into()),
+                ("light_sampler", lights.kernel_sampler().code().into()),
+                ("area_sampling", lights.area_sampling.code().into()),
+                ("bvh_importance", lights.bvh_importance.code().into()),
+            ];
+            compute(&kernels::BOUNCE_LIGHTS, &constants)
+        };
+        thread::scope(|threads| {
+            // These take the most time to compile.
+            let last = threads.spawn(|| shading(true));
+            let before = (bounces > 1.0).then(|| threads.spawn(|| shading(false)));
+            let choice = threads.spawn(|| compute(&kernels::CHOOSE_BOUNCES, &[]));
+            let first = rays(false)?;
+            let later = if transmits { rays(true)? } else { first.clone() };
+            let stage = Self {
+                rays: [first, later],
+                shadow_rays: trace(&kernels::BOUNCE_SHADOW_RAYS, &[])?,
+                glass: has_glass.then(|| trace(&kernels::BOUNCE_GLASS, &[])).transpose()?,
+                sum: compute(&kernels::INDIRECT_LIGHTING, &[])?,
+                choice: join(choice)?,
+                last_lights: join(last)?,
+                lights: before.map(join).transpose()?,
+                bounces: Bounces::new(device, transmits, has_glass),
+                bounce_lights: lights,
+            };
+            let [first, later] = &stage.rays;
+            let kernels = [&stage.choice, first, later, &stage.last_lights, &stage.shadow_rays, &stage.sum];
+            Self::IO.check(kernels)?;
+            Ok(stage)
+        })
     }
 
-    /// Records the pass; without bounces there is none. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the
-    /// G-buffer.
+    /// Records the passes; without bounces there are none. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the
+    /// G-buffer. The first frame of a size takes device memory.
     ///
     /// # Errors
-    /// When the pass does not fit into the frame.
+    /// When the passes do not fit into the frame, or their tables into the memory.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -62,9 +117,107 @@ impl IndirectLighting {
         if !params.is_on() {
             return Ok(());
         }
-        let [width, height, depth] = inputs.split_threads();
-        let rows = if params.is_half() { height.div_ceil(2) } else { height };
-        let pass = inputs.pass(frame, "indirect lighting", &self.kernel, &Self::IO);
-        pass.push(&params.push(&self.lights, texture_lod_bias)).dispatch([width, rows, depth])
+        if params.bounces > 1.0 && self.lights.is_none() {
+            return Err(Error::StructuralKnob { key: "indirect.bounces".into() });
+        }
+        let mut push = params.push(&self.bounce_lights, texture_lod_bias);
+        self.bounces.with(inputs.images.size(), params.is_half(), &mut push, |tables, push| {
+            let [width, height, depth] = inputs.split_threads();
+            let rows = if params.is_half() { height.div_ceil(2) } else { height };
+            let threads = [width, rows, depth];
+
+            let pass = self.pass(frame, inputs, Self::FIRST_PASS, &self.choice, tables, push);
+            let pass = pass.streams_written(&tables.origins).streams_written(&tables.directions);
+            let pass = pass.streams_written(&tables.firsts).streams_written(&tables.first_directions);
+            pass.streams_written(tables.ray_list(0)).dispatch(threads)?;
+
+            // Behind the last vertex rays follow what delta lobes show.
+            for vertex in 0..=push.bounces {
+                push.vertex = vertex;
+                self.record_vertex(frame, inputs, tables, push)?;
+            }
+            let pass = self.pass(frame, inputs, Self::IO.stage, &self.sum, tables, push);
+            let pass = pass.streams(&tables.firsts).streams(&tables.first_directions);
+            pass.streams(&tables.lights).streams(&tables.reflected).dispatch(threads)
+        })
     }
+
+    /// The passes of a surface that the paths meet.
+    fn record_vertex(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        tables: &Tables,
+        push: &IndirectPush,
+    ) -> Result<()> {
+        let vertex = push.vertex;
+        let name = |pass: &str| if vertex == 0 { pass.to_owned() } else { format!("{pass} {}", vertex + 1) };
+        let rays = &self.rays[usize::from(vertex > 0)];
+        let pass = self.pass(frame, inputs, &name("bounce rays"), rays, tables, push);
+        let pass = pass.streams(tables.ray_list(vertex)).streams_written(&tables.hits);
+        let ray = [&tables.origins, &tables.directions];
+        // Rays that begin in solids may be moved on.
+        let moves = vertex > 0 && !tables.solids().is_empty();
+        let pass = match moves {
+            true => tables.path().fold(pass, Pass::streams_updated),
+            false => ray.into_iter().fold(pass, Pass::streams),
+        };
+        tables.trace(pass, List::Rays, vertex)?;
+
+        let lights = self.lights.as_ref().filter(|_| vertex + 1 < push.bounces).unwrap_or(&self.last_lights);
+        let pass = self.pass(frame, inputs, &name("bounce lights"), lights, tables, push);
+        let mut pass = pass.streams(tables.ray_list(vertex)).streams(&tables.hits);
+        let is_end = vertex == push.bounces;
+        // The first ray has a throughput of 1 and begins in no solid.
+        pass = match (vertex == 0, is_end) {
+            (true, _) => tables.path().skip(2).fold(pass, Pass::streams_written),
+            (false, false) => tables.path().skip(2).fold(pass, Pass::streams_updated),
+            (false, true) => tables.path().skip(2).fold(pass, Pass::streams),
+        };
+        pass = ray.into_iter().fold(pass, if is_end { Pass::streams } else { Pass::streams_updated });
+        pass = match vertex {
+            0 => pass
+                .streams(&tables.firsts)
+                .streams_written(&tables.lights)
+                .streams_written(&tables.reflected),
+            _ => pass.streams_updated(&tables.lights),
+        };
+        let shadow = [&tables.shadow_origins, &tables.shadow_directions, &tables.shadow_lights];
+        if !is_end {
+            let lists = [&tables.shadow_list, tables.ray_list(vertex + 1)];
+            pass = shadow.into_iter().chain(lists).fold(pass, Pass::streams_written);
+        }
+        tables.shade(pass, List::Rays, vertex)?;
+        if is_end {
+            return Ok(());
+        }
+
+        let pass = self.pass(frame, inputs, &name("bounce shadow rays"), &self.shadow_rays, tables, push);
+        let pass = shadow.into_iter().chain([&tables.shadow_list]).fold(pass, Pass::streams);
+        let pass = tables.glass_list().iter().fold(pass, Pass::streams_written);
+        tables.trace(pass.streams_updated(&tables.lights), List::ShadowRays, vertex)?;
+
+        let Some(glass) = &self.glass else { return Ok(()) };
+        let pass = self.pass(frame, inputs, &name("bounce glass"), glass, tables, push);
+        let pass = shadow.into_iter().chain(tables.glass_list()).fold(pass, Pass::streams);
+        tables.trace(pass.streams_updated(&tables.lights), List::Glass, vertex)
+    }
+
+    fn pass<'f, 'r>(
+        &self,
+        frame: &'f mut Frame<'r>,
+        inputs: &StageInputs<'_>,
+        name: &str,
+        kernel: &'f Kernel,
+        tables: &Tables,
+        push: &IndirectPush,
+    ) -> Pass<'f, 'r> {
+        // Not every texel has a path, and not every path all rays.
+        tables.bind(inputs.pass(frame, name, kernel, &Self::IO).touches_part()).push(push)
+    }
+}
+
+/// What the thread has made.
+fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }

@@ -1,12 +1,13 @@
 //! Indirect light: what reaches the surfaces of the G-buffer by bounces.
 //!
-//! * [`IndirectLighting`]: the stage, one path of bounce rays a pixel;
+//! * [`IndirectLighting`]: the stage, one path of bounce rays a pixel, a pass for each step of the paths;
 //! * `sh.glsl` (in pt-shaders): diffuse light as it is filtered and stored, luma with its direction in spherical harmonics up to l = 1,
 //!   chroma without;
 //! * [`oracle`]: the same mathematics on the CPU.
 
 #![forbid(unsafe_code)]
 
+mod bounces;
 mod indirect;
 pub mod oracle;
 mod params;

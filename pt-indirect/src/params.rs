@@ -66,13 +66,22 @@ impl IndirectParams {
         if self.bounces >= 1.0 && sees_glass { self.emission_share } else { EmissionShare::LightSamples }
     }
 
-    /// The kernel's push constants.
+    /// Surfaces that a path scatters at after the first one, at most.
+    pub(crate) fn surfaces(&self) -> u32 {
+        self.bounces.ceil() as u32
+    }
+
+    /// Push constants, without the tables that the passes share.
     pub fn push(&self, lights: &BounceLights, texture_lod_bias: f32) -> IndirectPush {
         IndirectPush {
+            tables: 0,
+            columns: 0,
+            width: 0,
+            vertex: 0,
             kinds: lights.kinds,
             mask: lights.shadow_mask,
             tinted_glass: u32::from(lights.tinted_glass),
-            bounces: self.bounces.ceil() as u32,
+            bounces: self.surfaces(),
             half_rows: u32::from(self.is_half()),
             roulette_start: self.roulette_start,
             emission_share: self.left_by_direct_light(lights).code(),
@@ -89,6 +98,7 @@ impl IndirectParams {
             anti_flicker: self.anti_flicker,
             sun_range: self.sun_range,
             clamp: self.clamp,
+            pad: 0,
         }
     }
 }

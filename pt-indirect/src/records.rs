@@ -1,4 +1,13 @@
-//! Push constants of the kernel and the enums that it reads, for host and GPU.
+//! Push constants of the kernels and what they read, for host and GPU.
+
+use pt_shaders::dimensions::MAX_BOUNCES;
+
+pt_shaders::gpu_constants! {
+    /// Lists of paths for each surface that a path meets (`LIST_*` of `bounce_path.glsl`).
+    pub const BOUNCE_LISTS: u32 = 3;
+    /// Heads of all lists: a path has a ray from the first surface on, and one more behind the last.
+    pub const BOUNCE_LIST_HEADS: u32 = BOUNCE_LISTS * (MAX_BOUNCES + 2);
+}
 
 pt_shaders::named_enum! {
     /// How the direction of a bounce ray is drawn for the diffuse lobe.
@@ -21,8 +30,58 @@ pt_shaders::named_enum! {
 }
 
 pt_shaders::gpu_struct! {
-    /// Of `indirect.trace`.
+    /// Addresses of what the passes tell each other; `bounce_path.glsl` says what there is.
+    pub struct BounceTables {
+        /// `uvec4[]`.
+        pub origins: u64,
+        /// `uvec4[]`.
+        pub directions: u64,
+        /// `uvec4[]`.
+        pub throughputs: u64,
+        /// `uvec4[]`; 0: no solids.
+        pub solids: u64,
+        /// `float[]`; 0: no solids.
+        pub passed: u64,
+        /// `uvec4[]`.
+        pub hits: u64,
+        /// `uvec4[]`.
+        pub firsts: u64,
+        /// `uint[]`.
+        pub first_directions: u64,
+        /// `uvec4[]`.
+        pub lights: u64,
+        /// `uvec2[]`.
+        pub reflected: u64,
+        /// `uvec4[]`.
+        pub shadow_origins: u64,
+        /// `uvec4[]`.
+        pub shadow_directions: u64,
+        /// `uvec2[]`.
+        pub shadow_lights: u64,
+        /// Paths with a ray from the vertices 0, 2, 4...: `uint[]`.
+        pub even_list: u64,
+        /// From the others.
+        pub odd_list: u64,
+        /// Paths with a shadow ray: `uint[]`.
+        pub shadow_list: u64,
+        /// Paths whose shadow ray has met glass: `uint[]`; 0: no glass.
+        pub glass_list: u64,
+        /// [`BOUNCE_LIST_HEADS`] heads: [`BOUNCE_LISTS`] for each vertex.
+        pub heads: u64,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Of the passes of indirect lighting.
     pub struct IndirectPush {
+        /// Device address of a [`BounceTables`].
+        pub tables: u64,
+        /// Workgroups in a row of a launch over the paths of a list.
+        pub columns: u32,
+        /// Width of the split frame.
+        pub width: u32,
+        /// Surfaces that the paths have scattered at, the first one left out.
+        pub vertex: u32,
         /// `KIND_*` bits of the light that counts.
         pub kinds: u32,
         /// Instances that cast shadows.
@@ -63,5 +122,7 @@ pt_shaders::gpu_struct! {
         pub sun_range: f32,
         /// Largest radiance of a sample; 0: no limit.
         pub clamp: f32,
+        /// Alignment.
+        pub pad: u32,
     }
 }

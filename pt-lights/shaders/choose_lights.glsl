@@ -146,17 +146,6 @@ uint choose_lights(ivec2 p) {
 shared uint group_counts[MAX_SLOTS];
 shared uint group_first;
 
-uint groups_for(uint count) { return (count + 32u * push.ray_columns - 1u) / (32u * push.ray_columns); }
-
-// Room for `count` more rays; the place of the first. Whoever comes to a new row of workgroups counts it.
-uint grow_list(uint count) {
-    RayList list = RayList(shadow_ray_tables().list);
-    uint first = atomicAdd(list.head.count, count);
-    uint rows = groups_for(first + count);
-    if (rows != groups_for(first)) atomicMax(list.head.groups.y, rows);
-    return first;
-}
-
 // Called by all threads of the workgroup.
 void list_rays(uint kept, uint texel) {
     if (gl_LocalInvocationIndex < MAX_SLOTS) group_counts[gl_LocalInvocationIndex] = 0u;
@@ -169,7 +158,7 @@ void list_rays(uint kept, uint texel) {
     if (gl_LocalInvocationIndex == 0u) {
         uint count = 0u;
         for (uint slot = 0u; slot < MAX_SLOTS; slot++) count += group_counts[slot];
-        group_first = count > 0u ? grow_list(count) : 0u;
+        group_first = count > 0u ? grow_list(RayListCount(shadow_ray_tables().list), push.ray_columns, count) : 0u;
     }
     barrier();
     uint first = group_first;

@@ -17,13 +17,14 @@
 #include "pack.glsl"
 #include "packed_light.glsl"
 #include "random.glsl"
+#include "ray_list.glsl"
 
 layout(push_constant, scalar) uniform Push { DirectPush push; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ShadowRays { ShadowRayTables tables; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SlotTable { uvec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer StateTable { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ShareTable { float at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayList { ShadowRayList head; uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayList { RayListHead head; uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumTable { vec4 at[]; };
 // Whether local lights have one candidate together.
 layout(constant_id = 8) const bool merged_rays = true;

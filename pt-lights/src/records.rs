@@ -84,7 +84,7 @@ pt_shaders::gpu_struct! {
         pub ends: u64,
         /// `uvec4` for each slot and texel: the light that its ray brings.
         pub lights: u64,
-        /// A [`ShadowRayList`], then a word for each slot and texel.
+        /// A [`RayListHead`](pt_shaders::records::RayListHead), then a word for each slot and texel.
         pub list: u64,
         /// A word for each texel.
         pub states: u64,
@@ -92,16 +92,6 @@ pt_shaders::gpu_struct! {
         pub shares: u64,
         /// Two `vec4` for each texel, 0: none.
         pub sums: u64,
-    }
-}
-
-pt_shaders::gpu_struct! {
-    /// Head of the list of shadow rays.
-    pub struct ShadowRayList {
-        /// How many there are.
-        pub count: u32,
-        /// Workgroups of a launch over them.
-        pub groups: glam::UVec3,
     }
 }
 

@@ -1,18 +1,16 @@
 //! What the passes of direct lighting tell each other: the shadow rays of a light sample and what they bring (`shadow_ray_slots.glsl`).
 
 use crate::params::DirectParams;
-use crate::records::{DirectPush, LightRays, ShadowRayList, ShadowRayTables};
+use crate::records::{DirectPush, LightRays, ShadowRayTables};
 use pt_core::error::Error;
 use pt_core::frame::Pass;
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
-use pt_core::{Buffer, Device, Location, Result};
-use pt_shaders::glam::UVec3;
+use pt_core::{Buffer, Device, Location, RayLists, Result};
+use pt_shaders::records::RayListHead;
 use std::cell::RefCell;
 use std::mem::offset_of;
 
-/// Workgroup of a kernel that traces rays.
-const TRACE_GROUP: [u32; 2] = [8, 4];
 /// A word of the list has 28 bits for the texel.
 const MAX_TEXELS: u64 = 1 << 28;
 /// Bytes of an end, and of the light that a ray brings.
@@ -32,6 +30,7 @@ pub(crate) struct ShadowRays {
 struct Tables {
     frame: [u32; 2],
     slots: u64,
+    lists: RayLists,
     ends: Buffer,
     lights: Buffer,
     list: Buffer,
@@ -55,11 +54,6 @@ fn texel_bytes(slots: u64, sums: bool) -> u64 {
     slots * (2 * SLOT_BYTES + WORD_BYTES) + 2 * WORD_BYTES + if sums { SUM_BYTES } else { 0 }
 }
 
-/// Workgroups in a row of the launch over the rays.
-fn ray_columns(frame: [u32; 2]) -> u32 {
-    split_size(frame)[0].div_ceil(TRACE_GROUP[0])
-}
-
 impl Tables {
     fn new(device: &Device, frame: [u32; 2], slots: u64, sums: bool) -> Result<Self> {
         let [width, height] = split_size(frame).map(u64::from);
@@ -75,10 +69,9 @@ impl Tables {
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let ends = buffer("shadow ray ends", texels * slots * SLOT_BYTES)?;
         let lights = buffer("shadow ray lights", texels * slots * SLOT_BYTES)?;
-        let list =
-            buffer("shadow ray list", size_of::<ShadowRayList>() as u64 + texels * slots * WORD_BYTES)?;
-        let head = ShadowRayList { count: 0, groups: UVec3::new(ray_columns(frame), 0, 1) };
-        list.write_through_staging(bytemuck::bytes_of(&head))?;
+        let list = buffer("shadow ray list", size_of::<RayListHead>() as u64 + texels * slots * WORD_BYTES)?;
+        let lists = RayLists::new(width as u32, texels * slots);
+        list.write_through_staging(bytemuck::bytes_of(&lists.empty()))?;
         let states = buffer("shadow ray states", texels * WORD_BYTES)?;
         let shares = buffer("specular light left to bounce rays", texels * WORD_BYTES)?;
         let sums = sums.then(|| buffer("light of samples", texels * SUM_BYTES)).transpose()?;
@@ -91,7 +84,7 @@ impl Tables {
             sums: sums.as_ref().map_or(0, Buffer::address),
         };
         let addresses = Buffer::from_slice(device, "shadow ray tables", &[addresses])?;
-        Ok(Self { frame, slots, ends, lights, list, states, shares, sums, addresses })
+        Ok(Self { frame, slots, lists, ends, lights, list, states, shares, sums, addresses })
     }
 }
 
@@ -108,7 +101,7 @@ impl ShadowRays {
         let before = slot.take().filter(fits);
         let tables = slot.insert(before.map_or_else(|| Tables::new(&self.device, size, slots, sums), Ok)?);
         push.shadow_rays = tables.addresses.address();
-        push.ray_columns = ray_columns(size);
+        push.ray_columns = tables.lists.columns();
         Ok(())
     }
 
@@ -134,12 +127,7 @@ impl ShadowRays {
         let slot = self.tables.borrow();
         let Some(t) = &*slot else { return Ok(()) };
         let pass = pass.addresses(&t.addresses).streams(&t.ends).streams(&t.list).streams_updated(&t.states);
-        let [width, height] = split_size(t.frame).map(u64::from);
-        let columns = ray_columns(t.frame);
-        let rays_a_row = u64::from(columns * TRACE_GROUP[0] * TRACE_GROUP[1]);
-        let rows = (width * height * t.slots).div_ceil(rays_a_row) as u32;
-        let extent = [columns * TRACE_GROUP[0], rows * TRACE_GROUP[1], 1];
-        pass.dispatch_indirect(extent, &t.list, offset_of!(ShadowRayList, groups) as u64)
+        pass.dispatch_indirect(t.lists.trace_extent(), &t.list, offset_of!(RayListHead, groups) as u64)
     }
 }
 

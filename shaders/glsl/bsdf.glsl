@@ -8,6 +8,7 @@
 //     float bsdf_pdf(Bsdf b, vec3 wi)        density per solid angle of wi with which bsdf_sample draws them
 //     BsdfSample bsdf_sample(Bsdf b, vec4 u) direction, weight = f |cos| / pdf, pdf, flags
 //     bool bsdf_is_delta(Bsdf b)             whether all lobes are: no use in sampling lights
+//     bool bsdf_has_delta(Bsdf b)            whether any may be
 //
 // A sample with pdf == 0 is no sample: the path ends. SAMPLE_DELTA: eval and pdf know nothing of the direction, pdf is the
 // probability of the lobe, other strategies never find it (their weight is 1). SAMPLE_TRANSMISSION: wi is on the other side.
@@ -128,8 +129,11 @@ bool bsdf_is_delta(Bsdf b) {
     return b.alpha.x == 0.0 && !diffuse && !rough_coat && max_component(b.sheen_color) <= 0.0;
 }
 
-// u.xy: direction within a lobe; u.z: which lobe; u.w: reflection or transmission.
-BsdfSample bsdf_sample(Bsdf b, vec4 u) {
+// Whether a lobe that reflects anything may be one.
+bool bsdf_has_delta(Bsdf b) { return b.alpha.x == 0.0 || b.coat > 0.0 && b.coat_alpha == 0.0; }
+
+// As bsdf_sample draws it, before the mixture is evaluated: of a lobe that is no delta weight and pdf are those of the lobe alone.
+BsdfSample bsdf_draw(Bsdf b, vec4 u) {
     if (b.local_wo.z <= 0.0) return NO_BSDF_SAMPLE;
     LobeProbabilities p = b.lobes.p;
     BsdfSample s;
@@ -139,7 +143,13 @@ BsdfSample bsdf_sample(Bsdf b, vec4 u) {
     if (s.pdf <= 0.0) return NO_BSDF_SAMPLE;
     s.direction = normalize(s.direction);
     if ((dot(b.face_normal, s.direction) > 0.0) == ((s.flags & SAMPLE_TRANSMISSION) != 0u)) return NO_BSDF_SAMPLE;
-    if ((s.flags & SAMPLE_DELTA) != 0u) return s;
+    return s;
+}
+
+// u.xy: direction within a lobe; u.z: which lobe; u.w: reflection or transmission.
+BsdfSample bsdf_sample(Bsdf b, vec4 u) {
+    BsdfSample s = bsdf_draw(b, u);
+    if (s.pdf <= 0.0 || (s.flags & SAMPLE_DELTA) != 0u) return s;
     BsdfValue r = bsdf_evaluate(b, s.direction);
     if (r.pdf <= 0.0) return NO_BSDF_SAMPLE;
     s.pdf = r.pdf;

@@ -35,6 +35,13 @@ gpu_constants! {
     /// `LightRecord::kind`: directional light, illuminance in lux.
     pub const LIGHT_DIRECTIONAL: u32 = 2;
 
+    /// Entries of a list of rays that a workgroup of a kernel that traces takes (`ray_list.glsl`).
+    pub const RAY_LIST_TRACE_GROUP: u32 = 32;
+    /// The same of a kernel that shades. Wide: NVIDIA's compiler then keeps to 128 registers, and more threads hide the loads.
+    pub const RAY_LIST_SHADING_GROUP: u32 = 512;
+    /// Bytes of a `RayListHead`.
+    pub const RAY_LIST_HEAD_BYTES: u32 = 28;
+
     /// Most subsets of a cluster's list of lights that have weights (`lights/subsets.glsl`).
     pub const MAX_SUBSETS: u32 = 256;
 

@@ -4,7 +4,7 @@ pub use crate::constants::*;
 
 use crate::gpu_struct::GpuStruct;
 use crate::{gpu_struct, named_enum};
-use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+use glam::{Mat4, UVec2, UVec3, Vec2, Vec3, Vec4};
 
 gpu_struct! {
     /// One view. Perspective: `half_extent` = tangent of half the field of view; orthographic: half the image in metres.
@@ -273,6 +273,31 @@ gpu_struct! {
         pub barycentrics: Vec2,
         /// Distance along the ray.
         pub t: f32,
+    }
+}
+
+gpu_struct! {
+    /// Head of a list of rays, or of paths, that one pass writes and later ones are launched over (`ray_list.glsl`).
+    pub struct RayListHead {
+        /// How many there are.
+        pub count: u32,
+        /// Workgroups of a launch of a kernel that traces them.
+        pub groups: UVec3,
+        /// Workgroups of a launch of a kernel that shades them.
+        pub shading_groups: UVec3,
+    }
+}
+
+const _: () = assert!(size_of::<RayListHead>() == RAY_LIST_HEAD_BYTES as usize);
+
+impl RayListHead {
+    /// Of a list without entries; `columns`: workgroups in a row of a launch that traces.
+    pub const fn empty(columns: u32) -> Self {
+        Self {
+            count: 0,
+            groups: UVec3::new(columns, 0, 1),
+            shading_groups: UVec3::new(columns * RAY_LIST_TRACE_GROUP / RAY_LIST_SHADING_GROUP, 0, 1),
+        }
     }
 }
 
@@ -733,6 +758,7 @@ table! {
     VertexRecord,
     Ray,
     Hit,
+    RayListHead,
     BvhTriangle,
     BvhNode,
     TextureSlot,

@@ -199,6 +199,87 @@ fn emission_is_shared_without_loss() {
     assert!(errors[2] < 0.5 * errors[0] && errors[2] < 1.2 * errors[1], "standard errors {errors:?}");
 }
 
+/// A light in a black box that is open below, under it a thin coloured sheet: the sheet tints the light of surfaces that bounce rays meet as that
+/// of the first ones.
+#[test]
+fn thin_glass_tints_bounced_light() {
+    let (mut scene, _) = furnace(Vec3::ZERO, Vec3::new(0.5, 0.6, 0.7));
+    let corner = |x: f32, y: f32, z: f32| Vec3::new(0.3 * x, y, 0.3 * z);
+    let ring = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let level = |y: f32| ring.map(|(x, z)| corner(x, y, z));
+    let black = || Material::lambertian("box", Vec3::ZERO);
+    let (low, high) = (level(0.7), level(0.98));
+    for k in 0..4 {
+        let next = (k + 1) % 4;
+        common::polygon(&mut scene, &[low[k], low[next], high[next], high[k]], black());
+    }
+    common::polygon(&mut scene, &high, black());
+    let glass = Material {
+        transmission: 1.0,
+        roughness: 0.0,
+        base_color: Vec3::new(0.9, 0.5, 0.2).extend(1.0),
+        ..Material::diffuse("glass", Vec3::ONE)
+    };
+    common::polygon(&mut scene, &low, glass);
+    scene.lights.push(Light::point("point", Vec3::new(0.05, 0.9, -0.1), Vec3::ONE));
+    scene.validate().unwrap();
+    // The camera does not see the sheet: what the G-buffer shows in glass counts as no bounce.
+    let camera = Camera::look_at("down", Vec3::new(0.1, 0.3, 0.8), Vec3::new(0.0, -1.0, -0.1), 0.7);
+    // For the reference the way through the sheet is a bounce.
+    let truth = reference_mean(&scene, &camera, [16, 16], 2, 128);
+    let direct = reference_mean(&scene, &camera, [16, 16], 1, 64);
+    assert!(direct.mean.x < 0.9 * truth.mean.x, "bounces bring light: {direct:?}, {truth:?}");
+    let found = frames_mean(&scene, &camera, [16, 16], 48, params(&["indirect.bounces=1"]));
+    assert_same("through a sheet of glass", found, truth, 0.005);
+}
+
+/// The weaker of two solids that overlap is not there: paths pass its boundaries, which cost neither light nor a bounce.
+#[test]
+fn weak_solids_inside_of_strong_ones_leave_no_trace() {
+    let image = |inner: bool| {
+        let (mut scene, camera) = furnace(Vec3::splat(0.5), Vec3::splat(0.7));
+        let solid = |name: &str, ior: f32, priority: u32| Material { priority, ..Material::solid(name, ior) };
+        let place = |size: f32| {
+            Affine3A::from_scale_rotation_translation(
+                Vec3::splat(size),
+                Quat::from_rotation_y(0.4),
+                Vec3::new(0.2, -0.3, 0.0),
+            )
+        };
+        common::cube(&mut scene, place(0.5), false, solid("glass", 1.5, 2));
+        if inner {
+            let mut ink = solid("ink", 1.3, 1);
+            ink.attenuation_color = Vec3::new(0.1, 0.2, 0.9);
+            ink.attenuation_distance = 0.2;
+            common::cube(&mut scene, place(0.3), false, ink);
+        }
+        scene.validate().unwrap();
+        // What the camera sees through glass is not the point here, and light samples that go straight through it would outshine the paths.
+        let params =
+            params(&["indirect.bounces=3", "gbuffer.reflect_refract=0", "lights.glass_shadows=stopped"]);
+        let mut frames =
+            Frames::with_params(scene, &camera, TraceBackend::Compute, [24, 16], 3, true, params);
+        for _ in 0..4 {
+            frames.render(0.0);
+        }
+        let image = frames.image(FLAT_COLOR);
+        frames.finish();
+        image
+    };
+    let (alone, weak) = (image(false), image(true));
+    let lit = alone.pixels.iter().filter(|p| p[0] > 0.1).count();
+    // The glass itself is dark.
+    assert!(lit > alone.pixels.len() / 8, "{lit} pixels have light");
+    // The places where rays go on are rounded: now and then one meets another triangle.
+    let pairs = alone.pixels.iter().zip(&weak.pixels);
+    let differ = pairs.filter(|(a, b)| (0..3).any(|c| (a[c] - b[c]).abs() > 1e-3 * a[c] + 1e-5)).count();
+    assert!(
+        differ <= alone.pixels.len() / 100,
+        "{differ} of {} pixels see the weak solid",
+        alone.pixels.len()
+    );
+}
+
 /// Broken geometry, and a camera inside of glass: the light is finite all the same.
 #[test]
 fn broken_input_stays_finite() {

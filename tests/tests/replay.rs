@@ -105,7 +105,7 @@ fn indirect_light_repeats_its_frame() {
     let mut session = Session::open(&device, &CameraArgs::default(), builtin("cornell")).unwrap();
     let params = FrameParams::default();
     let lights = bounce_lights(&params.lights);
-    let stage = IndirectLighting::new(&session.device, session.gpu.variant(), lights).unwrap();
+    let stage = IndirectLighting::new(&session.device, session.gpu.variant(), lights, 3.0).unwrap();
     let sizes = FrameSizes::same([33, 18]);
     let images = ChannelImages::alone(&session.device, sizes, &[IndirectLighting::IO]).unwrap();
     let given: Vec<_> = FramePlan::new(sizes).missing(&[IndirectLighting::IO]).into_iter().collect();

@@ -50,9 +50,10 @@ impl TracedStages {
         let lights = &params.direct();
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
-            let bounces = indirect
-                .is_on()
-                .then(|| threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights))));
+            let bounces = indirect.is_on().then(|| {
+                threads
+                    .spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect.bounces))
+            });
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
             let gradient_pixels =
                 params.has_gradient_pixels().then(|| threads.spawn(|| GradientPixels::new(device, variant)));

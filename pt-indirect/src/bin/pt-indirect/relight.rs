@@ -57,7 +57,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let mut tables = LightTables::new(&device, &scene)?;
     tables.prepare(&device, &scene, &mut gpu, Some(SamplerChoice::from(args.sampler)))?;
-    let stage = IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler))?;
+    let stage =
+        IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler), params.bounces)?;
     let record: FrameRecord = sidecar.record();
     let size = record.size.to_array();
     let stages = [IndirectLighting::IO];
@@ -76,7 +77,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         stage.record(frame, &inputs, &params, 0.0)
     })?;
     write!(out, "{times}")?;
-    let rate = times.pass("indirect lighting").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);
+    let passes = || times.passes.iter().skip_while(|row| row.pass != IndirectLighting::FIRST_PASS);
+    let paths = passes().next().map_or(0, |row| row.threads);
+    let rate = paths as f64 * 1e-3 / passes().map(|row| row.time.median_ms).sum::<f64>();
     writeln!(out, "{}: bounces {}, {rate:.1} Mpaths/s, {}", scene.name, params.bounces, gpu.backend())?;
     if let Some(path) = &args.output {
         let metadata: BTreeMap<String, String> = [

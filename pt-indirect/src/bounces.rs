@@ -1,0 +1,261 @@
+//! What the passes of indirect lighting tell each other (`bounce_path.glsl`): a place for each path in tables on the device.
+
+use crate::records::{BOUNCE_LIST_HEADS, BOUNCE_LISTS, BounceTables, IndirectPush};
+use pt_core::error::Error;
+use pt_core::frame::Pass;
+use pt_core::memory::check_size;
+use pt_core::split::split_size;
+use pt_core::{Buffer, Device, Location, RayLists, Result};
+use pt_shaders::records::RayListHead;
+use std::cell::RefCell;
+use std::mem::offset_of;
+
+/// So that the bytes of a table count in 32 bits.
+const MAX_PATHS: u64 = 1 << 28;
+/// Bytes of a path in the tables of `uvec4`, `uvec2` and `uint`.
+const ROW: u64 = 16;
+const PAIR: u64 = 8;
+const WORD: u64 = 4;
+
+/// The tables; made in the first frame, which says how large frames are.
+pub(crate) struct Bounces {
+    device: Device,
+    /// Whether paths can be inside of solids.
+    has_solids: bool,
+    /// Whether glass tints shadow rays.
+    has_glass: bool,
+    tables: RefCell<Option<Tables>>,
+}
+
+/// Which list of paths a pass is launched over.
+#[derive(Clone, Copy)]
+#[repr(u32)]
+pub(crate) enum List {
+    Rays,
+    ShadowRays,
+    Glass,
+}
+
+/// Tables for frames of one size.
+pub(crate) struct Tables {
+    frame: [u32; 2],
+    is_half: bool,
+    lists: RayLists,
+    pub(crate) origins: Buffer,
+    pub(crate) directions: Buffer,
+    throughputs: Buffer,
+    solids: Option<[Buffer; 2]>,
+    pub(crate) hits: Buffer,
+    pub(crate) firsts: Buffer,
+    pub(crate) first_directions: Buffer,
+    pub(crate) lights: Buffer,
+    pub(crate) reflected: Buffer,
+    pub(crate) shadow_origins: Buffer,
+    pub(crate) shadow_directions: Buffer,
+    pub(crate) shadow_lights: Buffer,
+    ray_lists: [Buffer; 2],
+    pub(crate) shadow_list: Buffer,
+    glass_list: Option<Buffer>,
+    heads: Buffer,
+    addresses: Buffer,
+}
+
+/// Bytes of a path.
+fn path_bytes(has_solids: bool, has_glass: bool) -> u64 {
+    let solids = if has_solids { ROW + WORD } else { 0 };
+    let lists = if has_glass { 4 * WORD } else { 3 * WORD };
+    8 * ROW + 2 * PAIR + WORD + lists + solids
+}
+
+impl Tables {
+    fn new(
+        device: &Device,
+        frame: [u32; 2],
+        is_half: bool,
+        has_solids: bool,
+        has_glass: bool,
+    ) -> Result<Self> {
+        let [width, height] = split_size(frame);
+        let rows = if is_half { height.div_ceil(2) } else { height };
+        let paths = u64::from(width) * u64::from(rows);
+        if paths > MAX_PATHS {
+            return Err(Error::Unsupported(format!(
+                "indirect lighting of a frame of {}x{}: at most {MAX_PATHS} paths are possible; ask for a smaller frame",
+                frame[0], frame[1]
+            )));
+        }
+        let bytes = paths * path_bytes(has_solids, has_glass);
+        check_size("indirect lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
+        let buffer = |name, bytes: u64| Buffer::new(device, name, paths * bytes, Location::Device);
+        let lists = RayLists::new(width, paths);
+        let heads = vec![lists.empty(); BOUNCE_LIST_HEADS as usize];
+        let mut tables = Self {
+            frame,
+            is_half,
+            lists,
+            origins: buffer("bounce ray origins", ROW)?,
+            directions: buffer("bounce ray directions", ROW)?,
+            throughputs: buffer("throughputs of paths", ROW)?,
+            solids: None,
+            hits: buffer("hits of bounce rays", ROW)?,
+            firsts: buffer("reflectances of first surfaces", ROW)?,
+            first_directions: buffer("directions of first rays", WORD)?,
+            lights: buffer("light of paths", ROW)?,
+            reflected: buffer("reflected light of paths", PAIR)?,
+            shadow_origins: buffer("bounce shadow ray origins", ROW)?,
+            shadow_directions: buffer("bounce shadow ray directions", ROW)?,
+            shadow_lights: buffer("bounce shadow ray lights", PAIR)?,
+            ray_lists: [buffer("bounce ray list", WORD)?, buffer("bounce ray list of odd vertices", WORD)?],
+            shadow_list: buffer("bounce shadow ray list", WORD)?,
+            glass_list: None,
+            heads: Buffer::from_slice(device, "bounce list heads", &heads)?,
+            addresses: Buffer::new(
+                device,
+                "bounce tables",
+                size_of::<BounceTables>() as u64,
+                Location::Device,
+            )?,
+        };
+        if has_solids {
+            let passed = buffer("ways of bounce rays", WORD)?;
+            tables.solids = Some([buffer("solids of bounce rays", ROW)?, passed]);
+        }
+        if has_glass {
+            tables.glass_list = Some(buffer("bounce shadow rays through glass", WORD)?);
+        }
+        tables.addresses.write_through_staging(bytemuck::bytes_of(&tables.addresses()))?;
+        Ok(tables)
+    }
+
+    fn addresses(&self) -> BounceTables {
+        let [solids, passed] = match &self.solids {
+            Some(buffers) => [buffers[0].address(), buffers[1].address()],
+            None => [0; 2],
+        };
+        BounceTables {
+            origins: self.origins.address(),
+            directions: self.directions.address(),
+            throughputs: self.throughputs.address(),
+            solids,
+            passed,
+            hits: self.hits.address(),
+            firsts: self.firsts.address(),
+            first_directions: self.first_directions.address(),
+            lights: self.lights.address(),
+            reflected: self.reflected.address(),
+            shadow_origins: self.shadow_origins.address(),
+            shadow_directions: self.shadow_directions.address(),
+            shadow_lights: self.shadow_lights.address(),
+            even_list: self.ray_lists[0].address(),
+            odd_list: self.ray_lists[1].address(),
+            shadow_list: self.shadow_list.address(),
+            glass_list: self.glass_list.as_ref().map_or(0, Buffer::address),
+            heads: self.heads.address(),
+        }
+    }
+
+    /// Declares what every pass reads and writes besides whole tables: their addresses, and the heads of the lists.
+    pub(crate) fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
+        pass.addresses(&self.addresses).addresses_updated(&self.heads)
+    }
+
+    /// Paths with a ray from that vertex.
+    pub(crate) fn ray_list(&self, vertex: u32) -> &Buffer {
+        &self.ray_lists[(vertex & 1) as usize]
+    }
+
+    /// What moves on with a path: its ray (two tables), its throughput, and the solids that it is in.
+    pub(crate) fn path(&self) -> impl Iterator<Item = &Buffer> {
+        [&self.origins, &self.directions, &self.throughputs].into_iter().chain(self.solids())
+    }
+
+    /// What says which solids rays are in, if there are any.
+    pub(crate) fn solids(&self) -> &[Buffer] {
+        self.solids.as_ref().map_or(&[], |buffers| buffers.as_slice())
+    }
+
+    /// Paths whose shadow ray has met glass, if there is any.
+    pub(crate) fn glass_list(&self) -> &[Buffer] {
+        self.glass_list.as_slice()
+    }
+
+    /// Launches a kernel that traces over a list.
+    pub(crate) fn trace(&self, pass: Pass<'_, '_>, list: List, vertex: u32) -> Result<()> {
+        let groups = head(list, vertex) + offset_of!(RayListHead, groups) as u64;
+        pass.dispatch_indirect(self.lists.trace_extent(), &self.heads, groups)
+    }
+
+    /// Launches a kernel that shades over a list.
+    pub(crate) fn shade(&self, pass: Pass<'_, '_>, list: List, vertex: u32) -> Result<()> {
+        let groups = head(list, vertex) + offset_of!(RayListHead, shading_groups) as u64;
+        pass.dispatch_indirect(self.lists.shading_extent(), &self.heads, groups)
+    }
+}
+
+/// Where the head of a list stands among the heads.
+fn head(list: List, vertex: u32) -> u64 {
+    u64::from(vertex * BOUNCE_LISTS + list as u32) * size_of::<RayListHead>() as u64
+}
+
+impl Bounces {
+    pub(crate) fn new(device: &Device, has_solids: bool, has_glass: bool) -> Self {
+        Self { device: device.clone(), has_solids, has_glass, tables: RefCell::new(None) }
+    }
+
+    /// Makes the tables where there are none for such frames, tells the kernels where they are, and does something with them.
+    pub(crate) fn with<T>(
+        &self,
+        size: [u32; 2],
+        is_half: bool,
+        push: &mut IndirectPush,
+        record: impl FnOnce(&Tables, &mut IndirectPush) -> Result<T>,
+    ) -> Result<T> {
+        let mut slot = self.tables.borrow_mut();
+        let before = slot.take().filter(|t| t.frame == size && t.is_half == is_half);
+        let new = || Tables::new(&self.device, size, is_half, self.has_solids, self.has_glass);
+        let tables = slot.insert(before.map_or_else(new, Ok)?);
+        push.tables = tables.addresses.address();
+        push.columns = tables.lists.columns();
+        push.width = split_size(size)[0];
+        record(tables, push)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_core::test_support::TestDevice;
+
+    #[test]
+    fn frames_without_room_are_refused() {
+        let device = TestDevice::open();
+        let refusal =
+            |frame| Tables::new(&device, frame, false, true, true).err().expect("an error").to_string();
+        let message = refusal([40_000, 40_000]);
+        assert!(
+            message.contains("indirect lighting of a frame of 40000x40000: at most 268435456 paths"),
+            "{message}"
+        );
+        // Twice the free memory, unless that is more than any frame can take.
+        let side = (2.0 * device.info().free_bytes() as f64 / path_bytes(true, true) as f64).sqrt();
+        let side = (side as u32).min(40_000);
+        let message = refusal([side, side]);
+        assert!(message.contains("indirect lighting of a frame of"), "{message}");
+    }
+
+    /// The README states these, and that half a bounce takes half of them.
+    #[test]
+    fn bytes_are_those_of_the_readme() {
+        assert_eq!([(false, false), (true, true)].map(|(s, g)| path_bytes(s, g)), [160, 184]);
+        let device = TestDevice::open();
+        let bytes = |is_half| {
+            let t = Tables::new(&device, [64, 32], is_half, true, true).unwrap();
+            let rows = [&t.origins, &t.directions, &t.throughputs, &t.hits, &t.firsts, &t.first_directions];
+            let light = [&t.lights, &t.reflected, &t.shadow_origins, &t.shadow_directions, &t.shadow_lights];
+            let lists = [t.ray_list(0), t.ray_list(1), &t.shadow_list];
+            let rest = t.solids().iter().chain(t.glass_list());
+            rows.into_iter().chain(light).chain(lists).chain(rest).map(Buffer::size).sum::<u64>()
+        };
+        assert_eq!([bytes(false), bytes(true)], [64 * 32 * 184, 64 * 16 * 184]);
+    }
+}
