@@ -15,6 +15,7 @@ fn main() {
         records::ShadowRayTables::glsl(),
         records::ShadowRayList::glsl(),
         records::LightStorage::glsl(),
+        records::NeeAtPdf::glsl(),
         records::RestirWeights::glsl(),
         records::RestirVisibility::glsl(),
         records::DirectPush::glsl(),
