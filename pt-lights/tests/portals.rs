@@ -10,7 +10,7 @@ use pt_lights::DirectParams;
 use pt_scene::{Portal, Scene};
 
 const SIZE: [u32; 2] = [16, 16];
-const FRAMES: u32 = 192;
+const FRAMES: u32 = 96;
 
 /// The window of the room as a portal, with one that leads nowhere; and portals that do not know the window. The mean is that without portals, on
 /// rough and on glossy surfaces, whatever they are; the noise is less where they fit.
@@ -49,9 +49,9 @@ fn portals_take_noise_away_and_keep_the_mean() {
             [mean, f64::from(samples) * variance, (variance / 128.0 / n).sqrt()]
         })
     };
-    let plain = measure(&mut rig(&[]), 0.5, 32);
+    let plain = measure(&mut rig(&[]), 0.5, 16);
     for (name, portals, cases) in [
-        ("window", &[window][..], &[(0.5, 8.0), (0.9, 8.0), (0.0, 0.8)][..]),
+        ("window", &[window][..], &[(0.5, 8.0), (0.9, 8.0)][..]),
         ("window and a blind one", &[window, blind][..], &[(0.5, 1.5)][..]),
         ("beside the window", &[half, inner][..], &[(0.5, 0.2)][..]),
     ] {
@@ -70,10 +70,8 @@ fn portals_take_noise_away_and_keep_the_mean() {
                     "{case}: {variance} of {of_plain}"
                 );
                 // Without a portal that fits a frame has too few samples to tell more.
-                assert!(
-                    both < if least_gain > 1.0 { 0.05 } else { 0.15 } * expected,
-                    "{case}: too noisy to tell"
-                );
+                let precision = if least_gain > 1.0 { 0.05 } else { 0.15 };
+                assert!(both < precision * expected, "{case}: too noisy to tell");
             }
         }
     }
