@@ -264,7 +264,7 @@ fn learned(device: &TestDevice, params: &DirectParams, runs: u32, frames: u32) -
 /// does what is learned from reflected rays; and these teach the tiles what light samples do not find.
 #[test]
 fn weights_and_feedback_of_reflections_keep_the_mean() {
-    const RUNS: u32 = 96;
+    const RUNS: u32 = 40;
     let device = TestDevice::open();
     let own = DirectParams { samples: 4, ..params(LightSampler::LightBvh, EnvironmentRays::Own) };
     let [expected, spread, _] = learned(&device, &own, RUNS, 1);
@@ -273,7 +273,7 @@ fn weights_and_feedback_of_reflections_keep_the_mean() {
     let feedback = DirectParams { nee_at_bsdf_feedback: true, ..list.clone() };
     let cases = [("exact", list), ("averaged", averaged), ("feedback of reflections", feedback)];
     let shares = cases.map(|(name, params)| {
-        let [mean, error, share] = learned(&device, &params, RUNS, 6);
+        let [mean, error, share] = learned(&device, &params, RUNS, 5);
         let both = error.hypot(spread);
         println!("{name}: {mean:.4} +- {error:.4} of {expected:.4} +- {spread:.4}; {share:.3} of the proxies are sky");
         assert!((mean - expected).abs() < 4.0 * both, "{name}: {mean}, not {expected} +- {both}");
