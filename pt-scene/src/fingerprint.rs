@@ -77,7 +77,7 @@ mod tests {
         let print = scene.fingerprint();
         assert_eq!(print, builtin("cornell").unwrap().fingerprint());
         assert_eq!(print.len(), 32);
-        let changes: [fn(&mut crate::Scene); 5] = [
+        let changes: [fn(&mut crate::Scene); 6] = [
             |s| s.materials[0].roughness += 1e-6,
             |s| s.meshes[0].positions[0].x += 1e-6,
             |s| s.instances[0].world_from_object.translation.y += 1.0,
