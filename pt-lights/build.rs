@@ -14,6 +14,7 @@ fn main() {
         records::RayCounts::glsl(),
         records::ShadowRayTables::glsl(),
         records::LightStorage::glsl(),
+        records::NeeAtPdf::glsl(),
         records::RestirWeights::glsl(),
         records::RestirVisibility::glsl(),
         records::DirectPush::glsl(),

@@ -19,7 +19,9 @@ use pt_scene::animation::{NodeMotion, Rig, Trs};
 use pt_scene::is_invertible;
 use pt_scene::shines;
 use pt_scene::without_scale;
-use pt_scene::{Attachment, Camera, Instance, Light, LightKind, Projection, Scene, SceneError};
+use pt_scene::{
+    Attachment, Camera, Instance, Light, LightKind, MAX_PORTALS, Portal, Projection, Scene, SceneError,
+};
 use pt_scene::{thickened, visible};
 
 /// The nodes that instances, cameras and lights come from, in the order of those in [`Scene`].
@@ -120,6 +122,27 @@ fn is_visible(document: &Document, node: &Node, at: &str) -> Result<bool, SceneE
     Ok(visibility.is_none_or(|v| v.visible))
 }
 
+/// What a node's `extras` may hold: the width and height of a portal of the environment in the node's XY plane, centred.
+#[derive(Deserialize)]
+struct NodeExtras {
+    pt_portal: Option<serde_json::Value>,
+}
+
+/// The portal that a node's extras ask for.
+fn portal(node: &Node, world: &Affine3A, at: &str, notices: &mut Notices) -> Option<Portal> {
+    let extras: NodeExtras = serde_json::from_str(node.extras.as_ref()?.get()).ok()?;
+    let size = <[f32; 2]>::deserialize(extras.pt_portal?).ok();
+    let portal = size.map(|[width, height]| Portal {
+        corner: world.transform_point3(Vec3::new(-0.5 * width, -0.5 * height, 0.0)),
+        edges: [Vec3::X * width, Vec3::Y * height].map(|edge| world.transform_vector3(edge)),
+    });
+    let portal = portal.filter(Portal::has_area);
+    if portal.is_none() {
+        notices.add(format!("{at}.extras.pt_portal"), "left out, it is not [width, height] of a rectangle");
+    }
+    portal
+}
+
 #[derive(Deserialize)]
 struct Instancing {
     attributes: BTreeMap<String, u32>,
@@ -172,6 +195,11 @@ fn place(
 ) -> Result<(), SceneError> {
     let node = document.get(index, at)?;
     let number = index.value() as u32;
+    scene.portals.extend(portal(node, world, at, notices));
+    if scene.portals.len() > MAX_PORTALS {
+        scene.portals.truncate(MAX_PORTALS);
+        notices.add(at, format!("its portal is left out, a scene has at most {MAX_PORTALS}"));
+    }
     let name = node.name.as_deref().unwrap_or(at);
     if let Some(mesh) = node.mesh {
         document.get(mesh, &format!("{at}.mesh"))?;

@@ -263,6 +263,44 @@ fn invisible_nodes_hide_what_is_below_them() {
     assert_eq!(glb.load_clean().instances.len(), 1);
 }
 
+/// `extras.pt_portal` of a node: a rectangle in its XY plane, centred. What is none is left out with a notice; other extras are of no concern.
+#[test]
+fn portals_are_rectangles_of_nodes() {
+    let mut glb = triangle();
+    let turn = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+    let window =
+        json!({"translation": [1, 2, 3], "rotation": turn.to_array(), "extras": {"pt_portal": [2, 0.5]}});
+    let mut nodes = vec![0, glb.push("nodes", window)];
+    for extras in [json!({"portal": "other"}), json!([1, 2]), json!(null)] {
+        nodes.push(glb.push("nodes", json!({"extras": extras})));
+    }
+    glb.json["scenes"][0]["nodes"] = json!(nodes);
+    let scene = glb.load_clean();
+    let [portal] = scene.portals[..] else { panic!("{:?}", scene.portals) };
+    assert!(portal.corner.abs_diff_eq(Vec3::new(1.0, 1.75, 4.0), 1e-5), "{portal:?}");
+    assert!(portal.edges[0].abs_diff_eq(Vec3::new(0.0, 0.0, -2.0), 1e-5), "{portal:?}");
+    assert!(portal.edges[1].abs_diff_eq(Vec3::new(0.0, 0.5, 0.0), 1e-5), "{portal:?}");
+    for bad in [json!("wide"), json!([1]), json!([0, 1]), json!([1e300, 1]), json!({"width": 1})] {
+        let mut glb = triangle();
+        glb.json["nodes"][0]["extras"] = json!({"pt_portal": bad});
+        let scene = glb.load().unwrap();
+        assert!(scene.portals.is_empty(), "{bad}");
+        assert!(
+            scene.notices.iter().any(|notice| notice.contains("extras.pt_portal")),
+            "{:?}",
+            scene.notices
+        );
+    }
+    // More than samplers look at.
+    let mut glb = triangle();
+    let many =
+        (0..40).map(|_| glb.push("nodes", json!({"extras": {"pt_portal": [1, 1]}}))).collect::<Vec<_>>();
+    glb.json["scenes"][0]["nodes"] = json!(many);
+    let scene = glb.load().unwrap();
+    assert_eq!(scene.portals.len(), pt_scene::MAX_PORTALS);
+    assert!(scene.notices.iter().any(|notice| notice.contains("at most 32")), "{:?}", scene.notices);
+}
+
 #[test]
 fn every_extension_is_supported_ignored_or_refused() {
     for &(name, status) in EXTENSIONS {

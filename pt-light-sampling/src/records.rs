@@ -12,6 +12,16 @@ pt_shaders::named_enum! {
     }
 }
 
+pt_shaders::named_enum! {
+    /// Whether the lists of clusters leave out lights that are hidden from the whole cluster.
+    pub enum ListVisibility {
+        /// They do not know what is hidden.
+        Off = "off",
+        /// Rays on the CPU decide when the lists are built: 16 rays between the cluster and a light that all meet an opaque surface leave it out.
+        Rays = "rays",
+    }
+}
+
 pt_shaders::gpu_struct! {
     /// Of `local_lights.comp`.
     pub struct LocalLightsPush {

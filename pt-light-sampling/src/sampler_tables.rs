@@ -1,8 +1,10 @@
-use crate::cluster_lists::{ClusterLists, ListLimits, ListUpdate, cluster_boxes};
-use crate::records::StatisticsTable;
+use crate::cluster_lists::{
+    ClusterBox, ClusterLists, ListLimits, ListUpdate, VisibilityEstimate, Visible, cluster_boxes,
+};
+use crate::records::{ListVisibility, StatisticsTable};
 use crate::statistics::ShadowStatistics;
 use crate::table::Table;
-use crate::{LightBvh, LightLists, NO_TRAIL};
+use crate::{LightBounds, LightBvh, LightLists, NO_TRAIL};
 use pt_core::{Buffer, Device, Frame, Result, SceneResources};
 use pt_scene::{Clusters, Scene};
 use pt_shaders::records::{
@@ -16,6 +18,8 @@ pub struct SamplerChoice {
     pub sampler: LightSampler,
     /// Where the candidates of [`LightSampler::Ris`] come from.
     pub ris_source: RisSource,
+    /// Whether lists leave out what is hidden.
+    pub list_visibility: ListVisibility,
     /// How shadow statistics are stored.
     pub statistics_table: StatisticsTable,
     /// Frames that they reach back, from 1 on.
@@ -27,11 +31,12 @@ pub struct SamplerChoice {
 }
 
 impl From<LightSampler> for SamplerChoice {
-    /// With sixteen frames of statistics, candidates from the cluster, and the environment apart.
+    /// With sixteen frames of statistics, candidates from the cluster, lists without visibility, and the environment apart.
     fn from(sampler: LightSampler) -> Self {
         Self {
             sampler,
             ris_source: RisSource::Cluster,
+            list_visibility: ListVisibility::Off,
             statistics_table: StatisticsTable::Auto,
             statistics_frames: 16,
             statistics_interval: 4,
@@ -56,9 +61,37 @@ struct DeviceTree {
     uploaded: bool,
 }
 
+/// Which lights clusters see, of those that are where they were when this was made.
+struct Seen {
+    estimate: VisibilityEstimate,
+    /// Index of the first point or spot light, and where these were.
+    first: usize,
+    positional: Vec<LightBounds>,
+}
+
+impl Seen {
+    fn new(scene: &Scene, clusters: &Clusters, boxes: &[ClusterBox], lights: &LightLists) -> Result<Self> {
+        let first = lights.first_positional();
+        let estimate = VisibilityEstimate::new(scene, clusters, boxes, &lights.emissives)?;
+        Ok(Self { estimate, first, positional: lights.local[first..].to_vec() })
+    }
+
+    /// Whether a cluster may see a local light. Of a light that has changed since, nothing is known. The estimate has no quads of the environment,
+    /// which stand between the triangles and the other lights; lists do not ask about them, because they may change.
+    fn visible(&self, lights: &LightLists, cluster: u32, light: u32) -> bool {
+        let Some(place) = (light as usize).checked_sub(self.first) else {
+            return self.estimate.visible(cluster, light);
+        };
+        let same = self.positional.get(place) == lights.local.get(light as usize);
+        !same || self.estimate.visible(cluster, light - lights.quad_count() as u32)
+    }
+}
+
 /// The lists of all clusters on the device.
 struct DeviceLists {
     host: ClusterLists,
+    /// What clusters see, if the lists ask for it. Kept, because lists may be built again.
+    visibility: Option<Seen>,
     records: Table,
     fixed: Table,
     changing: Table,
@@ -88,6 +121,10 @@ impl SamplerTables {
                 false
             }
         };
+        let lists = || {
+            let with_visibility = choice.list_visibility == ListVisibility::Rays;
+            DeviceLists::new(device, scene, clusters, lights, most_lights, (keeps_last, with_visibility))
+        };
         let tree = choice.sampler == LightSampler::LightBvh;
         let statistics = || {
             let boxes = cluster_boxes(scene, clusters);
@@ -95,9 +132,7 @@ impl SamplerTables {
             ShadowStatistics::new(device, &boxes, most_lights, table, interval, keeps_last)
         };
         Ok(Self {
-            lists: listed
-                .then(|| DeviceLists::new(device, scene, clusters, lights, most_lights, keeps_last))
-                .transpose()?,
+            lists: listed.then(lists).transpose()?,
             tree: tree.then(|| DeviceTree::new(device, lights, most_lights, keeps_last)).transpose()?,
             statistics: counted.then(statistics).transpose()?,
             statistics_frames: choice.statistics_frames,
@@ -220,12 +255,15 @@ impl DeviceLists {
         clusters: &Clusters,
         lights: &LightLists,
         most_lights: usize,
-        keeps_last: bool,
+        (keeps_last, with_visibility): (bool, bool),
     ) -> Result<Self> {
         let boxes = cluster_boxes(scene, clusters);
+        let visibility = with_visibility.then(|| Seen::new(scene, clusters, &boxes, lights)).transpose()?;
         let limits = ListLimits::default();
         let room = (most_lights * boxes.len()).min(limits.max_entries) * size_of::<u32>();
-        let host = ClusterLists::new(boxes, &lights.local, &lights.may_change, limits, None);
+        let sees = visibility.as_ref().map(|seen| move |cluster, light| seen.visible(lights, cluster, light));
+        let sees = sees.as_ref().map(|sees| sees as &Visible<'_>);
+        let host = ClusterLists::new(boxes, &lights.local, &lights.may_change, limits, sees);
         let table = |name, bytes| Table::new(device, name, bytes, keeps_last);
         Ok(Self {
             records: table("cluster lists", host.count() * size_of::<ClusterListRecord>())?,
@@ -233,12 +271,16 @@ impl DeviceLists {
             changing: table("changing lights of clusters", room)?,
             uploaded: false,
             scratch: Vec::with_capacity(host.count()),
+            visibility,
             host,
         })
     }
 
     fn update(&mut self, frame: &mut Frame<'_>, lights: &LightLists) -> Result<()> {
-        let change = self.host.update(&lights.local, &lights.may_change, None);
+        let sees =
+            self.visibility.as_ref().map(|seen| move |cluster, light| seen.visible(lights, cluster, light));
+        let sees = sees.as_ref().map(|sees| sees as &Visible<'_>);
+        let change = self.host.update(&lights.local, &lights.may_change, sees);
         let is_first = !std::mem::replace(&mut self.uploaded, true);
         if change == ListUpdate::Nothing && !is_first {
             return Ok(());

@@ -5,10 +5,10 @@ use crate::sampler_tables::{SamplerChoice, SamplerTables};
 use crate::statistics::ShadowStatistics;
 use crate::table::Table;
 use pt_core::{Buffer, Device, Error, Frame, Kernel, Result, SceneResources};
-use pt_scene::Scene;
 use pt_scene::gpu::GpuScene;
+use pt_scene::{MAX_PORTALS, Portal, Scene};
 use pt_shaders::records::{
-    AliasRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord, SceneRecord,
+    AliasRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord, PortalRecord, SceneRecord,
 };
 
 /// Threads in a row of a dispatch.
@@ -27,6 +27,8 @@ pub struct LightTables {
     emissive_alias: Buffer,
     emissive_lookup: Buffer,
     environment_alias: Buffer,
+    portals: Buffer,
+    portal_count: u32,
     quads: Option<QuadBuffers>,
     local_alias: Table,
     local_lights: Table,
@@ -85,6 +87,7 @@ impl LightTables {
         let lights = table("lights", room * size_of::<LightRecord>())?;
         lights.now().write_through_staging(bytemuck::cast_slice(&lists.lights))?;
         let [local_alias, local_lights] = local_tables(device, &lists, room)?;
+        let portals = portals(scene);
         Ok(Self {
             room,
             lights,
@@ -92,6 +95,8 @@ impl LightTables {
             emissive_alias: alias("emissive alias", &lists.emissive_alias)?,
             emissive_lookup: Buffer::from_slice(device, "emissive lookup", &lists.emissive_lookup(scene))?,
             environment_alias: alias("environment alias", &lists.environment_alias)?,
+            portals: Buffer::from_slice(device, "portals", &portals)?,
+            portal_count: portals.len() as u32,
             quads: None,
             local_alias,
             local_lights,
@@ -242,6 +247,8 @@ impl LightTables {
         record.emissive_alias = self.emissive_alias.address();
         record.emissive_lookup = self.emissive_lookup.address();
         record.environment_alias = self.environment_alias.address();
+        record.portals = self.portals.address();
+        record.portal_count = self.portal_count;
         for (address, buffer) in [
             (&mut record.environment_quads, self.quads.as_ref().map(|q| &q.quads)),
             (&mut record.environment_quad_nodes, self.quads.as_ref().map(|q| &q.nodes)),
@@ -257,16 +264,24 @@ impl LightTables {
     /// Gives the tables to the scene on the device: passes that bind the scene find the lights there.
     pub fn attach(&self, gpu: &mut GpuScene) {
         self.fill(gpu.record_mut());
-        let fixed = [&self.emissives, &self.emissive_alias, &self.emissive_lookup, &self.environment_alias];
+        let emissives = [&self.emissives, &self.emissive_alias, &self.emissive_lookup];
+        let fixed = emissives.into_iter().chain([&self.environment_alias, &self.portals]);
         let replaced =
             [&self.lights, &self.local_alias, &self.local_lights].into_iter().flat_map(Table::copies);
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
         let quads = self.quads.iter().flat_map(QuadBuffers::all);
-        let tables = fixed.into_iter().chain(replaced).chain(quads).chain(sampler).cloned().collect();
+        let tables = fixed.chain(replaced).chain(quads).chain(sampler).cloned().collect();
         let counts =
             self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
         gpu.set_light_tables(tables, counts.cloned().collect());
     }
+}
+
+/// The portals of a scene that samplers look at.
+fn portals(scene: &Scene) -> Vec<PortalRecord> {
+    let usable = scene.portals.iter().filter(|portal| portal.has_area()).take(MAX_PORTALS);
+    let record = |&Portal { corner, edges: [edge1, edge2] }: &Portal| PortalRecord { corner, edge1, edge2 };
+    usable.map(record).collect()
 }
 
 /// The alias table over the local lights and their records, with room for `room` punctual lights and for those that are dark now.

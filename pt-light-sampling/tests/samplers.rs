@@ -5,11 +5,12 @@ mod common;
 use common::records::{SampleRecord, SamplerPush};
 use common::{kernels, run_sampler};
 use glam::{Affine3A, Vec3};
-use pt_core::Kernel;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::trace::TraceBackend;
+use pt_core::{Kernel, Recorder};
 use pt_light_sampling::SamplerChoice;
+use pt_light_sampling::records::ListVisibility;
 use pt_light_sampling::test_support::{Uploaded, all_kinds, polygon};
 use pt_scene::{Light, Material, Scene, builtin};
 use pt_shaders::named_enum::NamedEnum;
@@ -133,5 +134,64 @@ fn lists_follow_lights_that_change_unannounced() {
         for (i, light) in picked.iter().enumerate() {
             assert!(light.pdf > 0.0 || light.pdf_again <= 0.0, "step {step}: light {i} is left out");
         }
+    }
+}
+
+/// Point lights on both sides of a wall; each side's clusters list their own. The quads of the environment, which stand before the lights, do not
+/// confuse one with another; and a light that has moved since the rays were traced is listed wherever it may be seen now.
+#[test]
+fn lists_of_what_is_seen_name_the_right_lights() {
+    let device = TestDevice::open();
+    let mut scene = all_kinds();
+    let wall = [(-9.0, 0.0), (9.0, 0.0), (9.0, 6.0), (-9.0, 6.0)].map(|(z, y)| Vec3::new(0.0, y, z));
+    let board = Material { double_sided: true, ..Material::lambertian("wall", Vec3::ONE) };
+    polygon(&mut scene, &wall, Affine3A::IDENTITY, board);
+    for x in [-4.0, 4.0] {
+        let corners = [(-4.0, 9.0), (4.0, 9.0), (4.0, -9.0), (-4.0, -9.0)];
+        let corners = corners.map(|(dx, z)| Vec3::new(0.9 * dx + x, 0.0, z));
+        polygon(&mut scene, &corners, Affine3A::IDENTITY, Material::lambertian("floor", Vec3::ONE));
+    }
+    scene.lights.clear();
+    for i in 0..12 {
+        let x = if i % 3 == 0 { 3.0 } else { -3.0 };
+        let position = Vec3::new(x + 0.1 * i as f32, 1.0, 0.5 * i as f32 - 3.0);
+        scene.lights.push(Light { id: i, ..Light::point("lamp", position, Vec3::splat(3.0)) });
+    }
+    let floor = [-6.0f32, 6.0].map(|x| Vec3::new(x, 0.001, 0.5));
+    // For a point on each side the numbers of the listed lights, which begin with the first point light.
+    let listed = |uploaded: &Uploaded| {
+        let lists = uploaded.lights.sampler().unwrap().lists().unwrap();
+        let first = uploaded.lights.lists().first_positional() as u32;
+        floor.map(|at| {
+            let cluster = uploaded.gpu.clusters().find(at) as usize;
+            let all = lists.fixed.list(cluster).iter().chain(lists.changing.list(cluster));
+            all.filter_map(|light| light.checked_sub(first)).collect::<Vec<u32>>()
+        })
+    };
+    for environment_listed in [false, true] {
+        let mut uploaded = Uploaded::new(&device, scene.clone(), TraceBackend::Compute);
+        let Uploaded { scene, lights, gpu } = &mut uploaded;
+        let choice = SamplerChoice {
+            environment_listed,
+            list_visibility: ListVisibility::Rays,
+            ..LightSampler::ClusterCdf.into()
+        };
+        lights.prepare(&device, scene, gpu, Some(choice)).unwrap();
+        assert_eq!(lights.lists().quad_count() > 0, environment_listed);
+        assert_eq!(listed(&uploaded), [vec![1, 2, 4, 5, 7, 8, 10, 11], vec![0, 3, 6, 9]]);
+        // Lights 0 and 1 change sides, although nothing has said that they can.
+        for (light, x) in [(0, -3.0), (1, 3.0)] {
+            uploaded.scene.lights[light].position.x = x;
+        }
+        let mut recorder = Recorder::new(&device).unwrap();
+        let mut frame = recorder.begin().unwrap();
+        let Uploaded { scene, lights, gpu } = &mut uploaded;
+        lights.update(&mut frame, scene, gpu).unwrap();
+        frame.submit().unwrap();
+        recorder.finish().unwrap();
+        let [left, right] = listed(&uploaded);
+        assert!(left.contains(&0) && right.contains(&1), "{left:?} {right:?}");
+        // The others are where they were, and are hidden as before.
+        assert!(!left.contains(&3) && !right.contains(&2), "{left:?} {right:?}");
     }
 }

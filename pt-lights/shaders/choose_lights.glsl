@@ -3,10 +3,12 @@
 // give light go into the slots of shadow_ray_slots.glsl.
 #include "shadow_ray_slots.glsl"
 #include "lights/emission_share.glsl"
+#include "lights/portals.glsl"
 #include "lights/ris.glsl"
 #include "shading_point.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer ChoiceTable { uvec2 at[]; };
+layout(constant_id = 10) const uint nee_at_pdf = NEE_AT_PDF_EXACT;
 
 const uint CANDIDATE_KINDS[CANDIDATES] =
     uint[](KIND_SUN, KIND_POSITIONAL, KIND_EMISSIVE, KIND_LOCAL, KIND_ENVIRONMENT, KIND_ENVIRONMENT);
@@ -52,7 +54,13 @@ LightSample candidate_light(ShadingPoint s, LightContext c, ivec2 p, uint candid
     case CANDIDATE_POSITIONAL: if (!merged_rays) light = sample_positional(s.position, bits); break;
     case CANDIDATE_EMISSIVE: if (!merged_rays) light = sample_emissive(s.position, bits); break;
     case CANDIDATE_LOCAL: if (merged_rays) light = local_candidate(c, p, key, bits, local); break;
-    case CANDIDATE_ENVIRONMENT: light = sample_environment(bits); break;
+    case CANDIDATE_ENVIRONMENT:
+        if (scene_has(FEATURE_PORTALS)) {
+            light = sample_environment_through(s.position, push.portal_share, bits, random_bits(key, DIM_PORTAL));
+        } else {
+            light = sample_environment(bits);
+        }
+        break;
     // Narrow lobes do not find the environment by chance: this ray goes where the surface reflects.
     case CANDIDATE_REFLECTION:
         light.direction = sample_reflected(s, unit_from_bits(bits));
@@ -60,6 +68,20 @@ LightSample candidate_light(ShadingPoint s, LightContext c, ivec2 p, uint candid
         break;
     }
     return light;
+}
+
+// Density of a direction of the listed environment in the weights of multiple importance sampling, on both sides.
+float weighing_environment_pdf(LightContext c, vec3 direction) {
+    if (light_sampler != LIGHT_SAMPLER_NEE_AT || nee_at_pdf == NEE_AT_PDF_EXACT) return listed_environment_pdf(c, direction);
+    uint light;
+    float pdf = environment_quad_pdf(direction, light);
+    return light == NONE || scene.light_tables.local_light_count == 0u ? 0.0 : pdf * nee_at_averaged_pmf(c, light);
+}
+
+// Density of a direction of the environment with a ray of its own.
+float apart_environment_pdf(vec3 position, vec3 direction) {
+    if (scene_has(FEATURE_PORTALS)) return environment_through_pdf(position, push.portal_share, direction);
+    return environment_pdf(direction);
 }
 
 LightContext light_context(ShadingPoint s, ivec2 p) {
@@ -119,11 +141,15 @@ uint choose_lights(ivec2 p) {
                 float pdf = reflected_pdf(s, light.direction);
                 bool reflection = candidate == CANDIDATE_REFLECTION;
                 float light_pdf = light.pdf;
-                if (listed) light_pdf = listed_environment_pdf(context, light.direction);
-                else if (reflection) light_pdf = environment_pdf(light.direction);
+                if (listed) light_pdf = weighing_environment_pdf(context, light.direction);
+                else if (reflection) light_pdf = apart_environment_pdf(s.position, light.direction);
                 if (reflection) light.pdf = pdf;
                 weight = reflection ? power_weight(pdf, light_pdf) : power_weight(light_pdf, pdf);
             }
+            if (local != NONE) choice = uvec2(local, pcg4d(uvec4(floatBitsToUint(light.target), local)).x);
+            // What tiles learn about is the light that a ray's end names.
+            bool teaches = listed && light_sampler == LIGHT_SAMPLER_NEE_AT && push.nee_at_bsdf_feedback != 0u;
+            if (candidate == CANDIDATE_REFLECTION && teaches) local = light_of_direction(light.direction);
             float bounced = bounced_share(s, light, candidate, local);
             if (shares_are_late() && is_emissive_slot(slot)) {
                 ShareTable(shadow_ray_tables().shares).at[texel_index(p)] = bounced;
@@ -133,7 +159,6 @@ uint choose_lights(ivec2 p) {
                 kept |= 1u << slot;
                 if (light.finite || local != NONE) near |= 1u << slot;
             }
-            if (local != NONE) choice = uvec2(local, pcg4d(uvec4(floatBitsToUint(light.target), local)).x);
         }
     }
     StateTable(shadow_ray_tables().states).at[texel_index(p)] = kept << STATE_TRACED | near << STATE_NEAR;

@@ -73,6 +73,7 @@ impl DirectLighting {
             sampler,
             merged,
             ("environment_listed", params.is_environment_listed().into()),
+            ("nee_at_pdf", params.nee_at_pdf.code().into()),
             replays,
         ];
         let choice = Kernel::compute::<DirectPush>(device, code, &constants)?;

@@ -1,12 +1,12 @@
 //! The knobs of direct lighting.
 
 use crate::records::{
-    DirectPush, EnvironmentRays, GlassShadows, LightRays, LightStorage, PartialMetal, RestirVisibility,
-    RestirWeights,
+    DirectPush, EnvironmentRays, GlassShadows, LightRays, LightStorage, NeeAtPdf, PartialMetal,
+    RestirVisibility, RestirWeights,
 };
 use pt_core::knobs;
 use pt_light_sampling::SamplerChoice;
-use pt_light_sampling::records::StatisticsTable;
+use pt_light_sampling::records::{ListVisibility, StatisticsTable};
 use pt_shaders::records::{
     AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL,
     KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
@@ -31,11 +31,14 @@ knobs! {
         /// environment alone does not find narrow lobes.
         pub reflection_roughness: f32 = 0.3, in 0.0..=1.0, source "Veach 1997, section 9.2";
         /// How many shadow rays a sample has for local lights: emissive triangles, point and spot lights.
-        pub rays: LightRays = LightRays::PerKind => structural;
+        pub rays: LightRays = LightRays::Merged => structural;
         /// Whether the environment has a shadow ray of its own, or is, with `rays=merged`, a part of the lights that `sampler` picks from, as quads.
         pub environment_rays: EnvironmentRays = EnvironmentRays::Own => structural;
+        /// Share of the samples of the environment that go through the portals of the scene, such as windows, if it has any; with
+        /// `environment_rays=own`.
+        pub portal_share: f32 = 0.5, in 0.0..=0.95;
         /// How a local light is picked with `rays=merged`.
-        pub sampler: LightSampler = LightSampler::ClusterStats => structural;
+        pub sampler: LightSampler = LightSampler::LightBvh => structural;
         /// How points of emissive triangles are drawn with `rays=merged`.
         pub area_sampling: AreaSampling = AreaSampling::Spherical => structural;
         /// Light samples a pixel, each with its own shadow rays.
@@ -78,6 +81,14 @@ knobs! {
         pub nee_at_global_share: f32 = 0.0625, in 0.0..=1.0;
         /// Share of its other proxies that are kept from the last frame.
         pub nee_at_history: f32 = 0.75, in 0.0..=0.95;
+        /// Which probability of a light `sampler=nee-at` puts into the weights of multiple importance sampling.
+        pub nee_at_pdf: NeeAtPdf = NeeAtPdf::Exact => structural;
+        /// Whether `sampler=nee-at` also learns from the rays in directions that a surface reflects, with `environment_rays=list`: such a ray
+        /// may find a part of the sky that no light sample has found.
+        pub nee_at_bsdf_feedback: bool = false;
+        /// Whether the lists of clusters leave out lights that rays, when the lists are built, do not find from the cluster; what is left out by
+        /// mistake keeps a small probability. For `cluster-cdf`, `cluster-stats`, and `ris` and `restir-di` with `ris_source=cluster`.
+        pub list_visibility: ListVisibility = ListVisibility::Off => structural;
         /// Whether pixels that have last frame's random seed take its light sample again (gradient pixels of a denoiser); not with
         /// `sampler=restir-di` and `nee-at`.
         pub replay: bool = false, source "Schied, Peters and Dachsbacher 2018, section 4" => structural;
@@ -87,13 +98,14 @@ knobs! {
 impl DirectParams {
     /// What [`LightTables::prepare`](pt_light_sampling::LightTables::prepare) takes.
     pub fn sampler_choice(&self) -> Option<SamplerChoice> {
-        let Self { sampler, ris_source, statistics_table, statistics_frames, statistics_interval, .. } =
-            *self;
+        let Self { sampler, ris_source, list_visibility, statistics_table, .. } = *self;
+        let Self { statistics_frames, statistics_interval, .. } = *self;
         let environment_listed = self.is_environment_listed();
         let merged = self.rays == LightRays::Merged;
         merged.then_some(SamplerChoice {
             sampler,
             ris_source,
+            list_visibility,
             statistics_table,
             statistics_frames,
             statistics_interval,
@@ -153,6 +165,8 @@ impl DirectParams {
             light_sample: 0,
             ray_columns: 0,
             emission_share: EmissionShare::LightSamples.code(),
+            nee_at_bsdf_feedback: u32::from(self.nee_at_bsdf_feedback),
+            portal_share: self.portal_share,
             pad: 0,
         }
     }

@@ -68,6 +68,18 @@ pt_shaders::named_enum! {
 }
 
 pt_shaders::named_enum! {
+    /// Which probability of a light `sampler=nee-at` puts into the weights of multiple importance sampling against rays that the surface reflects;
+    /// `NEE_AT_PDF_*` in GLSL. The estimate itself always divides by the exact one.
+    pub enum NeeAtPdf: "NEE_AT_PDF" {
+        /// That with which a candidate is drawn.
+        Exact = "exact",
+        /// The mean of that of the tile's proxies and that of all lights, whatever share of the candidates each has: unbiased too, as both sides
+        /// use it, but of other noise.
+        Averaged = "averaged",
+    }
+}
+
+pt_shaders::named_enum! {
     /// How light is stored between the stages; `LIGHT_STORAGE_*` in GLSL.
     pub enum LightStorage: "LIGHT_STORAGE" {
         /// As 32-bit floating-point numbers.
@@ -181,6 +193,10 @@ pt_shaders::gpu_struct! {
         pub ray_columns: u32,
         /// `EMISSION_SHARE_*`.
         pub emission_share: u32,
+        /// 1 = nee-at learns from reflected rays.
+        pub nee_at_bsdf_feedback: u32,
+        /// Share of the samples of the environment that go through portals.
+        pub portal_share: f32,
         /// Alignment.
         pub pad: u32,
     }

@@ -4,35 +4,20 @@
 mod common;
 
 use common::pixels::{Pixel, Rig};
-use glam::{Affine3A, Vec3};
-use pt_core::rng::random4;
+use common::room::{floor, image, indoors, rectangle, room};
+use glam::Vec3;
 use pt_core::test_support::TestDevice;
-use pt_light_sampling::test_support::{all_kinds, polygon};
+use pt_light_sampling::test_support::all_kinds;
 use pt_lights::DirectParams;
-use pt_lights::records::{EnvironmentRays, LightRays};
-use pt_scene::{Environment, EnvironmentImage, Material, Scene};
+use pt_lights::records::{EnvironmentRays, LightRays, NeeAtPdf};
+use pt_scene::{Environment, Material, Scene};
 use pt_shaders::named_enum::NamedEnum;
-use pt_shaders::records::{LightSampler, RisSource};
+use pt_shaders::records::{LightSampler, NeeAtTile, RisSource};
 
 const SIZE: [u32; 2] = [16, 16];
 
 fn params(sampler: LightSampler, environment_rays: EnvironmentRays) -> DirectParams {
     DirectParams { rays: LightRays::Merged, sampler, environment_rays, sun: false, ..DirectParams::default() }
-}
-
-fn image(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Environment {
-    let texels = (0..width * height).map(|i| Vec3::splat(texel(i % width, i / width))).collect();
-    Environment::new(EnvironmentImage { width, height, texels })
-}
-
-fn rectangle(scene: &mut Scene, corners: [Vec3; 4], material: Material) {
-    polygon(scene, &corners, Affine3A::IDENTITY, material);
-}
-
-fn floor(scene: &mut Scene, half: f32) {
-    let corners =
-        [(-half, half), (half, half), (half, -half), (-half, -half)].map(|(x, z)| Vec3::new(x, 0.0, z));
-    rectangle(scene, corners, Material::lambertian("floor", Vec3::splat(0.5)));
 }
 
 /// All kinds of light over a floor, a board in between, and a sky that is brighter than the lamps on one side.
@@ -195,56 +180,6 @@ fn odd_environments_have_the_right_mean() {
     }
 }
 
-/// A room of 4 x 3 x 4 m with a window of 1.2 x 1.2 m in one wall, a small lamp at the ceiling, and a sky.
-fn room() -> Scene {
-    let mut scene = Scene::default();
-    let wall = || Material::lambertian("wall", Vec3::splat(0.7));
-    let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
-    floor(&mut scene, 2.0);
-    rectangle(
-        &mut scene,
-        [at(-2.0, 3.0, -2.0), at(2.0, 3.0, -2.0), at(2.0, 3.0, 2.0), at(-2.0, 3.0, 2.0)],
-        wall(),
-    );
-    for side in [-2.0, 2.0] {
-        rectangle(
-            &mut scene,
-            [at(-2.0, 0.0, side), at(2.0, 0.0, side), at(2.0, 3.0, side), at(-2.0, 3.0, side)],
-            wall(),
-        );
-    }
-    rectangle(
-        &mut scene,
-        [at(-2.0, 0.0, -2.0), at(-2.0, 0.0, 2.0), at(-2.0, 3.0, 2.0), at(-2.0, 3.0, -2.0)],
-        wall(),
-    );
-    // Around the window in the wall at x = 2.
-    for ([y0, y1], [z0, z1]) in [
-        ([0.0, 1.0], [-2.0, 2.0]),
-        ([2.2, 3.0], [-2.0, 2.0]),
-        ([1.0, 2.2], [-2.0, -0.6]),
-        ([1.0, 2.2], [0.6, 2.0]),
-    ] {
-        rectangle(&mut scene, [at(2.0, y0, z0), at(2.0, y0, z1), at(2.0, y1, z1), at(2.0, y1, z0)], wall());
-    }
-    let lamp = [(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)].map(|(x, z)| at(x, 2.95, z));
-    rectangle(&mut scene, lamp, Material::lamp("lamp", Vec3::splat(20.0)));
-    scene.environment = image(64, 32, |_, y| if y < 16 { 3.0 + 0.2 * y as f32 } else { 0.5 });
-    scene
-}
-
-/// Points of the floor and of the wall opposite to the window.
-fn indoors([x, y]: [u32; 2]) -> Option<Pixel> {
-    let [u, v, ..] = random4([x, y], 0, 0, 7).map(|xi| 3.6 * xi - 1.8);
-    let on_floor = y < SIZE[1] / 2;
-    let (position, normal) = if on_floor {
-        (Vec3::new(u, 0.0, v), Vec3::Y)
-    } else {
-        (Vec3::new(-1.99, 1.5 + 0.7 * u, v), Vec3::X)
-    };
-    Some(Pixel { position, normal, view: normal, ..Pixel::LAMBERTIAN })
-}
-
 /// Frames of learning, and frames of which the variance is taken.
 const WARM: u32 = 12;
 const FRAMES: u32 = 64;
@@ -284,4 +219,80 @@ fn samplers_find_the_window() {
         assert!((found - mean).abs() < 5.0 * error, "{}: {found} +- {error}, not {mean}", sampler.name());
         assert!(own > least_gain * list, "{}: {own} {list}", sampler.name());
     }
+}
+
+/// A glossy floor under a sky, beside a lamp of that radiance.
+fn glossy(radiance: f32) -> Scene {
+    let mut scene = Scene::default();
+    floor(&mut scene, 2.1);
+    let lamp = [(-0.3, 0.3), (-0.3, -0.3), (0.3, -0.3), (0.3, 0.3)].map(|(x, z)| Vec3::new(x - 2.5, 2.0, z));
+    rectangle(&mut scene, lamp, Material::lamp("lamp", Vec3::splat(radiance)));
+    scene.environment = image(32, 16, |x, y| if y >= 8 { 0.0 } else { 0.5 + 0.1 * (x % 5) as f32 });
+    scene
+}
+
+/// A point of it. Without metal, reflected rays also go where light samples go.
+fn glossy_pixel([x, y]: [u32; 2], metallic: f32) -> Option<Pixel> {
+    let at = |k: u32| k as f32 * 0.1 - 0.8;
+    let position = Vec3::new(at(x), 0.0, at(y));
+    let view = Vec3::new(-0.6, 0.8, 0.1).normalize();
+    let base = [0.5, 0.5, 0.5, 0.04];
+    Some(Pixel { position, view, roughness: 0.25, metallic, base, ..Pixel::LAMBERTIAN })
+}
+
+/// Mean light over independent runs with its standard error, after `frames` frames, and the share of the proxies of all tiles that are quads.
+fn learned(
+    device: &TestDevice,
+    params: &DirectParams,
+    (lamp, metallic): (f32, f32),
+    frames: u32,
+) -> [f64; 3] {
+    let runs = 40;
+    let mut rig = Rig::new(device, glossy(lamp), SIZE, params);
+    let pixel = |at| glossy_pixel(at, metallic);
+    let (mut sums, mut share) = ([0.0; 2], 0.0);
+    for run in 0..runs {
+        rig.images.reset_history();
+        (0..frames).for_each(|frame| rig.frame(frame, 300 + run, &pixel));
+        let mean = rig.light().iter().sum::<f64>() / f64::from(SIZE[0] * SIZE[1]);
+        sums = [sums[0] + mean, sums[1] + mean * mean];
+        let quads = rig.uploaded.lights.lists().quad_range();
+        if let Some(tiles) = rig.stage.nee_at().and_then(|nee_at| nee_at.tiles()) {
+            let tiles: Vec<NeeAtTile> = tiles.read().unwrap();
+            let proxies = || tiles.iter().flat_map(|tile| tile.lights);
+            let of_sky = proxies().filter(|light| quads.contains(&(*light as usize))).count();
+            share += of_sky as f64 / proxies().count() as f64 / f64::from(runs);
+        }
+    }
+    let n = f64::from(runs);
+    let mean = sums[0] / n;
+    [mean, ((sums[1] / n - mean * mean).max(0.0) / (n - 1.0)).sqrt(), share]
+}
+
+/// Both probabilities that `nee-at` may put into the weights of multiple importance sampling give the mean of an environment with rays of its own, as
+/// does what is learned from reflected rays; and these teach the tiles what light samples do not find.
+#[test]
+fn weights_and_feedback_of_reflections_keep_the_mean() {
+    let device = TestDevice::open();
+    let own = DirectParams { samples: 4, ..params(LightSampler::LightBvh, EnvironmentRays::Own) };
+    let list = DirectParams { nee_at_candidates: 1, ..params(LightSampler::NeeAt, EnvironmentRays::List) };
+    let averaged = DirectParams { nee_at_pdf: NeeAtPdf::Averaged, nee_at_narrow: 0.1, ..list.clone() };
+    let feedback = DirectParams { nee_at_bsdf_feedback: true, ..list.clone() };
+    // A weak lamp, of which the samples are few, and a strong one, which most light samples choose.
+    let (weak, strong) = ((20.0, 0.0), (2500.0, 1.0));
+    let [expected_weak, expected_strong] = [weak, strong].map(|case| learned(&device, &own, case, 1));
+    let cases = [
+        ("averaged", averaged, weak, expected_weak),
+        ("exact", list, strong, expected_strong),
+        ("feedback of reflections", feedback, strong, expected_strong),
+    ];
+    let shares = cases.map(|(name, params, case, [expected, spread, _])| {
+        let [mean, error, share] = learned(&device, &params, case, 5);
+        let both = error.hypot(spread);
+        println!("{name}: {mean:.4} +- {error:.4} of {expected:.4} +- {spread:.4}; {share:.3} of the proxies are sky");
+        assert!((mean - expected).abs() < 4.0 * both, "{name}: {mean}, not {expected} +- {both}");
+        assert!(both < 0.03 * expected, "{name}: too noisy to tell: {both} of {expected}");
+        share
+    });
+    assert!(shares[2] > 1.5 * shares[1], "{shares:?}");
 }

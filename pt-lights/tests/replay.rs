@@ -9,9 +9,9 @@ use pt_core::test_support::TestDevice;
 use pt_light_sampling::records::StatisticsTable;
 use pt_light_sampling::test_support::{bright_spot, polygon};
 use pt_lights::DirectParams;
-use pt_lights::records::{EnvironmentRays, LightRays};
+use pt_lights::records::{EnvironmentRays, LightRays, LightStorage};
 use pt_scene::animation::{Deformation, Influence, Skin};
-use pt_scene::{Light, Material, Scene};
+use pt_scene::{AlphaMode, Light, Material, Scene};
 use pt_shaders::named_enum::NamedEnum;
 use pt_shaders::records::{LightSampler, NONE, RisSource};
 use std::sync::Arc;
@@ -333,6 +333,54 @@ fn environment_among_the_lights_is_repeated() {
         assert!(gone > 20, "{name}: {gone} pixels");
         assert_eq!(lights(view.choices()), lights(last), "{name}: dark");
     }
+}
+
+/// Where a glossy surface mirrors the sky, the weights of multiple importance sampling are those of the last frame's choice as well: a sky that has
+/// become twice as bright gives twice the light, although this frame would choose it more often.
+#[test]
+fn reflections_have_the_weights_of_the_last_frame() {
+    let device = TestDevice::open();
+    let params = DirectParams {
+        replay: true,
+        rays: LightRays::Merged,
+        environment_rays: EnvironmentRays::List,
+        sampler: LightSampler::Power,
+        sun: false,
+        ..DirectParams::default()
+    };
+    let mut scene = hall();
+    scene.materials[0].roughness = 0.25;
+    let mut view = View::with(&device, scene, params, SIZE, RandomSource::White, 80);
+    view.show(&surfaces());
+    view.frame();
+    let before = view.frame();
+    view.uploaded.scene.environment.intensity *= 2.0;
+    let after = view.frame_with(|_| true);
+    let quads = view.uploaded.lights.lists().quad_range();
+    let mut doubled = 0;
+    for (i, choice) in view.choices().iter().enumerate().filter(|(_, c)| quads.contains(&(c[0] as usize))) {
+        assert_eq!(after[i], 2.0 * before[i], "pixel {i}, light {}", choice[0]);
+        doubled += usize::from(after[i] > 0.0);
+    }
+    assert!(doubled > 20, "{doubled} pixels");
+}
+
+/// What covers a ray only in part decides at random whether it does, and stored light is rounded at random: both as in the last frame.
+#[test]
+fn coverage_and_rounding_are_repeated() {
+    let device = TestDevice::open();
+    let params = DirectParams { replay: true, storage: LightStorage::Rgbe, ..DirectParams::default() };
+    let mut scene = hall();
+    for mesh in &mut scene.meshes {
+        let material = &mut scene.materials[mesh.triangle_materials[0] as usize];
+        if material.name == "board" {
+            (material.alpha_mode, material.base_color.w) = (AlphaMode::Blend, 0.5);
+            mesh.first_masked = 0;
+        }
+    }
+    let mut view = View::with(&device, scene, params, SIZE, RandomSource::White, 80);
+    view.show(&surfaces());
+    without_change_the_last_frame_is_repeated("blended boards", &mut view);
 }
 
 /// A ball that comes nearer: the replayed estimate has the mean of this frame's estimate, also where the sample was chosen among candidates.

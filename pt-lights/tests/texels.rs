@@ -75,26 +75,50 @@ fn surface([x, y]: [u32; 2]) -> Pixel {
     }
 }
 
+/// A pixel's surface in double precision.
+#[derive(Clone, Copy)]
+struct Point {
+    position: DVec3,
+    normal: DVec3,
+    view: DVec3,
+    base: [f64; 4],
+    metallic: f64,
+    roughness: f64,
+    reflects: bool,
+}
+
+impl Point {
+    fn of(p: &Pixel) -> Self {
+        Self {
+            position: p.position.as_dvec3(),
+            normal: p.normal.as_dvec3(),
+            view: p.view.as_dvec3(),
+            base: p.base.map(f64::from),
+            metallic: (f64::from(p.metallic) * 65535.0).round() / 65535.0,
+            roughness: f64::from(p.roughness),
+            reflects: p.roughness <= DirectParams::default().reflection_roughness,
+        }
+    }
+}
+
 /// Diffuse and specular light of a pixel with one light sample.
-fn estimate(lights: &LightSampler, hidden: &[[DVec3; 3]], [x, y]: [u32; 2], p: &Pixel) -> [DVec3; 2] {
-    let base = p.base.map(f64::from);
-    let metallic = (f64::from(p.metallic) * 65535.0).round() / 65535.0;
+fn estimate(lights: &LightSampler, hidden: &[[DVec3; 3]], [x, y]: [u32; 2], p: &Point) -> [DVec3; 2] {
+    let Point { position, normal, base, metallic, reflects, .. } = *p;
     let dielectric = (DVec3::splat(base[3]), (base[3] / 0.04).min(1.0));
     let color = DVec3::new(base[0], base[1], base[2]);
-    let brdf = Brdf::new(color, dielectric, metallic, f64::from(p.roughness), false);
-    let world_from_local: DMat3 = basis_around(p.normal.as_dvec3());
+    let brdf = Brdf::new(color, dielectric, metallic, p.roughness, false);
+    let world_from_local: DMat3 = basis_around(normal);
     let local = world_from_local.transpose();
-    let v = local * p.view.as_dvec3();
+    let v = local * p.view;
     let bits = |dimension| pcg4d([x | y << 16, 0, dimension, SEED]);
-    let reflects = p.roughness <= DirectParams::default().reflection_roughness;
     let mut sum = [DVec3::ZERO; 2];
     let mut add = |sample: Option<LightSample>, weight: &dyn Fn(&LightSample) -> f64| {
         let Some(sample) = sample.filter(|s| s.pdf > 0.0) else { return };
         let l = local * sample.direction;
-        if l.z <= 0.0 || p.normal.as_dvec3().dot(sample.direction) <= 0.0 {
+        if l.z <= 0.0 || normal.dot(sample.direction) <= 0.0 {
             return;
         }
-        if is_hidden(hidden, p.position.as_dvec3(), &sample) {
+        if is_hidden(hidden, position, &sample) {
             return;
         }
         let light = sample.radiance * (weight(&sample) * l.z / sample.pdf);
@@ -103,8 +127,8 @@ fn estimate(lights: &LightSampler, hidden: &[[DVec3; 3]], [x, y]: [u32; 2], p: &
         sum[1] += value.specular * light;
     };
     add(lights.sun(bits(DIM_SUN)), &|_| 1.0);
-    add(lights.positional(p.position, bits(DIM_POSITIONAL)), &|_| 1.0);
-    add(lights.emissive(p.position, bits(DIM_EMISSIVE)), &|_| 1.0);
+    add(lights.positional(position.as_vec3(), bits(DIM_POSITIONAL)), &|_| 1.0);
+    add(lights.emissive(position.as_vec3(), bits(DIM_EMISSIVE)), &|_| 1.0);
     let reflected = |s: &LightSample| brdf.pdf(v, local * s.direction);
     let environment = lights.environment(bits(DIM_ENVIRONMENT));
     add(environment, &|s| if reflects { power_weight(s.pdf, reflected(s)) } else { 1.0 });
@@ -118,6 +142,55 @@ fn estimate(lights: &LightSampler, hidden: &[[DVec3; 3]], [x, y]: [u32; 2], p: &
     }
     let demodulation = brdf.f0.max(DVec3::splat(0.01));
     [sum[0], sum[1] / demodulation]
+}
+
+/// Roundings of about 30 operations in a row: the relative error of what fp32 makes of a number.
+const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
+
+/// How many values of a frame may differ. A value differs where a decision (a lobe, the side of an edge, a horizon) hangs on the last digits of a
+/// number, or where a narrow lobe magnifies them. How often that happens follows from the oracle alone: it is asked again with the
+/// pixel's position, directions and roughness changed by the roundings of fp32, and the values that change are counted. The number in
+/// one frame is then Poisson distributed; the bar is exceeded with a probability of 1e-4. Also returns the mean.
+fn allowed_differences(
+    lights: &LightSampler,
+    triangles: &[[DVec3; 3]],
+    exact: &[[DVec3; 2]],
+) -> (usize, f64) {
+    const ROUNDS: u32 = 16;
+    let mut changed = 0;
+    for round in 0..ROUNDS {
+        for (i, exact) in (0..).zip(exact) {
+            let at = [i % SIZE[0], i / SIZE[0]];
+            let unit = |k: u32| random4(at, round, k, 99).map(|x| 2.0 * f64::from(x) - 1.0);
+            let shake = |v: Vec3, [x, y, z, _]: [f64; 4]| {
+                v.as_dvec3() + ROUNDING * v.as_dvec3().abs().max_element().max(1e-3) * DVec3::new(x, y, z)
+            };
+            let pixel = surface(at);
+            let point = Point {
+                position: shake(pixel.position, unit(0)),
+                normal: shake(pixel.normal, unit(1)).normalize(),
+                view: shake(pixel.view, unit(2)).normalize(),
+                roughness: f64::from(pixel.roughness) * (1.0 + ROUNDING * unit(3)[0]),
+                ..Point::of(&pixel)
+            };
+            let again = estimate(lights, triangles, at, &point);
+            changed += again.iter().zip(exact).filter(|(again, exact)| differs(**again, **exact)).count();
+        }
+    }
+    // Two standard errors above the mean that the rounds have.
+    let mean = (f64::from(changed as u32) + 2.0 * f64::from(changed as u32).sqrt() + 2.0) / f64::from(ROUNDS);
+    let (mut bar, mut term, mut below) = (0, (-mean).exp(), (-mean).exp());
+    while 1.0 - below > 1e-4 {
+        bar += 1;
+        term *= mean / bar as f64;
+        below += term;
+    }
+    (bar, mean)
+}
+
+/// By more than roundings of the sum explain.
+fn differs(value: DVec3, expected: DVec3) -> bool {
+    (value - expected).abs().max_element() / expected.max_element().max(1e-3) > 1e-4
 }
 
 /// Of the environment: constant, because texture units interpolate with 8 bits.
@@ -134,23 +207,24 @@ fn every_texel_equals_the_oracle() {
     let mut rig = Rig::new(&device, scene.clone(), SIZE, &DirectParams::default());
     rig.frame(0, SEED, &|p| Some(surface(p)));
     let channels = [COLOR_HF, COLOR_SPEC].map(|id| rig.texels(id));
-    let (mut wrong, mut worst) = (Vec::new(), 0.0_f64);
-    for i in 0..SIZE[0] * SIZE[1] {
-        let at = [i % SIZE[0], i / SIZE[0]];
-        let expected = estimate(&lights, &triangles, at, &surface(at));
-        for (expected, texels) in expected.into_iter().zip(&channels) {
-            let texel = Vec3::from_slice(&texels[i as usize]).as_dvec3();
-            let error = (texel - expected).abs().max_element() / expected.max_element().max(1e-3);
-            if error > 1e-4 {
+    let places = || (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
+    let exact: Vec<[DVec3; 2]> =
+        places().map(|at| estimate(&lights, &triangles, at, &Point::of(&surface(at)))).collect();
+    let (bar, mean) = allowed_differences(&lights, &triangles, &exact);
+    let mut wrong = Vec::new();
+    for (i, (at, expected)) in places().zip(&exact).enumerate() {
+        for (&expected, texels) in expected.iter().zip(&channels) {
+            let texel = Vec3::from_slice(&texels[i]).as_dvec3();
+            if differs(texel, expected) {
                 wrong.push((at, texel, expected));
-            } else {
-                worst = worst.max(error);
             }
         }
     }
-    // fp32 takes another lobe, or another side of an edge, where a number is next to the limit.
-    println!("{} of {} values differ, the others by up to {worst:.1e}", wrong.len(), 2 * SIZE[0] * SIZE[1]);
-    assert!(wrong.len() <= 8, "{} values differ: {:?}", wrong.len(), &wrong[..wrong.len().min(8)]);
+    let count = wrong.len();
+    println!("{count} of {} values differ; {mean:.2} are expected, at most {bar} allowed", 2 * exact.len());
+    assert!(count <= bar, "{count} values differ, of {bar}: {:?}", &wrong[..count.min(8)]);
+    // A fault of one texel in a hundred is found.
+    assert!(bar < exact.len() / 100, "{bar}");
 }
 
 /// `storage=rgbe` rounds every texel as the oracle does, and the light of the frame stays; rounding to the nearest would lose some of it.

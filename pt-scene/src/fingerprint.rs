@@ -11,6 +11,7 @@ impl Scene {
             .for_each(|i| hash.text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
         self.lights.iter().for_each(|light| hash.text(light));
         hash.environment(&self.environment);
+        self.portals.iter().for_each(|portal| hash.text(portal));
         for texture in &self.textures {
             hash.text(&(texture.width, texture.height, texture.usage, texture.sampler));
             match &texture.texels {
@@ -76,11 +77,15 @@ mod tests {
         let print = scene.fingerprint();
         assert_eq!(print, builtin("cornell").unwrap().fingerprint());
         assert_eq!(print.len(), 32);
-        let changes: [fn(&mut crate::Scene); 5] = [
+        let changes: [fn(&mut crate::Scene); 6] = [
             |s| s.materials[0].roughness += 1e-6,
             |s| s.meshes[0].positions[0].x += 1e-6,
             |s| s.instances[0].world_from_object.translation.y += 1.0,
             |s| s.environment.intensity = 2.0,
+            |s| {
+                s.portals
+                    .push(crate::Portal { corner: glam::Vec3::ZERO, edges: [glam::Vec3::X, glam::Vec3::Y] })
+            },
             |s| s.meshes[0].triangle_materials[0] += 1,
         ];
         for change in changes {

@@ -28,6 +28,7 @@ mod merge;
 mod mesh;
 mod mips;
 mod motion;
+mod portal;
 mod posing;
 mod scene;
 mod sky;
@@ -55,6 +56,7 @@ pub use mips::{
     srgb_from_linear,
 };
 pub use motion::{Blink, LightMotion, Motion};
+pub use portal::{MAX_PORTALS, Portal};
 pub use scene::{Attachment, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};
 pub use texture::{BlockFormat, Filter, MAX_TEXTURE_SIDE, MipFilter, Sampler, Texels, Texture, Wrap};

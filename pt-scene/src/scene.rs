@@ -29,6 +29,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Light from infinitely far away.
     pub environment: Environment,
+    /// Windows and other openings that it shines through; may be empty. Samplers look at the first [`crate::MAX_PORTALS`].
+    pub portals: Vec<crate::Portal>,
     /// Animations of the file.
     pub animations: Vec<AnimationInfo>,
     /// The nodes that move instances, lights and joints; `None` when nothing does.

@@ -102,6 +102,8 @@ gpu_constants! {
     pub const FEATURE_INSTANCES: u32 = 1024;
     /// An instance with [`MASK_MIXED_SIDES`].
     pub const FEATURE_MIXED_SIDES: u32 = 2048;
+    /// Portals of the environment.
+    pub const FEATURE_PORTALS: u32 = 4096;
     /// Checkerboard flag of a surface that the camera sees directly.
     pub const FLAG_PRIMARY: u32 = 1;
     /// Checkerboard flag of a surface that is seen by reflection.

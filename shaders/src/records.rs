@@ -95,6 +95,8 @@ gpu_struct! {
         pub environment_quad_nodes: u64,
         /// `AliasRecord[]`: for each quad a table over its cells.
         pub environment_quad_cells: u64,
+        /// `PortalRecord[portal_count]`.
+        pub portals: u64,
         /// The tables that change with the lights, as they are in this frame.
         pub light_tables: LightTablesRecord,
         /// The same as they were in the last frame, as far as something asks for them (`LightTables::keep_last_frame`, sampler
@@ -136,8 +138,22 @@ gpu_struct! {
         pub environment_grid: UVec2,
         /// How many quads of the environment are local lights.
         pub environment_quad_count: u32,
+        /// How many portals there are.
+        pub portal_count: u32,
         /// Alignment.
-        pub pad: u32,
+        pub pad: UVec2,
+    }
+}
+
+gpu_struct! {
+    /// A parallelogram that the environment shines through, world space.
+    pub struct PortalRecord {
+        /// One corner.
+        pub corner: Vec3,
+        /// From there to the next.
+        pub edge1: Vec3,
+        /// And to the one on the other side.
+        pub edge2: Vec3,
     }
 }
 
@@ -770,6 +786,7 @@ table! {
     LocalLightRecord,
     EnvironmentQuadRecord,
     EnvironmentQuadNode,
+    PortalRecord,
     ClusterListRecord,
     LightBvhNode,
     NeeAtTile,

@@ -3,6 +3,7 @@
 
 pub mod pixels;
 pub mod records;
+pub mod room;
 pub mod view;
 
 pub mod kernels {

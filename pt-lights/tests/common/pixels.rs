@@ -9,7 +9,7 @@ use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
 use pt_light_sampling::test_support::Uploaded;
-use pt_lights::{DirectLighting, DirectParams};
+use pt_lights::{Counted, DirectLighting, DirectParams};
 use pt_scene::Scene;
 use pt_shaders::channels::*;
 use pt_shaders::records::FrameRecord;
@@ -52,7 +52,9 @@ pub struct Rig {
     pub uploaded: Uploaded,
     pub images: ChannelImages,
     pub params: DirectParams,
-    stage: DirectLighting,
+    /// Counts the rays of the frames from now on.
+    pub counted: Option<Counted>,
+    pub stage: DirectLighting,
     uniforms: Uniforms<FrameRecord>,
     recorder: Recorder,
     size: [u32; 2],
@@ -80,6 +82,7 @@ impl Rig {
             uniforms: Uniforms::new(device, "frame_uniforms").unwrap(),
             recorder: Recorder::new(device).unwrap(),
             params: params.clone(),
+            counted: None,
             uploaded,
             stage,
             size,
@@ -150,7 +153,8 @@ impl Rig {
         let Uploaded { scene, lights, gpu } = &mut self.uploaded;
         lights.update(&mut frame, scene, gpu).unwrap();
         let inputs = StageInputs { scene: Some(&*gpu), uniforms: Some(&self.uniforms), images: &self.images };
-        self.stage.record(&mut frame, &inputs, &self.params, 0.0).unwrap();
+        let counted = self.counted.as_ref();
+        self.stage.record_counted(&mut frame, &inputs, &self.params, 0.0, counted).unwrap();
         frame.submit().unwrap();
         self.recorder.finish().unwrap();
     }

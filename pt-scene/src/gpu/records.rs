@@ -5,10 +5,10 @@ use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES,
-    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM,
-    FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE,
-    MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
-    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
+    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_PORTALS, FEATURE_SECOND_UV,
+    FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord,
+    MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND,
+    MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
@@ -64,6 +64,7 @@ pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
         | bit(uses().any(|t| t.uv_set != 0), FEATURE_SECOND_UV)
         | bit(scene.meshes.iter().any(Mesh::is_colored), FEATURE_VERTEX_COLOR)
         | bit(scene.instances.len() != 1, FEATURE_INSTANCES)
+        | bit(!scene.portals.is_empty(), FEATURE_PORTALS)
 }
 
 fn lobe(m: &Material) -> LobeRecord {

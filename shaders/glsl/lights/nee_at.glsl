@@ -36,15 +36,27 @@ uint proxies_below(NeeAtTileTable tile, uint light) {
     return tile.at[0].lights[below] < light ? below + 1u : below;
 }
 
-// Probability with which nee_at_pick() returns a light.
-float nee_at_pmf(LightContext c, uint light) {
-    if (c.tile == 0ul) return power_pmf(light);
-    NeeAtTileTable tile = NeeAtTileTable(c.tile);
-    float narrow = tile.at[0].narrow;
+// Probability of a light if a share of the candidates, `narrow`, comes from the tile's proxies and the rest from all lights.
+float nee_at_mixture(NeeAtTileTable tile, uint light, float narrow) {
     float pmf = (1.0 - narrow) * mix(power_pmf(light), 1.0 / float(scene.light_tables.local_light_count), tile.at[0].uniform_share);
     if (narrow <= 0.0) return pmf;
     uint copies = proxies_below(tile, light + 1u) - proxies_below(tile, light);
     return pmf + narrow * (float(copies) / float(NEE_AT_PROXIES));
+}
+
+// Probability with which nee_at_pick() returns a light.
+float nee_at_pmf(LightContext c, uint light) {
+    if (c.tile == 0ul) return power_pmf(light);
+    NeeAtTileTable tile = NeeAtTileTable(c.tile);
+    return nee_at_mixture(tile, light, tile.at[0].narrow);
+}
+
+// The mean of the probabilities among the tile's proxies and among all lights, whatever the tile's share is. No density of samples: it serves
+// weights of multiple importance sampling alone.
+float nee_at_averaged_pmf(LightContext c, uint light) {
+    if (c.tile == 0ul) return power_pmf(light);
+    NeeAtTileTable tile = NeeAtTileTable(c.tile);
+    return nee_at_mixture(tile, light, tile.at[0].narrow > 0.0 ? 0.5 : 0.0);
 }
 
 // A light. There is at least one. `by_power`: a light picked by power.

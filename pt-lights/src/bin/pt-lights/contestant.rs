@@ -25,6 +25,10 @@ const TIMED_S: f64 = 2.0;
 /// Passes that are the same for all samplers.
 const COMMON_PASSES: [&str; 2] = ["primary rays", "composite"];
 
+/// Passes with a thread for each pixel, or each proxy of a tile, that choose lights: what a sampler costs besides shadow rays and tables.
+const CHOICE_PASSES: [&str; 4] =
+    ["choose lights", "light proxies", "light reuse over time", "light reuse of neighbours"];
+
 /// An argument of `--samplers`: a sampler, or `per-kind`, and knobs of its own, `NAME:KNOB=VALUE:...`.
 #[derive(Clone, Debug)]
 pub struct Entry {
@@ -134,6 +138,8 @@ pub struct Contestant {
     pub lights: LightTables,
     /// Of direct lighting and what belongs to its sampler, for a frame.
     pub gpu_ms: f64,
+    /// Of the passes among them that choose lights, for a frame.
+    pub choose_gpu_ms: f64,
     /// Until the sampler's tables were made.
     pub build_ms: f64,
     /// Of the sampler's tables on the device.
@@ -150,20 +156,23 @@ impl Contestant {
         lights.prepare(&view.device, &view.scene, &mut view.gpu, choice.params.sampler_choice())?;
         let build_ms = started.elapsed().as_secs_f64() * 1e3;
         let bytes = lights.sampler().map_or(0, |tables| tables.bytes());
-        let mut contestant = Self { choice: choice.clone(), stage, lights, gpu_ms: 0.0, build_ms, bytes };
-        contestant.gpu_ms = contestant.time(view, seed)?;
+        let (gpu_ms, choose_gpu_ms) = (0.0, 0.0);
+        let mut contestant =
+            Self { choice: choice.clone(), stage, lights, gpu_ms, choose_gpu_ms, build_ms, bytes };
+        (contestant.gpu_ms, contestant.choose_gpu_ms) = contestant.time(view, seed)?;
         ensure!(contestant.gpu_ms > 0.0, "the device has no timestamps");
         Ok(contestant)
     }
 
-    /// Median GPU time of a frame, milliseconds.
-    fn time(&mut self, view: &mut View, seed: u32) -> Result<f64> {
+    /// Median GPU times of a frame, of all passes and of those that choose lights, milliseconds.
+    fn time(&mut self, view: &mut View, seed: u32) -> Result<(f64, f64)> {
         self.restart(view)?;
         let mut recorder = Recorder::new(&view.device)?;
-        let (mut times, mut index) = (Vec::new(), 0);
+        let (mut times, mut choices, mut index) = (Vec::new(), Vec::new(), 0);
         let warm_up_s = if view.device.info().is_cpu() { 0.0 } else { WARM_UP_S };
         for (least_s, most_s, most) in [(warm_up_s, warm_up_s, usize::MAX), (0.0, TIMED_S, TIMED_FRAMES)] {
             times.clear();
+            choices.clear();
             let started = Instant::now();
             loop {
                 let seconds = started.elapsed().as_secs_f64();
@@ -177,13 +186,15 @@ impl Contestant {
                 frame.submit()?;
                 index += 1;
                 for timing in recorder.finish()? {
-                    let own =
-                        timing.passes.iter().filter(|pass| !COMMON_PASSES.contains(&pass.pass.as_str()));
-                    times.push(own.map(|pass| pass.ms).sum());
+                    let sum = |counts: &dyn Fn(&str) -> bool| -> f64 {
+                        timing.passes.iter().filter(|pass| counts(&pass.pass)).map(|pass| pass.ms).sum()
+                    };
+                    times.push(sum(&|pass| !COMMON_PASSES.contains(&pass)));
+                    choices.push(sum(&|pass| CHOICE_PASSES.contains(&pass)));
                 }
             }
         }
-        Ok(Spread::of(times).median_ms)
+        Ok((Spread::of(times).median_ms, Spread::of(choices).median_ms))
     }
 
     /// Forgets what the sampler has learned, and makes its tables those of the scene on the device.

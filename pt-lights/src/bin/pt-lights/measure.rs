@@ -57,6 +57,8 @@ pub struct Measured {
     pub variance: f64,
     /// Of direct lighting and what belongs to its sampler, for a frame.
     pub gpu_ms: f64,
+    /// Of the passes among them that choose lights.
+    pub choose_gpu_ms: f64,
     /// Of the sampler's tables on the device.
     pub bytes: u64,
     /// Until the tables were made.
@@ -310,6 +312,7 @@ impl Contestant {
                 .collect(),
             variance: mean((0..mask.len()).filter(|i| mask[*i]).map(variance)),
             gpu_ms: self.gpu_ms,
+            choose_gpu_ms: self.choose_gpu_ms,
             bytes: self.bytes,
             build_ms: self.build_ms,
             rays_per_pixel: rays / mask.len() as f64,

@@ -60,15 +60,26 @@ pub fn tables(results: &[Measured], plan: &Plan, out: &mut impl Write) -> Result
     }
     writeln!(
         out,
-        "\n{:<width$} {:>9} {:>9} {:>8} {:>9} {:>9} {:>6} {:>8} {:>6} {:>4}  history",
-        "sampler", "GPU ms", "Mrays/s", "of rate", "build ms", "KiB", "rays", "arrived", "alike", "M"
+        "\n{:<width$} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9} {:>6} {:>8} {:>6} {:>4}  history",
+        "sampler",
+        "GPU ms",
+        "choose ms",
+        "Mrays/s",
+        "of rate",
+        "build ms",
+        "KiB",
+        "rays",
+        "arrived",
+        "alike",
+        "M"
     )?;
     for m in results {
         writeln!(
             out,
-            "{:<width$} {:>9.3} {:>9.2} {:>8} {:>9.1} {:>9} {:>6.2} {:>7.1}% {:>6.2} {:>4}  {}",
+            "{:<width$} {:>9.3} {:>9.3} {:>9.2} {:>8} {:>9.1} {:>9} {:>6.2} {:>7.1}% {:>6.2} {:>4}  {}",
             m.choice.name,
             m.gpu_ms,
+            m.choose_gpu_ms,
             m.mrays_per_s,
             rate_share(m, plan).map_or("-".into(), |share| format!("{:.1}%", 100.0 * share)),
             m.build_ms,
@@ -190,6 +201,7 @@ pub fn rows(results: &[Measured], plan: &Plan, view: &View) -> Vec<Value> {
             "curve": curve.collect::<Vec<_>>(),
             "variance": m.variance,
             "gpu_ms": m.gpu_ms,
+            "choose_gpu_ms": m.choose_gpu_ms,
             "build_ms": m.build_ms,
             "bytes": m.bytes,
             "rays_per_pixel": m.rays_per_pixel,

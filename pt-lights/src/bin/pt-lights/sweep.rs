@@ -26,6 +26,8 @@ pub struct Cost {
     pub lights: u32,
     pub name: String,
     pub gpu_ms: f64,
+    /// Of the passes among them that choose lights: without shadow rays, whose time also depends on the lamps as geometry.
+    pub choose_gpu_ms: f64,
     pub build_ms: f64,
     pub bytes: u64,
 }
@@ -108,7 +110,11 @@ pub fn run(args: &Args, counts: &[u32], choices: &[Choice], out: &mut impl Write
         size[0],
         size[1]
     )?;
-    writeln!(out, "{:>10} {:<width$} {:>9} {:>11} {:>10}", "lights", "sampler", "GPU ms", "build ms", "KiB")?;
+    writeln!(
+        out,
+        "{:>10} {:<width$} {:>9} {:>10} {:>11} {:>10}",
+        "lights", "sampler", "GPU ms", "choose ms", "build ms", "KiB"
+    )?;
     let mut costs: Vec<Cost> = Vec::new();
     for &lights in counts {
         let started = Instant::now();
@@ -119,24 +125,30 @@ pub fn run(args: &Args, counts: &[u32], choices: &[Choice], out: &mut impl Write
         let mut view = View::of_scene(device.clone(), scene, camera, size, backend, &stages)?;
         eprintln!("{lights} lights: scene after {:.1} s", started.elapsed().as_secs_f64());
         for choice in choices {
-            let Contestant { gpu_ms, build_ms, bytes, .. } = Contestant::new(&mut view, choice, args.seed)?;
+            let Contestant { gpu_ms, choose_gpu_ms, build_ms, bytes, .. } =
+                Contestant::new(&mut view, choice, args.seed)?;
             writeln!(
                 out,
-                "{lights:>10} {:<width$} {gpu_ms:>9.3} {build_ms:>11.1} {:>10}",
+                "{lights:>10} {:<width$} {gpu_ms:>9.3} {choose_gpu_ms:>10.3} {build_ms:>11.1} {:>10}",
                 choice.name,
                 bytes.div_ceil(1024)
             )?;
             out.flush()?;
-            costs.push(Cost { lights, name: choice.name.clone(), gpu_ms, build_ms, bytes });
+            let name = choice.name.clone();
+            costs.push(Cost { lights, name, gpu_ms, choose_gpu_ms, build_ms, bytes });
         }
     }
     if let ([first, .., last], true) = (counts, counts.len() > 1) {
-        writeln!(out, "\nGPU ms with {last} lights over that with {first}")?;
+        writeln!(
+            out,
+            "\nGPU ms with {last} lights over that with {first}, and of the choice of lights alone"
+        )?;
         for choice in choices {
-            let of =
-                |lights| costs.iter().find(|c| c.lights == lights && c.name == choice.name).map(|c| c.gpu_ms);
+            let of = |lights| costs.iter().find(|c| c.lights == lights && c.name == choice.name);
             if let (Some(few), Some(many)) = (of(*first), of(*last)) {
-                writeln!(out, "{:<width$} {:>6.3}", choice.name, many / few)?;
+                let [all, choice_alone] =
+                    [many.gpu_ms / few.gpu_ms, many.choose_gpu_ms / few.choose_gpu_ms.max(1e-6)];
+                writeln!(out, "{:<width$} {all:>6.3} {choice_alone:>6.3}", choice.name)?;
             }
         }
     }
@@ -150,6 +162,7 @@ pub fn rows(costs: &[Cost]) -> Vec<Value> {
             "sampler": c.name,
             "lights": c.lights,
             "gpu_ms": c.gpu_ms,
+            "choose_gpu_ms": c.choose_gpu_ms,
             "build_ms": c.build_ms,
             "bytes": c.bytes,
         })
