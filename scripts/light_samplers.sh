@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Compares the light samplers of pt-lights on one scene, and shows the result in pt-lights/README.md: writes docs/light_samplers.svg and puts the
-# table, with device, driver and command, between the markers of the README.
+# Compares the light samplers of pt-lights on one scene, and shows the result in pt-lights/README.md: writes docs/light_samplers_SCENE.svg and
+# puts the table, with device, driver and command, between the README's markers for the scene.
 #
 # usage: scripts/light_samplers.sh [SCENE] [MORE ARGUMENTS OF PT-LIGHTS...]
 #   SCENE        built-in scene or glTF file [default: lamps]
 # environment: PT_LIGHTS the program [default: cargo run --release -p pt-lights --]; README the file with the markers
-#   [pt-lights/README.md]; FIGURE the figure [docs/light_samplers.svg]
+#   [pt-lights/README.md]; FIGURE the figure [docs/light_samplers_SCENE.svg]
 set -euo pipefail
 
 if [[ ${1-} = -h || ${1-} = --help ]]; then
@@ -16,8 +16,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scene=${1-lamps}
 [[ $# -eq 0 ]] || shift
 read -ra program <<<"${PT_LIGHTS:-cargo run --release -p pt-lights --}"
-readme=${README:-pt-lights/README.md} figure=${FIGURE:-docs/light_samplers.svg}
-begin='<!-- samplers: generated, see scripts/light_samplers.sh -->' end='<!-- end of samplers -->'
+name=$(basename "${scene%.*}")
+readme=${README:-pt-lights/README.md} figure=${FIGURE:-docs/light_samplers_$name.svg}
+begin="<!-- samplers of $name: generated, see scripts/light_samplers.sh -->" end="<!-- end of samplers of $name -->"
 for marker in "$begin" "$end"; do
     grep -qxF -- "$marker" "$readme" || { echo "light_samplers: $readme has no line \"$marker\"" >&2; exit 2; }
 done

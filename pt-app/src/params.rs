@@ -64,8 +64,16 @@ pub const PROFILES: &[Profile] = &[
     ),
     (
         "realtime",
-        "temporal anti-aliasing: one Halton offset a frame, no lens",
-        "[gbuffer]\njitter = \"halton\"\ndepth_of_field = false\n[post.taa]\nenabled = true\n",
+        "a denoised frame with temporal anti-aliasing: one Halton offset a frame, no lens",
+        r#"
+[gbuffer]
+jitter = "halton"
+depth_of_field = false
+[denoise]
+variant = "svgf"
+[post.taa]
+enabled = true
+"#,
     ),
     (
         "q2rtx",

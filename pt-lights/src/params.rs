@@ -86,8 +86,8 @@ knobs! {
         /// Whether `sampler=nee-at` also learns from the rays in directions that a surface reflects, with `environment_rays=list`: such a ray
         /// may find a part of the sky that no light sample has found.
         pub nee_at_bsdf_feedback: bool = false;
-        /// Whether the lists of clusters leave out lights that rays, when the lists are built, do not find from the cluster; what is left out by
-        /// mistake keeps a small probability. For `cluster-cdf`, `cluster-stats`, and `ris` and `restir-di` with `ris_source=cluster`.
+        /// Whether the lists of clusters (`cluster-cdf`, `cluster-stats`, and `ris` and `restir-di` with `ris_source=cluster`) leave out lights
+        /// that rays, when the lists are built, do not find from the cluster; what is left out by mistake keeps a small probability.
         pub list_visibility: ListVisibility = ListVisibility::Off => structural;
         /// Whether pixels that have last frame's random seed take its light sample again (gradient pixels of a denoiser); not with
         /// `sampler=restir-di` and `nee-at`.
