@@ -9,6 +9,8 @@ pt_shaders::stage_images! { "denoise";
         "Diffuse light that the next frame continues, a = variance of its luminance where there is one.";
     HISTORY_SPEC: "history_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
         "Specular light that the next frame continues, a as in history_hf.";
+    GEOMETRY: "geometry", Rgba32F, Split, Frame, XYZW, "metres; -; radians",
+        "x = signed distance, y = depth range of the pixel (negative: the fields hold two paths), z = roughness, w = angle between the rays of neighbouring pixels.";
     PING_HF: "ping_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
         "Diffuse light between two passes, a = variance of its luminance; -1 = missing.";
     PING_SPEC: "ping_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
