@@ -8,7 +8,7 @@
 // The geometric weights are normalised. What the luminance weight takes from a tap stays with the centre instead of going to the other taps:
 // the matrix of those weights is symmetric, so bright noise loses no energy by being rejected.
 //
-// The larger range, variance or lobe of a pair is the smaller of two inverses: what a tap needs is computed once when the tile is loaded, and a tap takes no division
+// The larger range or variance of a pair is the smaller of two inverses: what a tap needs is computed once when the tile is loaded, and a tap takes one division
 // and no root. Every factor is a power of two, so that factors are sums of exponents.
 #include "channels.glsl"
 #include "checkerboard.glsl"
@@ -34,10 +34,10 @@ const float LOG2_E = 1.442695041;
 // rgb, and what a difference of luminance is multiplied by; negative: missing.
 shared vec4 tile_hf[TILE.x * TILE.y];
 shared vec4 tile_spec[TILE.x * TILE.y];
-// x: distance; y: what a difference of distances is multiplied by at one pixel, negative: the fields hold two paths; z: roughness; w: inverse width of the lobe.
+// x: distance; y: what a difference of distances is multiplied by at one pixel, negative: the fields hold two paths; z: roughness; w: x of the normal.
 shared vec4 tile_geometry[TILE.x * TILE.y];
-// Zero: no surface.
-shared vec3 tile_normal[TILE.x * TILE.y];
+// y and z of the normal. With these the tile fits into the 16384 bytes that every device has.
+shared vec2 tile_normal[TILE.x * TILE.y];
 // Of both channels, as they are.
 shared vec2 tile_variance[OUTER.x * OUTER.y];
 
@@ -65,7 +65,7 @@ void load_tile() {
                 normal = unpack_unit_vector(packed_normal);
                 vec4 g = imageLoad(im_geometry, at);
                 float steep = clamp(LOG2_E / (push.depth * g.y), -1e30, 1e30);
-                geometry = vec4(g.x, steep, g.z, 1.0 / (push.lobe * max(square(g.z), 1e-4)));
+                geometry = vec4(g.x, steep, g.z, normal.x);
                 hf = texelFetch(source_hf, at, 0);
                 spec = texelFetch(source_spec, at, 0);
             }
@@ -77,7 +77,7 @@ void load_tile() {
             tile_hf[k] = hf;
             tile_spec[k] = spec;
             tile_geometry[k] = geometry;
-            tile_normal[k] = normal;
+            tile_normal[k] = normal.yz;
         }
     }
 }
@@ -138,13 +138,13 @@ void main() {
     ivec2 at = flat_to_split(pixel, field_width());
     int centre = (local.y + 2) * TILE.x + local.x + 2;
     vec4 p = tile_geometry[centre], hf = tile_hf[centre], spec = tile_spec[centre];
-    vec3 normal = tile_normal[centre];
-    if (normal == vec3(0.0)) {
+    vec3 normal = vec3(p.w, tile_normal[centre]);
+    if (p.y == 0.0) {
         imageStore(target_hf, at, hf);
         imageStore(target_spec, at, spec);
         return;
     }
-    float inverse_step = 1.0 / float(push.step), angle = imageLoad(im_geometry, at).w * float(push.step);
+    float inverse_step = 1.0 / float(push.step), inverse_lobe = 1.0 / push.lobe, angle = imageLoad(im_geometry, at).w * float(push.step);
     Sum sum_hf = Sum(vec3(0.0), 0.0, 0.0, 0.0), sum_spec = sum_hf;
     for (int y = -2; y <= 2; ++y) {
         for (int x = -2; x <= 2; ++x) {
@@ -156,12 +156,12 @@ void main() {
             float distance = length(vec2(x, y)), spline = KERNEL[abs(x)] * KERNEL[abs(y)];
             // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
             float depth = abs(p.x - q.x) * min(abs(p.y), abs(q.y)) * inverse_step * (1.0 / distance);
-            float cosine = log2(clamp(dot(normal, tile_normal[i]), 1e-30, 1.0));
+            float cosine = log2(clamp(dot(normal, vec3(q.w, tile_normal[i])), 1e-30, 1.0));
             vec2 variance = tile_variance[(local.y + 3 + y) * OUTER.x + local.x + 3 + x];
             add(sum_hf, hf, tile_hf[i], variance.x, spline * exp2(push.normal * cosine - depth));
 
             // Specular light changes within the lobe: with the normal, and with the direction of view from pixel to pixel.
-            float narrow = max(p.w, q.w), turn = distance * angle * narrow;
+            float narrow = inverse_lobe / max(square(min(p.z, q.z)), 1e-4), turn = distance * angle * narrow;
             float power = clamp(8.0 * square(narrow), push.normal, 1e4);
             float alike = max(0.0, 1.0 - 10.0 * abs(p.z - q.z));
             float w = spline * alike * exp2(power * cosine - depth - LOG2_E * square(turn));
