@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::renderer::Renderer;
+use common::renderer::{Draw, Renderer};
 use common::{Bench, Random, count, hf, spec, statistics, wall};
 use pt_denoise::{DenoiseParams, Denoiser};
 
@@ -45,7 +45,7 @@ fn rare_bright_samples_keep_their_energy() {
     let mut still = of(Denoiser::Asvgf);
     (still.antilag.hf, still.antilag.spec, still.antilag.lf) = (0.0, 0.0, 0.0);
     // The rarest samples are so few that what asvgf and svgf count differs by them: a repeated one counts twice in svgf.
-    let draws: [(fn(&mut Random) -> f32, DenoiseParams); 2] =
+    let draws: [(Draw, DenoiseParams); 2] =
         [(|random| random.heavy_tailed(100), of(Denoiser::Svgf)), (|random| random.heavy_tailed(600), still)];
     for (draw, other) in draws {
         let mut renderer = Renderer::new(size, |_, _| 1.0).drawing(draw);

@@ -3,13 +3,16 @@
 use super::{Random, count, grey};
 use pt_denoise::oracle::{GradientSample, Light, strata};
 
+/// A light sample of a light of brightness 1.
+pub type Draw = fn(&mut Random) -> f32;
+
 /// A wall under lights of a brightness by frame and pixel, of which one shadow ray in four finds one. Gradient pixels are those of a renderer: last frame's
 /// sample under this frame's light.
 pub struct Renderer<F: Fn(usize, usize) -> f32> {
     size: [u32; 2],
     brightness: F,
     random: Random,
-    draw: fn(&mut Random) -> f32,
+    draw: Draw,
     last: Vec<f32>,
     repeated: Vec<bool>,
 }
@@ -28,7 +31,7 @@ impl<F: Fn(usize, usize) -> f32> Renderer<F> {
     }
 
     /// With light samples of another distribution.
-    pub fn drawing(self, draw: fn(&mut Random) -> f32) -> Self {
+    pub fn drawing(self, draw: Draw) -> Self {
         Self { draw, ..self }
     }
 
