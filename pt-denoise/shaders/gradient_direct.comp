@@ -8,8 +8,8 @@ layout(push_constant, scalar) uniform Push { TemporalPush push; };
 #include "reprojection.glsl"
 #include "sums.glsl"
 
-shared vec4 terms_hf[48 * 6];
-shared vec4 terms_spec[48 * 6];
+shared vec4 terms_hf[24 * 9];
+shared vec4 terms_spec[24 * 9];
 
 void compare(ivec2 pixel, out vec4 hf, out vec4 spec) {
     hf = vec4(0.0);

@@ -7,7 +7,7 @@ layout(push_constant, scalar) uniform Push { TemporalPush push; };
 #include "reprojection.glsl"
 #include "sums.glsl"
 
-shared vec4 terms[48 * 6];
+shared vec4 terms[24 * 9];
 
 vec4 compare(ivec2 pixel) {
     if (!inside(pixel)) return vec4(0.0);
