@@ -125,10 +125,10 @@ fn detail_below_a_pixel_is_no_change() {
         if frame > 0 {
             let found = gradients(&frames);
             assert!(3 * found.len() > strata(), "frame {frame}: {} of {}", found.len(), strata());
-            for c in 0..2 {
+            for (c, worst) in worst.iter_mut().enumerate() {
                 let change: f32 = found.iter().map(|g| (g.now[c] - g.before[c]).abs()).sum();
                 let top: f32 = found.iter().map(|g| g.now[c].max(g.before[c])).sum();
-                worst[c] = worst[c].max(change / top);
+                *worst = worst.max(change / top);
             }
         }
     }
