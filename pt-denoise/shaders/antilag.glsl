@@ -19,9 +19,10 @@ vec2 antilag(vec4 g) {
     return min(vec2(push.antilag_hf, push.antilag_spec) * vec2(relative(g.x, g.y), relative(g.z, g.w)), 1.0);
 }
 
-// Of light that is not sampled again. x, y: sums of its luminance in this frame and in the history; z: variance of their difference. `k`: factor.
+// Of light that is not sampled again. x, y: sums of its luminance in this frame and in the history; z, w: variance of their difference by this frame and by
+// the history. `k`: factor.
 float antilag_of_sums(vec4 sums, float k) {
-    float change = max(abs(sums.x - sums.y) - push.gate_noise * sqrt(max(sums.z, 0.0)), 0.0);
+    float change = max(abs(sums.x - sums.y) - push.gate_noise * sqrt(max(max(sums.z, sums.w), 0.0)), 0.0);
     return min(k * relative(change, max(sums.x, sums.y)), 1.0);
 }
 

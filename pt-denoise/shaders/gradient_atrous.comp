@@ -1,4 +1,4 @@
-// One level of an a-trous filter over gradients, without edge stopping: 3 x 3 binomial taps, push.step strata apart. The third component is
+// One level of an a-trous filter over gradients, without edge stopping: 3 x 3 binomial taps, push.step strata apart. The third and fourth component are
 // multiplied by push.variance: that of a weighted mean is smaller than the mean of the variances. At the border fewer taps make it less so. Extent:
 // strata.
 #include "denoise_records.glsl"
@@ -25,6 +25,6 @@ void main() {
     }
     sum /= weights;
     const float all_squares = 0.140625;
-    if (push.variance < 1.0) sum.z *= min(push.variance * squares / (weights * weights * all_squares), 1.0);
+    if (push.variance < 1.0) sum.zw *= min(push.variance * squares / (weights * weights * all_squares), 1.0);
     imageStore(target, stratum, sum);
 }

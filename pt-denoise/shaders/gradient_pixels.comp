@@ -72,6 +72,7 @@ void main() {
         // The first one is as random as any.
         if (push.brightest != 0u) c.score = c.luminance.x + c.luminance.y;
         if (c.score > best.score) best = c;
+        if (push.brightest == 0u) break;
     }
     if (best.number >= 0) take_over(best);
     imageStore(ch_gradient_sample, stratum, vec4(float(best.number + 1), best.luminance, 0.0));

@@ -16,7 +16,7 @@ bool load_source(ivec2 pixel, out ShLight light) {
     ivec2 at = flat_to_split(pixel, field_width());
     vec4 chroma = texelFetch(source_cocg, at, 0);
     light = ShLight(texelFetch(source_sh, at, 0), chroma.xy);
-    return chroma.w > 0.0 && is_light(light) && lf_guide(pixel).normal != 0u;
+    return chroma.w >= 0.0 && is_light(light) && lf_guide(pixel).normal != 0u;
 }
 
 void main() {

@@ -36,7 +36,7 @@ void main() {
     } else {
         vec4 chroma = texelFetch(source_cocg, at, 0);
         light = ShLight(texelFetch(source_sh, at, 0), chroma.xy);
-        if (p.normal == 0u || chroma.w == 0.0 || !is_light(light)) light = NO_LIGHT;
+        if (p.normal == 0u || chroma.w < 0.0 || !is_light(light)) light = NO_LIGHT;
     }
     imageStore(im_filtered_lf_sh, at, light.luma);
     imageStore(im_filtered_lf_cocg, at, vec4(light.chroma, 0.0, 0.0));

@@ -1,7 +1,8 @@
 // Included by temporal_lf.comp (ANTILAG 0) and temporal_lf_antilag.comp (ANTILAG 1).
 //
 // Temporal accumulation of indirect diffuse light, as temporal.glsl does it for the other channels, on the flat extent. The coefficients are
-// integrals over directions, so their mean is light again. The history has a length of its own: z of its chroma; w = 1 where there is one.
+// integrals over directions, so their mean is light again. The history has a length of its own: z of its chroma; w: mean of its
+// squared luma, -1 where there is no history.
 #include "channels.glsl"
 #include "denoise_records.glsl"
 
@@ -22,17 +23,19 @@ void main() {
     uint word = surface_word(at, flags);
     Taps taps = find_taps(reproject(pixel, at, word, flags), pixel);
     ShLight history = NO_LIGHT;
-    float weights = 0.0, frames = 0.0;
+    float weights = 0.0, frames = 0.0, second = 0.0;
     for (int i = 0; i < 4; ++i) {
         if (taps.weight[i] == 0.0) continue;
         vec4 chroma = imageLoad(im_history_lf_cocg_prev, taps.at[i]);
-        if (chroma.w == 0.0) continue;
+        if (chroma.w < 0.0) continue;
         add(history, ShLight(imageLoad(im_history_lf_sh_prev, taps.at[i]), chroma.xy), taps.weight[i]);
         frames += taps.weight[i] * chroma.z;
+        second += taps.weight[i] * chroma.w;
         weights += taps.weight[i];
     }
     if (weights > 0.0) {
         scale(history, 1.0 / weights);
+        second /= weights;
         frames = max(floor(frames / weights + 0.5), 1.0);
     }
 #if ANTILAG
@@ -49,7 +52,8 @@ void main() {
         float alpha = repeated ? 0.0 : max(1.0 / frames, push.alpha_lf);
         alpha = mix(alpha, 1.0, lag);
         history = ShLight(mix(history.luma, light.luma, alpha), mix(history.chroma, light.chroma, alpha));
+        second = mix(second, light.luma.w * light.luma.w, alpha);
     }
     imageStore(im_history_lf_sh, at, history.luma);
-    imageStore(im_history_lf_cocg, at, vec4(history.chroma, frames, frames > 0.0 ? 1.0 : 0.0));
+    imageStore(im_history_lf_cocg, at, vec4(history.chroma, frames, frames > 0.0 ? second : -1.0));
 }

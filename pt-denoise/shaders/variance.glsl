@@ -2,7 +2,7 @@
 //
 // Variance of the luminance of both light channels, into their alpha; -1 = the light is missing. On the flat extent. Schied et al. 2017,
 // section 4.2: from the moments of the samples where the history is long enough, else from the 7 x 7 pixels around. What is estimated
-// is the variance of the accumulated light: that of a sample, divided by the number of samples that the mean is worth.
+// is the variance of the accumulated light: that of a sample, divided by the number of samples that the mean is worth. What the a-trous levels need to know of the surface is gathered in one image, which each of them reads.
 #include "checkerboard.glsl"
 #include "denoise_images.glsl"
 #include "denoise_records.glsl"
@@ -102,6 +102,9 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(push.size)))) return;
     ivec2 at = flat_to_split(pixel, field_width());
     int centre = (int(gl_LocalInvocationID.y) + RADIUS) * TILE.x + int(gl_LocalInvocationID.x) + RADIUS;
+    vec4 geometry = load_guide(at).geometry;
+    geometry.w = imageLoad(ch_bounce_throughput, at).a;
+    imageStore(im_geometry, at, geometry);
     LightSample light = LightSample(vec3(0.0), vec3(0.0), false);
     vec2 variance = vec2(-1.0);
     if (tile_normal[centre] != 0u) {

@@ -9,6 +9,8 @@ pt_shaders::stage_images! { "denoise";
         "Diffuse light that the next frame continues, a = variance of its luminance where there is one.";
     HISTORY_SPEC: "history_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
         "Specular light that the next frame continues, a as in history_hf.";
+    GEOMETRY: "geometry", Rgba32F, Split, Frame, XYZW, "metres; -; radians",
+        "x = signed distance, y = depth range of the pixel (negative: the fields hold two paths), z = roughness, w = angle between the rays of neighbouring pixels.";
     PING_HF: "ping_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
         "Diffuse light between two passes, a = variance of its luminance; -1 = missing.";
     PING_SPEC: "ping_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
@@ -17,8 +19,8 @@ pt_shaders::stage_images! { "denoise";
     PONG_SPEC: "pong_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)", "As ping_spec.";
     HISTORY_LF_SH: "history_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light that the next frame continues, as color_lf_sh.";
-    HISTORY_LF_COCG: "history_lf_cocg", Rgba32F, Split, Frame, XYZW, "irradiance / albedo; frames",
-        "xy = chroma as color_lf_cocg, z = number of frames in the history, w = 1 where there is one.";
+    HISTORY_LF_COCG: "history_lf_cocg", Rgba32F, Split, Frame, XYZW, "irradiance / albedo; frames; squared luma",
+        "xy = chroma as color_lf_cocg, z = number of frames in the history, w = mean of its squared luma, -1 where there is none.";
     TILES_LF_SH: "tiles_lf_sh", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light of 3 x 3 pixels of the flat frame, as color_lf_sh.";
     TILES_LF_COCG: "tiles_lf_cocg", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo; -",
@@ -32,7 +34,7 @@ pt_shaders::stage_images! { "denoise";
         "Change of the luminance of gradient pixels and the greater of both luminances: of the diffuse channel, then of the specular one.";
     GRADIENTS2: "gradients2", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance", "As gradients, between two passes.";
     SUMS_HF: "sums_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
-        "Sums of the luminance of diffuse light over 3 x 3 pixels: x = this frame, y = the history, z = variance of their difference.";
+        "Sums of the luminance of diffuse light over 3 x 3 pixels: x = this frame, y = the history, z and w = variance of their difference, by this frame and by the history.";
     SUMS2_HF: "sums2_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
         "As sums_hf, between two passes.";
     SUMS_SPEC: "sums_spec", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::renderer::Renderer;
 use common::{Bench, Random, constant, count, grey, guide, hf, noise, spec, statistics, wall, wall_pixel};
 use pt_denoise::images::{
     GRADIENTS, GRADIENTS2, HISTORY_HF, HISTORY_LF_COCG, HISTORY_LF_SH, HISTORY_SPEC, SUMS_HF, SUMS_LF,
@@ -104,7 +105,18 @@ fn passes_agree_with_the_oracle() {
                         sums_direct(size, &pixels, &light, &bench.samples, before, channel, &params.temporal)
                     }
                 };
-                compare(&format!("{what}, sums {channel}"), got, &filtered(want, true), 1e-5);
+                let want = filtered(want, true);
+                let part = |of: &[f64; 4]| [of[0], of[1], of[2]];
+                let (of_frame, wanted): (Vec<_>, Vec<_>) = (got.iter().zip(&want))
+                    .map(|(got, want)| (part(&got.map(f64::from)).map(|v| v as f32), part(want)))
+                    .unzip();
+                compare(&format!("{what}, sums {channel}"), &of_frame, &wanted, 1e-5);
+                // Differences of squares, the same to a rounding where histories are short.
+                let top = want.iter().map(|w| w[2].max(w[3])).fold(1e-6, f64::max);
+                for (got, want) in got.iter().zip(&want) {
+                    let near = (f64::from(got[3]) - want[3]).abs() < 1e-5 * top;
+                    assert!(near, "{what}, sums {channel}: {got:?}, oracle {want:?}");
+                }
             }
 
             let adaptive = Some(Adaptive {
@@ -151,49 +163,6 @@ fn passes_agree_with_the_oracle() {
                 indirect.iter().zip(&kept).map(|(h, l)| LfHistory { light: l.map(f64::from), ..*h });
             previous = Some((direct.collect(), indirect.collect()));
         }
-    }
-}
-
-/// A wall under lights of a brightness by frame and pixel, of which one shadow ray in four finds one. Gradient pixels are those of a renderer: last frame's
-/// sample under this frame's light.
-struct Renderer<F: Fn(usize, usize) -> f32> {
-    size: [u32; 2],
-    brightness: F,
-    random: Random,
-    last: Vec<f32>,
-    repeated: Vec<bool>,
-}
-
-impl<F: Fn(usize, usize) -> f32> Renderer<F> {
-    fn new(size: [u32; 2], brightness: F) -> Self {
-        let repeated = vec![false; count(size)];
-        Self { size, brightness, random: Random(77), last: Vec::new(), repeated }
-    }
-
-    /// Light of a frame, and its gradient pixels.
-    fn frame(&mut self, frame: usize) -> (Vec<Light>, Vec<GradientSample>) {
-        let mut unit: Vec<f32> = (0..count(self.size)).map(|_| self.random.sparse(4)).collect();
-        let [across, down] = strata(self.size);
-        let mut samples = vec![GradientSample::default(); across * down];
-        let mut repeated = vec![false; count(self.size)];
-        for (s, sample) in samples.iter_mut().enumerate().filter(|_| frame > 0) {
-            let pixel = |n: usize| {
-                let at = [3 * (s % across) + n % 3, 3 * (s / across) + n / 3];
-                (at[0] < self.size[0] as usize && at[1] < self.size[1] as usize)
-                    .then(|| at[1] * self.size[0] as usize + at[0])
-            };
-            let before = |i: usize| self.last[i] * (self.brightness)(frame - 1, i);
-            let first = (self.random.bits() % 9) as usize;
-            let mut candidates = (first..first + 9).filter_map(|n| Some((n % 9, pixel(n % 9)?)));
-            if let Some((n, i)) = candidates.find(|(_, i)| !self.repeated[*i]) {
-                unit[i] = self.last[i];
-                repeated[i] = true;
-                *sample = GradientSample { number: n as u32 + 1, luminance: [before(i); 2] };
-            }
-        }
-        let light = unit.iter().enumerate().map(|(i, v)| grey(v * (self.brightness)(frame, i))).collect();
-        (self.last, self.repeated) = (unit, repeated);
-        (light, samples)
     }
 }
 
@@ -301,37 +270,6 @@ fn a_moving_light_leaves_no_trail() {
     let [adaptive, plain] = [Denoiser::Asvgf, Denoiser::Svgf].map(trail);
     println!("R18: light behind the spot over that in it: asvgf {adaptive:.3}, svgf {plain:.3}");
     assert!(adaptive < 0.2 && plain > 2.0 * adaptive, "{adaptive}, {plain}");
-}
-
-/// R1 and R13: where nothing changes, gradients keep their hands off: asvgf is as smooth as svgf, and as bright.
-#[test]
-fn noise_is_no_change() {
-    let size = [48, 36];
-    let mut renderer = Renderer::new(size, |_, _| 1.0);
-    let mut random = Random(5);
-    let mut benches = [Denoiser::Asvgf, Denoiser::Svgf]
-        .map(|variant| Bench::indirect(size, DenoiseParams { variant, ..DenoiseParams::default() }));
-    let mut out = [[0.0; 4]; 2];
-    for frame in 0..32 {
-        let (light, samples) = renderer.frame(frame);
-        let lf: Vec<_> = (0..count(size)).map(|_| [0.0, 0.0, 0.0, random.sparse(8), 0.0, 0.0]).collect();
-        for (bench, out) in benches.iter_mut().zip(&mut out) {
-            bench.lf = lf.clone();
-            bench.samples = samples.clone();
-            let light = bench.next(&wall(size), &light);
-            let [mean, variance] = statistics(hf(&light));
-            let [mean_lf, variance_lf] = statistics(bench.filtered_lf.iter().map(|l| l[3]));
-            *out = [mean, variance, mean_lf, variance_lf];
-        }
-        // Of each pixel a ninth of the frames is left out, never two on end.
-        let short = benches[0].lengths().iter().filter(|n| 2 * **n < frame as u32 + 1).count();
-        assert!(short < count(size) / 50, "frame {frame}: {short} short histories");
-    }
-    println!("asvgf {:?}, svgf {:?}", out[0], out[1]);
-    for k in [0, 2] {
-        assert!((out[0][k] / out[1][k] - 1.0).abs() < 0.02, "energy, {k}: {out:?}");
-        assert!(out[0][k + 1] < 1.25 * out[1][k + 1], "variance, {k}: {out:?}");
-    }
 }
 
 /// A change of indirect light alone: its samples are not repeated, and are told from noise by their variance.

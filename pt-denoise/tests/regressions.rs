@@ -125,65 +125,6 @@ fn a_broken_start_is_forgotten() {
     }
 }
 
-/// A dark box moves over a bright wall; both have one material, so that only the distance tells them apart.
-fn uncovered(params: DenoiseParams) -> f32 {
-    let size = [48, 16];
-    let mut bench = Bench::new(size, params);
-    let mut worst = 0.0f32;
-    for frame in 0..6 {
-        let left = 4 + 5 * frame;
-        let covered = |i: usize| (left..left + 16).contains(&(i % 48));
-        let pixels: Vec<Guided> = (0..count(size))
-            .map(|i| {
-                let wall = wall_pixel();
-                let moving = Guided { depth: 1.5, motion: [-5.0 / 48.0, 0.0, 0.0, 100.0], ..wall };
-                if covered(i) { moving } else { wall }
-            })
-            .collect();
-        let light: Vec<_> = (0..count(size)).map(|i| grey(if covered(i) { 0.01 } else { 1.0 })).collect();
-        let out = hf(&bench.next(&pixels, &light));
-        let seen: Vec<f32> = (0..count(size)).filter(|i| !covered(*i)).map(|i| out[i]).collect();
-        worst = worst.max(largest_error(&seen, 1.0));
-    }
-    worst
-}
-
-/// R5
-#[test]
-fn an_uncovered_wall_has_no_dark_smear() {
-    for denoiser in [Denoiser::Accumulate, Denoiser::Svgf] {
-        let kept = uncovered(params(denoiser, |_| {}));
-        let blind = uncovered(params(denoiser, |p| p.temporal.depth = 1.0));
-        println!("R5: error {kept:.5}; without the test of distances {blind:.3}");
-        assert!(kept < 0.01 && blind > 0.3, "{kept}, {blind}");
-    }
-}
-
-/// R6: the wall is uncovered while its samples are missing: it takes the light of what is known around it, not black.
-#[test]
-fn missing_history_is_not_black() {
-    let size = [24, 12];
-    let mut bench = Bench::of(size, Denoiser::Svgf);
-    let block = |i: usize| (10..13).contains(&(i % 24)) && (4..7).contains(&(i / 24));
-    for frame in 0..4 {
-        let mut pixels = wall(size);
-        let mut light = constant(size, 1.0);
-        for i in (0..count(size)).filter(|i| block(*i)) {
-            if frame < 2 {
-                pixels[i] = Guided { material: 2, depth: 1.0, ..wall_pixel() };
-                light[i] = grey(0.0);
-            } else if frame == 2 {
-                light[i] = grey(f32::NAN);
-            }
-        }
-        let out = hf(&bench.next(&pixels, &light));
-        let seen: Vec<f32> = (0..count(size)).filter(|i| frame >= 2 || !block(*i)).map(|i| out[i]).collect();
-        let error = largest_error(&seen, 1.0);
-        // The steep exponent of the normals and the depth leave the wall's own light.
-        assert!(error < 1e-4, "R6, frame {frame}: {error}");
-    }
-}
-
 /// R8: a dark floor meets a bright wall at one distance; the camera moves by fractions of a pixel.
 fn strafed(params: DenoiseParams) -> f32 {
     let size = [32, 24];

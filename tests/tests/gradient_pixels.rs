@@ -112,6 +112,31 @@ fn still_frames_are_repeated() {
     }
 }
 
+/// R2: a still room of detail below a pixel, with jitter. Shading anew where a surface of the last frame is projected to would compare two points of a texture;
+/// a gradient pixel has the very surface of the last frame: nothing seems to change, and hardly a history is cut short.
+#[test]
+fn detail_below_a_pixel_is_no_change() {
+    let mut params = params(0.0);
+    params.denoise.antilag.gate = 0.0;
+    let mut frames = frames(builtin("gallery"), params);
+    let mut worst = [0.0f32; 2];
+    for frame in 0..8 {
+        frames.render(0.0);
+        if frame > 0 {
+            let found = gradients(&frames);
+            assert!(3 * found.len() > strata(), "frame {frame}: {} of {}", found.len(), strata());
+            for (c, worst) in worst.iter_mut().enumerate() {
+                let change: f32 = found.iter().map(|g| (g.now[c] - g.before[c]).abs()).sum();
+                let top: f32 = found.iter().map(|g| g.now[c].max(g.before[c])).sum();
+                *worst = worst.max(change / top);
+            }
+        }
+    }
+    println!("R2: relative change {worst:?}");
+    frames.finish();
+    assert!(worst.iter().all(|w| *w < 1e-3), "{worst:?}");
+}
+
 /// Part of the pixels with a surface whose history has at most two frames.
 fn short_histories(frames: &Frames) -> f32 {
     let words = frames.integers(SURFACE);

@@ -56,14 +56,22 @@ pub fn gradients(
     samples.iter().enumerate().map(|sample| one(sample).unwrap_or_default()).collect()
 }
 
-/// Sums over strata of a light in this frame and in the history, and the variance of their difference. `now`: of a pixel; `before`: of a pixel of the
-/// last frame.
+/// A history as the sums see it.
+struct Before {
+    mean: f64,
+    second: f64,
+    frames: f64,
+}
+
+/// Sums over strata of a light in this frame and in the history, and the variance of their difference, by the squares of the differences and by the moments of the
+/// history. `now`: of a pixel; `before`: of a pixel of the last frame; `alpha`: least weight of a frame.
 fn sums<'a>(
     size: [u32; 2],
     pixels: &[Guided],
     now: &dyn Fn(usize) -> Option<f64>,
     previous: &dyn Fn(usize) -> &'a Guided,
-    before: &dyn Fn(usize) -> Option<f64>,
+    before: &dyn Fn(usize) -> Option<Before>,
+    alpha: f32,
     params: &TemporalParams,
 ) -> Vec<[f64; 4]> {
     let [across, down] = strata(size);
@@ -75,8 +83,14 @@ fn sums<'a>(
             let known: Vec<_> = taps.iter().filter_map(|&(w, j)| Some((w, before(j)?))).collect();
             let total: f64 = known.iter().map(|(w, _)| w).sum();
             if total > 0.0 {
-                let before = known.iter().map(|(w, v)| w * v).sum::<f64>() / total;
-                let terms = [now, before, (now - before).powi(2), 0.0];
+                let mean =
+                    |of: &dyn Fn(&Before) -> f64| known.iter().map(|(w, v)| w * of(v)).sum::<f64>() / total;
+                let before = mean(&|v| v.mean);
+                let alpha = f64::from(alpha);
+                let share = (1.0 / mean(&|v| v.frames)).max(alpha / (2.0 - alpha));
+                let variance = (mean(&|v| v.second) - before.powi(2)).max(0.0);
+                let variance = variance * (1.0 + share) / (1.0 - share).max(0.5);
+                let terms = [now, before, (now - before).powi(2), variance];
                 sum.iter_mut().zip(terms).for_each(|(sum, v)| *sum += v);
             }
         }
@@ -101,8 +115,13 @@ pub fn sums_direct(
         let repeated = samples[stratum].number == number + 1;
         usable(&pixels[i], &light[i]).filter(|_| !repeated).map(|l| luminance(l[channel]))
     };
-    let before = |j: usize| (previous[j].length > 0).then(|| previous[j].moments[2 * channel]);
-    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params)
+    let before = |j: usize| {
+        let was = &previous[j];
+        let [mean, second] = [0, 1].map(|k| was.moments[2 * channel + k]);
+        (was.length > 0).then(|| Before { mean, second, frames: was.length.into() })
+    };
+    let alpha = [params.alpha_hf, params.alpha_spec][channel];
+    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, alpha, params)
 }
 
 /// Sums of the luma of indirect diffuse light.
@@ -115,11 +134,15 @@ pub fn sums_lf(
 ) -> Vec<[f64; 4]> {
     let Some(previous) = previous else { return vec![[0.0; 4]; strata(size).iter().product()] };
     let now = |i: usize| (pixels[i].material != 0 && is_light(&light[i])).then(|| light[i][3]);
-    let before = |j: usize| (previous[j].length > 0).then(|| previous[j].light[3]);
-    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params)
+    let before = |j: usize| {
+        let was = &previous[j];
+        let frames = was.length.into();
+        (was.length > 0).then(|| Before { mean: was.light[3], second: was.second, frames })
+    };
+    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params.alpha_lf, params)
 }
 
-/// One level of the filter; `of_sums`: the third component is a variance.
+/// One level of the filter; `of_sums`: the third and fourth component are variances.
 pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_sums: bool) -> Vec<[f64; 4]> {
     let [across, down] = strata(size).map(|n| n as i64);
     let one = |stratum: usize| {
@@ -139,7 +162,9 @@ pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_s
         if of_sums {
             // Of all nine taps the squares have the sum (3 / 8)^2.
             let border = squares / (total * total) / 0.375f64.powi(2);
-            mean[2] *= (f64::from(variance_factor(level)) * border).min(1.0);
+            let factor = (f64::from(variance_factor(level)) * border).min(1.0);
+            mean[2] *= factor;
+            mean[3] *= factor;
         }
         mean
     };
@@ -159,7 +184,8 @@ fn antilag(gradient: [f32; 4], params: &AntilagParams) -> [f32; 2] {
 
 /// The same because of sums.
 fn antilag_of_sums(sums: [f32; 4], k: f32, params: &AntilagParams) -> f32 {
-    let [now, before, variance, _] = sums;
+    let [now, before, of_frame, of_history] = sums;
+    let variance = of_frame.max(of_history);
     let change = ((now - before).abs() - params.gate_noise * variance.max(0.0).sqrt()).max(0.0);
     (k * relative(change, now.max(before))).min(1.0)
 }

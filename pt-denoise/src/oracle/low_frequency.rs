@@ -15,6 +15,8 @@ pub struct LfHistory {
     pub pixel: Guided,
     /// Light.
     pub light: LowFrequency,
+    /// Mean of its squared luma.
+    pub second: f64,
     /// Frames; 0 = none.
     pub length: u32,
 }
@@ -59,6 +61,7 @@ pub fn accumulate_lf(
             let total: f64 = taps.iter().map(|(w, _)| w).sum();
             if total > 0.0 {
                 taps.iter().for_each(|&(w, j)| add(&mut now.light, &previous[j].light, w / total));
+                now.second = taps.iter().map(|&(w, j)| w * previous[j].second).sum::<f64>() / total;
                 let length: f64 = taps.iter().map(|&(w, j)| w * f64::from(previous[j].length)).sum();
                 now.length = ((length / total).round() as u32).max(1);
             }
@@ -83,6 +86,7 @@ pub fn accumulate_lf(
             let before = scaled(now.light, 1.0 - weight);
             now.light = before;
             add(&mut now.light, &light[i], weight);
+            now.second += (light[i][3].powi(2) - now.second) * weight;
         }
         now
     };

@@ -1,11 +1,10 @@
 //! The edge-avoiding a-trous filter.
 
+use crate::images::GEOMETRY;
 use crate::kernels;
 use crate::records::AtrousPush;
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
-use pt_shaders::channels::{
-    BOUNCE_THROUGHPUT, METALLIC_ROUGHNESS, MOTION, NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
-};
+use pt_shaders::channels::NORMAL;
 
 knobs! {
     /// Knobs of the a-trous filter and of the variance that guides it.
@@ -40,10 +39,7 @@ pub(crate) struct Atrous {
 
 impl Atrous {
     /// The images that it accesses besides source and target.
-    pub(crate) const IO: StageIo = StageIo {
-        reads: &[NORMAL, VIEW_DEPTH, VIEW_DIRECTION, MOTION, METALLIC_ROUGHNESS, BOUNCE_THROUGHPUT],
-        ..StageIo::of("denoise a-trous")
-    };
+    pub(crate) const IO: StageIo = StageIo { reads: &[NORMAL, GEOMETRY], ..StageIo::of("denoise a-trous") };
 
     /// Creates the kernel.
     pub(crate) fn new(device: &Device) -> Result<Self> {

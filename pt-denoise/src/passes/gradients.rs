@@ -97,6 +97,15 @@ impl Gradients {
         [size[0].div_ceil(STRATUM_SIDE), size[1].div_ceil(STRATUM_SIDE), 1]
     }
 
+    /// Threads of the pass that compares: sums take one for each pixel, so that the four pixels of the history are sought side by side.
+    fn threads(&self, inputs: &StageInputs<'_>) -> [u32; 3] {
+        let [x, y, z] = Self::strata(inputs);
+        match self.compared {
+            Compared::Pixels => [x, y, z],
+            Compared::Direct | Compared::Indirect => [STRATUM_SIDE * x, STRATUM_SIDE * y, z],
+        }
+    }
+
     /// Adds the pass that compares to the frame.
     fn compare(&self, frame: &mut Frame<'_>, inputs: &StageInputs<'_>, params: &DenoiseParams) -> Result<()> {
         let pass = inputs.pass(frame, self.io.stage, &self.change, &self.io);
@@ -104,7 +113,7 @@ impl Gradients {
             Compared::Pixels => pass.push(&Self::constants(inputs, params, 1, 1.0)),
             Compared::Direct | Compared::Indirect => pass.push(&push(params, inputs.images)),
         }
-        .dispatch(Self::strata(inputs))
+        .dispatch(self.threads(inputs))
     }
 
     /// Adds the levels of the filter over the first image and returns the filtered one.

@@ -1,15 +1,15 @@
 //! Estimate of the noise that is left.
 
 use crate::DenoiseParams;
-use crate::images::{MOMENTS, SURFACE};
+use crate::images::{GEOMETRY, MOMENTS, SURFACE};
 use crate::kernels;
 use crate::records::VariancePush;
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo};
 use pt_shaders::channels::{
-    COLOR_HF, COLOR_SPEC, METALLIC_ROUGHNESS, MOTION, NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
+    BOUNCE_THROUGHPUT, COLOR_HF, COLOR_SPEC, METALLIC_ROUGHNESS, MOTION, NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
 };
 
-/// Variance of the luminance of both light channels, into their alpha.
+/// Variance of the luminance of both light channels, into their alpha; and the surfaces as the a-trous filter sees them.
 pub(crate) struct Variance {
     kernel: Kernel,
     io: StageIo,
@@ -18,12 +18,32 @@ pub(crate) struct Variance {
 impl Variance {
     /// What it accesses besides source and target, of accumulated light.
     pub(crate) const TEMPORAL_IO: StageIo = StageIo {
-        reads: &[SURFACE, MOMENTS, NORMAL, VIEW_DEPTH, VIEW_DIRECTION, MOTION, METALLIC_ROUGHNESS],
+        reads: &[
+            SURFACE,
+            MOMENTS,
+            NORMAL,
+            VIEW_DEPTH,
+            VIEW_DIRECTION,
+            MOTION,
+            METALLIC_ROUGHNESS,
+            BOUNCE_THROUGHPUT,
+        ],
+        writes: &[GEOMETRY],
         ..StageIo::of("denoise variance")
     };
     /// What it accesses besides the target, of each frame by itself.
     pub(crate) const SPATIAL_IO: StageIo = StageIo {
-        reads: &[COLOR_HF, COLOR_SPEC, NORMAL, VIEW_DEPTH, VIEW_DIRECTION, MOTION, METALLIC_ROUGHNESS],
+        reads: &[
+            COLOR_HF,
+            COLOR_SPEC,
+            NORMAL,
+            VIEW_DEPTH,
+            VIEW_DIRECTION,
+            MOTION,
+            METALLIC_ROUGHNESS,
+            BOUNCE_THROUGHPUT,
+        ],
+        writes: &[GEOMETRY],
         ..StageIo::of("denoise variance")
     };
 

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub mod renderer;
+
 use pt_core::pack::pack_unit_vector;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
@@ -234,6 +236,11 @@ impl Random {
     /// Mean 1: `n` for one in n samples, else nothing.
     pub fn sparse(&mut self, n: u32) -> f32 {
         if self.unit() * (n as f32) < 1.0 { n as f32 } else { 0.0 }
+    }
+
+    /// One sample in n is n times as bright as the others.
+    pub fn heavy_tailed(&mut self, n: u32) -> f32 {
+        if self.unit() * (n as f32) < 1.0 { n as f32 } else { 1.0 }
     }
 }
 
