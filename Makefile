@@ -6,9 +6,9 @@ SHELL := bash
 .DEFAULT_GOAL := help
 .PHONY: help frame test bench doc fmt toolchain
 
-# Size of the picture and frames averaged by `make frame`, for example `make frame SIZE=1280x720 FRAMES=256`.
+# Size of the picture of `make frame`, and frames of which it is the last, for example `make frame SIZE=1280x720 FRAMES=64`.
 SIZE ?= 640x360
-FRAMES ?= 40
+FRAMES ?= 16
 
 # cargo where rustup puts it, also in shells that read no profile; the lock file binds in CI.
 export PATH := $(PATH):$(HOME)/.cargo/bin
@@ -28,7 +28,7 @@ frame: toolchain ## render the built-in gallery to out/frame.png and out/frame.e
 	# The profile of the tests: built sooner than --release, and the time goes into kernels, which the driver compiles. Without
 	# the decoders of compressed glTF files, which the gallery does not need.
 	echo "building (the first time takes minutes) and rendering the gallery, $(SIZE), $(FRAMES) frames"
-	$(pt) --no-default-features -- render gallery --size $(SIZE) --frames $(FRAMES) --accumulate --profile still -o out/frame.png -o out/frame.exr
+	$(pt) --no-default-features -- render gallery --size $(SIZE) --frames $(FRAMES) --profile realtime -o out/frame.png -o out/frame.exr
 	echo "pictures: $$PWD/out/frame.png (display), $$PWD/out/frame.exr (linear scene radiance)"
 
 test: toolchain ## everything CI asks: format, lints, documentation, all tests

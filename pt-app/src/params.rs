@@ -70,7 +70,7 @@ pub const PROFILES: &[Profile] = &[
 jitter = "halton"
 depth_of_field = false
 [denoise]
-variant = "svgf"
+variant = "asvgf"
 [post.taa]
 enabled = true
 "#,

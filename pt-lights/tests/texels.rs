@@ -15,7 +15,7 @@ use pt_light_sampling::oracle::sampling::basis_around;
 use pt_light_sampling::test_support::all_kinds;
 use pt_lights::DirectParams;
 use pt_lights::oracle::{RGBE_SCALE, round_rgb9e5};
-use pt_lights::records::LightStorage;
+use pt_lights::records::{LightRays, LightStorage};
 use pt_scene::{Environment, Scene};
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
 use pt_shaders::dimensions::{
@@ -204,7 +204,8 @@ fn every_texel_equals_the_oracle() {
     let lists = LightLists::new(&scene);
     let lights = LightSampler::new(&scene, &lists);
     let triangles = triangles(&scene);
-    let mut rig = Rig::new(&device, scene.clone(), SIZE, &DirectParams::default());
+    let params = DirectParams { rays: LightRays::PerKind, ..DirectParams::default() };
+    let mut rig = Rig::new(&device, scene.clone(), SIZE, &params);
     rig.frame(0, SEED, &|p| Some(surface(p)));
     let channels = [COLOR_HF, COLOR_SPEC].map(|id| rig.texels(id));
     let places = || (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);

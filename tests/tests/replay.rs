@@ -104,6 +104,8 @@ fn indirect_light_repeats_its_frame() {
     };
     let mut session = Session::open(&device, &CameraArgs::default(), builtin("cornell")).unwrap();
     let params = FrameParams::default();
+    let Session { device, scene, gpu, lights, .. } = &mut session;
+    lights.prepare(device, scene, gpu, params.lights.sampler_choice()).unwrap();
     let lights = bounce_lights(&params.lights);
     let stage = IndirectLighting::new(&session.device, session.gpu.variant(), lights, 3.0).unwrap();
     let sizes = FrameSizes::same([33, 18]);

@@ -95,7 +95,7 @@ pub fn mask(view: &mut View) -> Result<Vec<bool>> {
     };
     let stage = DirectLighting::new(&view.device, view.gpu.variant(), &params)?;
     let mut lights = pt_light_sampling::LightTables::new(&view.device, &view.scene)?;
-    lights.attach(&mut view.gpu);
+    lights.prepare(&view.device, &view.scene, &mut view.gpu, params.sampler_choice())?;
     let mut recorder = Recorder::new(&view.device)?;
     let [width, height] = view.size();
     let mut keep = vec![true; (width * height) as usize];
