@@ -7,6 +7,7 @@ pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
 use crate::error::{Error, Result, VkContext, gib};
+use crate::kernel::Programs;
 use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
@@ -49,6 +50,7 @@ pub(crate) struct Inner {
     allocator: ManuallyDrop<Mutex<Allocator>>,
     one_off: Mutex<vk::CommandPool>,
     texture_layout: vk::DescriptorSetLayout,
+    pub(crate) programs: Programs,
     /// Bilinear, clamped to the edge, no mips: for sampled screen-space images.
     pub(crate) linear_sampler: vk::Sampler,
     info: DeviceInfo,
@@ -169,6 +171,7 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             one_off: Mutex::new(one_off),
             texture_layout,
+            programs: Programs::default(),
             linear_sampler,
             info: candidate.info,
             pipelines: AtomicU64::new(0),
@@ -309,6 +312,7 @@ impl Drop for Inner {
         // SAFETY: resources hold a clone of the device, so none is left; order: allocator, device, instance.
         unsafe {
             let _ = self.raw.device_wait_idle();
+            self.programs.destroy(&self.raw);
             self.raw.destroy_sampler(self.linear_sampler, None);
             self.raw.destroy_descriptor_set_layout(self.texture_layout, None);
             self.raw.destroy_command_pool(*lock(&self.one_off), None);

@@ -55,7 +55,7 @@ impl Constant {
         }
     }
 
-    fn bits(self) -> u32 {
+    pub(super) fn bits(self) -> u32 {
         match self {
             Self::Bool(value) => value.into(),
             Self::Uint(value) => value,

@@ -1,7 +1,8 @@
 //! Kernels that trace rays, for each of the backends; ray tracing pipelines and their shader binding tables.
 
 use super::constants::{self, Constant};
-use super::{Kernel, Launch, Layout, Module, Reflection, reflection};
+use super::program::{Module, Program};
+use super::{Inner, Kernel, Launch, Reflection, reflection};
 use crate::backend::TraceBackend;
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
@@ -9,6 +10,7 @@ use crate::error::{Error, Result, VkContext};
 use crate::kernels;
 use ash::vk;
 use pt_shaders::{GpuStruct, TraceCode};
+use std::sync::Arc;
 
 /// Regions of a shader binding table, and the buffer that they lie in.
 pub(crate) struct BindingTable {
@@ -51,25 +53,33 @@ impl Kernel {
         code: &TraceCode,
         constants: &[(&str, Constant)],
     ) -> Result<Self> {
-        let extension = device.inner().ray_tracing_pipeline.as_ref();
-        let extension =
-            extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
-        let ray_gen = &code.ray_gen;
-        let shells = [&kernels::TRACE_MISS, &kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT];
-        let mut interface = reflection::reflect::<P>(code.name, ray_gen.stage, ray_gen.spirv)?;
-        let mut shaders = vec![(ray_gen, interface.constants.clone())];
-        for shell in shells {
-            let reflection = reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?;
-            shaders.push((shell, reflection.constants.clone()));
-            merge(code.name, &mut interface, reflection)?;
-        }
-        constants::check(code.name, &interface.constants, constants)?;
-        use vk::ShaderStageFlags as S;
-        let layout = Layout::new(
-            device,
-            &interface,
-            S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR,
-        )?;
+        let make = || program::<P>(device, code, constants);
+        let program = device.inner().programs.get::<P>(device, &code.ray_gen, constants, make)?;
+        let launch = Launch::RayTracing(BindingTable::new(device, code.name, program.pipeline)?);
+        Ok(Self(Arc::new(Inner { device: device.clone(), name: code.name, program, launch })))
+    }
+}
+
+fn program<P: GpuStruct>(
+    device: &Device,
+    code: &TraceCode,
+    constants: &[(&str, Constant)],
+) -> Result<Program> {
+    let extension = device.inner().ray_tracing_pipeline.as_ref();
+    let extension = extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
+    let ray_gen = &code.ray_gen;
+    let shells = [&kernels::TRACE_MISS, &kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT];
+    let mut interface = reflection::reflect::<P>(code.name, ray_gen.stage, ray_gen.spirv)?;
+    let mut shaders = vec![(ray_gen, interface.constants.clone())];
+    for shell in shells {
+        let reflection = reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?;
+        shaders.push((shell, reflection.constants.clone()));
+        merge(code.name, &mut interface, reflection)?;
+    }
+    constants::check(code.name, &interface.constants, constants)?;
+    use vk::ShaderStageFlags as S;
+    let all = S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR;
+    Program::new(device, code.name, interface, all, |_, layout| {
         let modules = (shaders.iter())
             .map(|(shader, declared)| Module::new(device, shader.spirv, declared, constants))
             .collect::<Result<Vec<_>>>()?;
@@ -100,26 +110,17 @@ impl Kernel {
             .max_pipeline_ray_recursion_depth(1)
             .layout(layout.handle)];
         // SAFETY: modules and layout are alive.
-        let pipeline = unsafe {
+        let pipelines = unsafe {
             extension.create_ray_tracing_pipelines(
                 vk::DeferredOperationKHR::null(),
                 vk::PipelineCache::null(),
                 &info,
                 None,
             )
-        }
-        .map_err(|(_, result)| Error::Vulkan { call: "vkCreateRayTracingPipelinesKHR", result })?[0];
-        match BindingTable::new(device, code.name, pipeline) {
-            Ok(table) => {
-                Ok(Self::assemble(code.name, interface, layout, pipeline, Launch::RayTracing(table)))
-            }
-            Err(error) => {
-                // SAFETY: never used.
-                unsafe { device.raw().destroy_pipeline(pipeline, None) };
-                Err(error)
-            }
-        }
-    }
+        };
+        Ok(pipelines
+            .map_err(|(_, result)| Error::Vulkan { call: "vkCreateRayTracingPipelinesKHR", result })?[0])
+    })
 }
 
 /// Adds what another shader of the pipeline uses.

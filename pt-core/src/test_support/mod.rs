@@ -5,7 +5,7 @@ pub mod statistics;
 use crate::capture::folder::{CaptureWriter, Index};
 use crate::capture::sidecar::Sidecar;
 use crate::channels::ChannelImages;
-use crate::device::{Device, DeviceOptions};
+use crate::device::{Device, DeviceOptions, lock};
 use crate::plan::FramePlan;
 use crate::sizes::FrameSizes;
 use pt_shaders::channels::ChannelId;
@@ -13,11 +13,18 @@ use pt_shaders::records::CameraRecord;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Mutex;
 
 /// A device opened with validation and synchronization validation. Dropping it panics if the layers said anything.
+///
+/// The next test of the same program that opens one gets the same device, with the kernels that are compiled already: much of the time of a
+/// short test goes into its kernels. No two tests have it at a time.
 pub struct TestDevice {
     device: Device,
 }
+
+/// Devices that no test has.
+static IDLE: Mutex<Vec<Device>> = Mutex::new(Vec::new());
 
 impl TestDevice {
     /// Opens the device named by the environment variable `PT_TEST_DEVICE`, or the best one.
@@ -25,6 +32,9 @@ impl TestDevice {
     /// # Panics
     /// When there is none, or no validation layer: the tests are worth nothing without.
     pub fn open() -> Self {
+        if let Some(device) = lock(&IDLE).pop() {
+            return Self { device };
+        }
         let device = std::env::var("PT_TEST_DEVICE").ok();
         let device =
             Device::open(&DeviceOptions { device, validation: true }).unwrap_or_else(|e| panic!("{e}"));
@@ -44,6 +54,7 @@ impl Drop for TestDevice {
         let messages = self.device.validation().map(|log| log.messages()).unwrap_or_default();
         if !std::thread::panicking() {
             assert!(messages.is_empty(), "the validation layers said:\n{}", messages.join("\n"));
+            lock(&IDLE).push(self.device.clone());
         }
     }
 }
