@@ -86,6 +86,25 @@ impl Session {
     /// # Errors
     /// A camera that the scene does not have, no device, or a scene that does not fit.
     pub fn open(args: &DeviceArgs, camera: &CameraArgs, scene: Scene) -> Result<Self> {
+        let DeviceArgs { backend, device, validation } = args.clone();
+        let device = || Device::open(&DeviceOptions { device, validation });
+        Self::with_device(device, backend, camera, scene)
+    }
+
+    /// As [`Session::open`], on a device that is open.
+    ///
+    /// # Errors
+    /// A camera that the scene does not have, or a scene that does not fit.
+    pub fn on(device: &Device, backend: TraceBackend, camera: &CameraArgs, scene: Scene) -> Result<Self> {
+        Self::with_device(|| Ok(device.clone()), backend, camera, scene)
+    }
+
+    fn with_device(
+        open: impl FnOnce() -> pt_core::Result<Device>,
+        backend: TraceBackend,
+        camera: &CameraArgs,
+        scene: Scene,
+    ) -> Result<Self> {
         let mut load = Phases::start();
         load.include(&scene.load_phases);
         let mut camera = choose_camera(&scene, camera)?;
@@ -96,14 +115,13 @@ impl Session {
         }
         // The choice of a backend is measured, which wants the processor for itself.
         let is_large = scene.statistics().triangles > MOST_TRIANGLES_BESIDE;
-        if args.backend == TraceBackend::Auto || is_large {
+        if backend == TraceBackend::Auto || is_large {
             camera = camera.or_else(|| Some(automatic_camera(&scene)));
             load.mark("automatic camera");
         }
         let (device, gpu, lights, camera) = thread::scope(|threads| {
             let camera = threads.spawn(|| camera.unwrap_or_else(|| automatic_camera(&scene)));
-            let DeviceArgs { backend, device, validation } = args.clone();
-            let device = Device::open(&DeviceOptions { device, validation })?;
+            let device = open()?;
             load.mark("device");
             let mut gpu = GpuScene::new(&device, &scene, backend)?;
             load.include(gpu.load_phases());

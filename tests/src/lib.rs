@@ -1,10 +1,11 @@
 //! Whole frames in the same process as the test, under the validation layers.
 
-use pt_app::args::{CameraArgs, DeviceArgs};
+use pt_app::args::CameraArgs;
 use pt_app::frame::FullFrame;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
 use pt_core::Recorder;
+use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_import::LoadOptions;
@@ -35,10 +36,12 @@ pub struct Frames {
     seed: u32,
     time: f64,
     params: FrameParams,
+    // Dropped last: checks what the validation layers said.
+    device: TestDevice,
 }
 
 impl Frames {
-    /// Opens the device named by the environment variable `PT_TEST_DEVICE`, or the best one. With `accumulate` the frame has
+    /// On a [`TestDevice`]. With `accumulate` the frame has
     /// the pass that averages all frames.
     pub fn new(
         scene: Scene,
@@ -61,13 +64,12 @@ impl Frames {
         accumulate: bool,
         params: FrameParams,
     ) -> Self {
-        let device = std::env::var("PT_TEST_DEVICE").ok();
-        let device = DeviceArgs { backend, device, validation: true };
+        let device = TestDevice::open();
         let mut session =
-            Session::open(&device, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
+            Session::on(&device, backend, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
         let full = FullFrame::new(&mut session, size, accumulate, &params).unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
-        Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0, params }
+        Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0, params, device }
     }
 
     /// Starts over with another seed.
@@ -121,6 +123,6 @@ impl Frames {
     /// Waits for the last frame and fails if the validation layers said anything.
     pub fn finish(mut self) {
         self.recorder.finish().unwrap();
-        self.session.check_validation().unwrap();
+        drop(self.device);
     }
 }

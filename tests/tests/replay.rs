@@ -1,7 +1,7 @@
 //! Stages alone on the capture of a whole frame write what they wrote in the frame.
 
 use clap::Parser;
-use pt_app::args::{CameraArgs, DeviceArgs};
+use pt_app::args::CameraArgs;
 use pt_app::cli::{Cli, Command};
 use pt_app::frame::bounce_lights;
 use pt_app::params::FrameParams;
@@ -12,6 +12,7 @@ use pt_core::capture::read_layer;
 use pt_core::frame::Uniforms;
 use pt_core::harness::{ReplayArgs, replay};
 use pt_core::settings::Knobs;
+use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Device, Frame, FramePlan, FrameSizes, Recorder, Result};
 use pt_core::{SplitLight, StageInputs, StageIo};
@@ -97,12 +98,9 @@ fn indirect_light_repeats_its_frame() {
     assert!(pt_app::commands::capture::run(&args, &mut Vec::new()).unwrap());
     let recorded = CaptureFolder::open(Path::new(&capture)).unwrap().frame(1).unwrap();
 
-    let device = DeviceArgs {
-        backend: TraceBackend::Compute,
-        device: std::env::var("PT_TEST_DEVICE").ok(),
-        validation: true,
-    };
-    let mut session = Session::open(&device, &CameraArgs::default(), builtin("cornell")).unwrap();
+    let device = TestDevice::open();
+    let mut session =
+        Session::on(&device, TraceBackend::Compute, &CameraArgs::default(), builtin("cornell")).unwrap();
     let params = FrameParams::default();
     let Session { device, scene, gpu, lights, .. } = &mut session;
     lights.prepare(device, scene, gpu, params.lights.sampler_choice()).unwrap();
@@ -127,7 +125,6 @@ fn indirect_light_repeats_its_frame() {
         [COLOR_LF_SH, COLOR_LF_COCG].map(|id| read_layer(&images, id).unwrap().0)
     };
     let (one, three) = (light(1.0), light(3.0));
-    session.check_validation().unwrap();
     let image = recorded.into_image();
     for (layer, other) in one.iter().zip(&three) {
         for channel in &layer.channels {

@@ -1,9 +1,10 @@
 //! Scenes and means of whole frames for the tests of indirect light.
 
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
-use pt_app::args::{CameraArgs, DeviceArgs};
+use pt_app::args::CameraArgs;
 use pt_app::params::FrameParams;
 use pt_app::session::Session;
+use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_reference::{Progressive, ReferenceParams};
 use pt_scene::gpu::camera_record;
@@ -62,9 +63,9 @@ pub fn frames_means(
 
 /// The same of the reference path tracer, with paths of at most `bounces` bounces.
 pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u32, spp: u32) -> Mean {
-    let device = std::env::var("PT_TEST_DEVICE").ok();
-    let device = DeviceArgs { backend: TraceBackend::Compute, device, validation: true };
-    let mut session = Session::open(&device, &CameraArgs::default(), scene.clone()).unwrap();
+    let device = TestDevice::open();
+    let mut session =
+        Session::on(&device, TraceBackend::Compute, &CameraArgs::default(), scene.clone()).unwrap();
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
     let params = ReferenceParams { max_bounces: bounces, spp, ..ReferenceParams::default() };
@@ -74,7 +75,6 @@ pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u
         render.step(scene, gpu, lights, spp).unwrap();
     }
     let estimate = render.state().unwrap().estimate(spp);
-    session.check_validation().unwrap();
     let n = estimate.pixels.len() as f64;
     let mean = estimate.pixels.iter().map(|p| p.mean.as_dvec3()).sum::<DVec3>() / n;
     let variance = estimate.pixels.iter().map(|p| p.variance.as_dvec3()).sum::<DVec3>();
