@@ -123,6 +123,22 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
+    /// A kernel reads a table that the scene on the device does not have.
+    #[error(
+        "pass \"{pass}\" (kernel {kernel}): {reader} needs {table}, which the scene on the device does not have; {remedy}"
+    )]
+    MissingTable {
+        /// Pass name.
+        pass: String,
+        /// Kernel name.
+        kernel: String,
+        /// What reads the table.
+        reader: String,
+        /// The table.
+        table: &'static str,
+        /// What makes it.
+        remedy: &'static str,
+    },
     /// The GPU did not finish in time.
     #[error("the device did not finish within {0} s: a kernel hangs, or the work is too large for it")]
     Timeout(u64),

@@ -5,7 +5,7 @@ use crate::sampler_tables::{SamplerChoice, SamplerTables};
 use crate::statistics::ShadowStatistics;
 use crate::table::Table;
 use pt_core::{Buffer, Device, Error, Frame, Kernel, Result, SceneResources};
-use pt_scene::gpu::GpuScene;
+use pt_scene::gpu::{GpuScene, LightTableSet};
 use pt_scene::{MAX_PORTALS, Portal, Scene};
 use pt_shaders::records::{
     AliasRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord, PortalRecord, SceneRecord,
@@ -36,6 +36,8 @@ pub struct LightTables {
     /// Whether `local_lights` is as the scene was in the last frame.
     placed: bool,
     keeps_last: bool,
+    /// Whether the tables of a sampler were made, as `keeps_last` says.
+    prepared: bool,
     /// What the last frame read, if there was one with these tables. Other tables may have been attached to the scene since.
     last: Option<LightTablesRecord>,
     sampler: Option<SamplerTables>,
@@ -103,6 +105,7 @@ impl LightTables {
             place: Kernel::compute::<LocalLightsPush>(device, &crate::kernels::LOCAL_LIGHTS, &[])?,
             placed: false,
             keeps_last: false,
+            prepared: false,
             last: None,
             sampler: None,
             lists,
@@ -112,6 +115,7 @@ impl LightTables {
     /// Whether the tables that [`LightTables::prepare`] makes keep those of the last frame, so that kernels with gradient pixels
     /// (`lights/light_tables.glsl`) can take its light samples again. What that costs: see [`LightTables::prepare`].
     pub fn keep_last_frame(&mut self, keeps: bool) {
+        self.prepared &= self.keeps_last == keeps;
         self.keeps_last = keeps;
     }
 
@@ -143,7 +147,7 @@ impl LightTables {
         self.local_alias.keep_last(device, keeps)?;
         let reuses = choice.is_some_and(|choice| choice.sampler == LightSampler::RestirDi);
         self.local_lights.keep_last(device, keeps || reuses)?;
-        (self.placed, self.last) = (false, None);
+        (self.placed, self.prepared, self.last) = (false, true, None);
         self.attach(gpu);
         Ok(())
     }
@@ -237,6 +241,8 @@ impl LightTables {
     /// Sets the addresses and counts of lights, emissive triangles and environment, and the environment's size, rotation
     /// and intensity. Leaves `environment_texture` alone.
     pub fn fill(&self, record: &mut SceneRecord) {
+        // Tables of another sampler that were there before are gone.
+        record.light_tables = bytemuck::Zeroable::zeroed();
         self.lists.fill(record);
         self.lists.fill_counts(&mut record.light_tables);
         record.most_local_lights = self.most_local_lights() as u32;
@@ -261,9 +267,13 @@ impl LightTables {
         }
     }
 
-    /// Gives the tables to the scene on the device: passes that bind the scene find the lights there.
+    /// Gives the tables to the scene on the device: passes that bind the scene find the lights there. What a pass needs and the tables do not
+    /// have is refused when it is recorded, as [`Error::MissingTable`].
     pub fn attach(&self, gpu: &mut GpuScene) {
-        self.fill(gpu.record_mut());
+        let record = gpu.record_mut();
+        self.fill(record);
+        // Until `update` brings the tables to where the lights are, kernels are refused.
+        record.light_tables_previous = bytemuck::Zeroable::zeroed();
         let emissives = [&self.emissives, &self.emissive_alias, &self.emissive_lookup];
         let fixed = emissives.into_iter().chain([&self.environment_alias, &self.portals]);
         let replaced =
@@ -273,7 +283,13 @@ impl LightTables {
         let tables = fixed.chain(replaced).chain(quads).chain(sampler).cloned().collect();
         let counts =
             self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
-        gpu.set_light_tables(tables, counts.cloned().collect());
+        gpu.set_light_tables(LightTableSet {
+            buffers: tables,
+            updated: counts.cloned().collect(),
+            environment_listed: self.lists.environment_quads.is_some(),
+            keeps_last_lights: self.local_lights.copies().len() > 1,
+            keeps_last_choices: self.keeps_last && self.prepared,
+        });
     }
 }
 

@@ -35,6 +35,8 @@ pub struct Kernel(Arc<Inner>);
 struct Inner {
     name: String,
     reflection: Reflection,
+    /// Values that the host gave, by name.
+    constants: Vec<(String, Constant)>,
     layout: Layout,
     pipeline: vk::Pipeline,
     launch: Launch,
@@ -164,11 +166,11 @@ impl Kernel {
             unsafe { device.raw().create_compute_pipelines(vk::PipelineCache::null(), &info, None) }
                 .map_err(|(_, result)| Error::Vulkan { call: "vkCreateComputePipelines", result })?[0];
         let launch = Launch::Compute(reflection.workgroup);
-        Ok(Self::assemble(code.name, reflection, layout, pipeline, launch))
+        Ok(Self::assemble((code.name, constants), reflection, layout, pipeline, launch))
     }
 
     pub(crate) fn assemble(
-        name: &str,
+        (name, constants): (&str, &[(&str, Constant)]),
         reflection: Reflection,
         layout: Layout,
         pipeline: vk::Pipeline,
@@ -176,7 +178,13 @@ impl Kernel {
     ) -> Self {
         layout.device.count_pipeline();
         layout.device.name(pipeline, name);
-        Self(Arc::new(Inner { name: name.into(), reflection, layout, pipeline, launch }))
+        let constants = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+        Self(Arc::new(Inner { name: name.into(), reflection, constants, layout, pipeline, launch }))
+    }
+
+    /// The value that it was made with for a specialisation constant; `None`: it was given none.
+    pub fn constant(&self, name: &str) -> Option<Constant> {
+        self.0.constants.iter().find(|(given, _)| given == name).map(|(_, value)| *value)
     }
 
     /// Whether it has a binding of this name.
