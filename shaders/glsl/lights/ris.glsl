@@ -32,8 +32,9 @@ uint ris_pick(LightContext c, uvec4 bits, out float pmf) {
             uint place = min(uint((xi.x - list.catch_all) / (1.0 - list.catch_all) * float(size)), size - 1u);
             light = cluster_list_light(list, place);
         }
-        bool listed = size > 0u && (!all || cluster_list_place(list, light) != NONE);
-        pmf = list.catch_all * power_pmf(light) + (listed ? (1.0 - list.catch_all) / float(size) : 0.0);
+        bool listed = !all || cluster_list_place(list, c.cluster, light) != NONE;
+        pmf = listed ? (1.0 - list.catch_all) / float(size) : 0.0;
+        if (list.catch_all > 0.0) pmf += list.catch_all * power_pmf(light);
     } else {
         light = alias_pick(choice_tables().local_alias, choice_tables().local_light_count, bits.x, xi.y);
         pmf = power_pmf(light);

@@ -1,6 +1,6 @@
 //! The scene on the device, seen by one camera: what all samplers light.
 
-use super::Args;
+use super::{Args, lamps};
 use anyhow::{Context, Result, ensure};
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::frame::Uniforms;
@@ -31,6 +31,7 @@ pub struct View {
     size: [u32; 2],
     camera: CameraRecord,
     uniforms: Uniforms<FrameRecord>,
+    surface_uniforms: Uniforms<FrameRecord>,
     primary: PrimaryRays,
     composite: Composite,
     gbuffer: GbufferParams,
@@ -56,6 +57,10 @@ impl View {
             if recorded.is_some() { "the capture's scene; --scene-file names it" } else { "the scene" }
         })?;
         scene.notices.iter().for_each(|notice| console::print_warning(notice));
+        let mut scene = scene;
+        if let Some(count) = args.lamps {
+            lamps::hang(&mut scene, count)?;
+        }
         let gbuffer = GbufferParams::default();
         let (camera, size) = match recorded {
             Some(Recorded { camera, size, .. }) => (camera, size),
@@ -102,6 +107,7 @@ impl View {
         Ok(Self {
             images: plan.allocate(&device)?,
             uniforms: Uniforms::new(&device, "frame_uniforms")?,
+            surface_uniforms: Uniforms::new(&device, "frame_uniforms of surfaces")?,
             primary: PrimaryRays::new(&device, gbuffer.variant(gpu.variant()))?,
             composite: Composite::new(&device)?,
             device,
@@ -166,12 +172,26 @@ impl View {
         (stage, params): (&DirectLighting, &DirectParams),
         counted: Option<&Counted>,
     ) -> Result<()> {
+        self.record_lit(frame, [record, record], lights, (stage, params), counted)
+    }
+
+    /// As [`View::record`], of surfaces that may be those of another frame, with its seeds: the first record.
+    pub fn record_lit(
+        &mut self,
+        frame: &mut Frame<'_>,
+        [surfaces, record]: [&FrameRecord; 2],
+        lights: &mut LightTables,
+        (stage, params): (&DirectLighting, &DirectParams),
+        counted: Option<&Counted>,
+    ) -> Result<()> {
         self.images.begin_frame();
         lights.update(frame, &self.scene, &mut self.gpu)?;
+        self.surface_uniforms.upload(frame, surfaces)?;
         self.uniforms.upload(frame, record)?;
-        let inputs =
-            StageInputs { scene: Some(&self.gpu), uniforms: Some(&self.uniforms), images: &self.images };
+        let (scene, images) = (Some(&self.gpu as _), &self.images);
+        let inputs = StageInputs { scene, uniforms: Some(&self.surface_uniforms), images };
         self.primary.record(frame, &inputs, &self.gbuffer)?;
+        let inputs = StageInputs { uniforms: Some(&self.uniforms), ..inputs };
         stage.record_counted(frame, &inputs, params, 0.0, counted)?;
         let light = SplitLight::unfiltered(&self.images);
         Ok(self.composite.record(frame, &inputs, light, &DenoiseParams::default())?)
