@@ -78,7 +78,10 @@ else
 fi
 for part in "${parts[@]}"; do
     case $part in
-    lamps | gallery | room | window)
+    window)
+        section "samplers of window" table "$figures/light_samplers_window.svg" window "${size[@]}" "${compared[@]}" \
+            --samplers light-bvh:portal_share=0,light-bvh,light-bvh:portal_share=0.9 ;;
+    lamps | gallery | room)
         section "samplers of $part" table "$figures/light_samplers_$part.svg" "$part" "${size[@]}" "${compared[@]}" ;;
     flicker)
         section "change of flicker" table - flicker --change 0.6:0.85 "${size[@]/480/160}" "${changed[@]}" ;;

@@ -167,7 +167,8 @@ impl SamplerTables {
     }
 
     pub(crate) fn buffers(&self) -> Vec<&Buffer> {
-        let lists = self.lists.iter().flat_map(|l| [&l.records, &l.fixed, &l.changing].into_iter().chain(&l.ranks));
+        let lists =
+            self.lists.iter().flat_map(|l| [&l.records, &l.fixed, &l.changing].into_iter().chain(&l.ranks));
         let tree = self.tree.iter().flat_map(|t| [&t.nodes, &t.trails]);
         lists
             .chain(tree)

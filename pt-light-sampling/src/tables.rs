@@ -8,8 +8,8 @@ use pt_core::{Buffer, Device, Error, Frame, Kernel, Result, SceneResources};
 use pt_scene::gpu::{GpuScene, LightTableSet};
 use pt_scene::{MAX_PORTALS, Portal, Scene};
 use pt_shaders::records::{
-    AliasRecord, LightCandidateRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord, PortalRecord,
-    SceneRecord,
+    AliasRecord, LightCandidateRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord,
+    PortalRecord, SceneRecord,
 };
 
 /// Threads in a row of a dispatch.
@@ -286,8 +286,9 @@ impl LightTables {
         record.light_tables_previous = bytemuck::Zeroable::zeroed();
         let emissives = [&self.emissives, &self.emissive_alias, &self.emissive_lookup];
         let fixed = emissives.into_iter().chain([&self.environment_alias, &self.portals]);
-        let replaced =
-            [&self.lights, &self.local_alias, &self.local_lights, &self.light_candidates].into_iter().flat_map(Table::copies);
+        let replaced = [&self.lights, &self.local_alias, &self.local_lights, &self.light_candidates]
+            .into_iter()
+            .flat_map(Table::copies);
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
         let quads = self.quads.iter().flat_map(QuadBuffers::all);
         let tables = fixed.chain(replaced).chain(quads).chain(sampler).cloned().collect();

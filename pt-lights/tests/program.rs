@@ -126,11 +126,14 @@ fn correlated_frames_are_worth_less() {
 #[test]
 fn blocks_agree_with_the_reference() {
     let folder = tempfile::tempdir().unwrap();
-    let size = "--width 48 --runs 16 --frames 4 --warm-up 4 --reference-spp 512 --backend compute --ray-rate 100";
-    let samplers = "light-bvh,cluster-stats,ris,light-bvh:emissive=false";
+    let size =
+        "--width 48 --runs 16 --frames 4 --warm-up 4 --reference-spp 512 --backend compute --ray-rate 100";
+    let samplers = "light-bvh,cluster-stats,light-bvh:emissive=false";
     let files = "--json rows.json --markdown table.md";
-    let done =
-        pt_lights(&format!("cornell --lamps 40 --blocks --samplers {samplers} {files} {size}"), folder.path());
+    let done = pt_lights(
+        &format!("cornell --lamps 40 --blocks --samplers {samplers} {files} {size}"),
+        folder.path(),
+    );
     assert!(done.status.success(), "{done:?}");
     assert!(String::from_utf8(done.stdout).unwrap().starts_with("cornell with 40 lamps, 48x27"));
     let table = std::fs::read_to_string(folder.path().join("table.md")).unwrap();
@@ -140,7 +143,7 @@ fn blocks_agree_with_the_reference() {
         assert_eq!(row["blocks"], 18, "{row}");
         let within = row["blocks_within_3se"].as_f64().unwrap();
         // 0.3 % of the means of independent runs are farther away.
-        assert!(if i < 3 { within > 0.9 } else { within < 0.1 }, "{row}");
+        assert!(if i < 2 { within > 0.9 } else { within < 0.1 }, "{row}");
     }
 }
 
@@ -149,13 +152,18 @@ fn blocks_agree_with_the_reference() {
 fn replayed_frames_are_those_before() {
     let folder = tempfile::tempdir().unwrap();
     let size = "--width 32 --frames 3 --warm-up 2 --backend compute";
-    let line = format!("lamps --replay --samplers per-kind,light-bvh,cluster-stats,nee-at --json rows.json {size}");
+    let line =
+        format!("lamps --replay --samplers per-kind,light-bvh,cluster-stats,nee-at --json rows.json {size}");
     let done = pt_lights(&line, folder.path());
     assert_eq!(done.status.code(), Some(0), "{done:?}");
     let rows = rows(&folder.path().join("rows.json"));
     for row in &rows {
         let claims = row["sampler"] != "nee-at";
-        assert_eq!((row["claims_replay"].as_bool(), row["bit_equal"].as_bool()), (Some(claims), Some(claims)), "{row}");
+        assert_eq!(
+            (row["claims_replay"].as_bool(), row["bit_equal"].as_bool()),
+            (Some(claims), Some(claims)),
+            "{row}"
+        );
         assert!(row["texels_lit"].as_u64().unwrap() > 50, "{row}");
         // Without the replay the light is another one.
         assert!(row["differ_without_replay"].as_f64().unwrap() > 0.1, "{row}");
@@ -167,13 +175,16 @@ fn replayed_frames_are_those_before() {
 #[test]
 fn portals_pay_in_the_room_with_a_window() {
     let folder = tempfile::tempdir().unwrap();
-    let samplers = "power:portal_share=0,power:portal_share=0.8";
-    let longer = SHORT.replace("--frames 2", "--frames 8");
-    let done = pt_lights(&format!("window --samplers {samplers} --json rows.json {longer}"), folder.path());
+    let samplers = "power:portal_share=0,power:portal_share=0.5";
+    let longer = SHORT.replace("--frames 2", "--frames 8").replace("-spp 16", "-spp 64");
+    let done = pt_lights(
+        &format!("window --samplers {samplers} --set lights.emissive=false --json rows.json {longer}"),
+        folder.path(),
+    );
     assert!(done.status.success(), "{done:?}");
     let rows = rows(&folder.path().join("rows.json"));
-    let variance = |i: usize| rows[i]["variance"].as_f64().unwrap();
-    assert!(variance(0) > 3.0 * variance(1), "{} {}", variance(0), variance(1));
+    let error = |i: usize| rows[i]["relmse_one_frame"].as_f64().unwrap();
+    assert!(error(0) > 3.0 * error(1), "{} {}", error(0), error(1));
 }
 
 #[test]

@@ -10,10 +10,10 @@ use pt_core::test_support::TestDevice;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::test_support::polygon;
 use pt_lights::DirectParams;
-use pt_lights::records::{EnvironmentRays, LightRays};
+use pt_lights::records::LightRays;
 use pt_scene::{Blink, Instance, Light, LightMotion, Material, Motion, Scene};
 use pt_shaders::named_enum::NamedEnum;
-use pt_shaders::records::{AreaSampling, LightSampler, RisSource};
+use pt_shaders::records::{AreaSampling, LightSampler};
 use std::f64::consts::PI;
 
 const SIZE: [u32; 2] = [16, 16];
@@ -239,49 +239,50 @@ fn a_sampler_that_has_forgotten_is_new() {
 }
 
 /// Tables that were made for another sampler, or not brought to this frame: the stage is refused with an error that says which table is missing and
-/// what makes it. Without the check its kernels read from address 0.
+/// what makes it. Without the check its kernels read from address 0. (`pt-light-sampling/tests/samplers.rs` has all samplers.)
 #[test]
 fn a_stage_without_its_tables_is_refused() {
+    const PREPARE: &str = "call LightTables::prepare";
     let device = TestDevice::open();
-    let check = |params: &DirectParams, prepared: Option<SamplerChoice>, updates, missing: Option<[&str; 2]>| {
-        let mut rig = Rig::new(&device, floor(), [2, 2], params);
-        let lights = &mut rig.uploaded.lights;
-        lights.prepare(&device, &rig.uploaded.scene, &mut rig.uploaded.gpu, prepared).unwrap();
-        let case = params.sampler.name();
-        match (rig.try_record(updates), missing) {
-            (Ok(()), None) => {}
-            (Err(error @ Error::MissingTable { .. }), Some(words)) => {
-                let message = error.to_string();
-                assert!(words.iter().all(|word| message.contains(word)), "{case}: {message}");
-                assert!(message.contains(&format!("\"{case}\"")), "{case}: {message}");
+    let from = |sampler: LightSampler| Some(SamplerChoice::from(sampler));
+    type Case = (Option<SamplerChoice>, bool, Option<[&'static str; 2]>);
+    let check = |sampler: LightSampler, cases: &[Case]| {
+        let params = DirectParams { sampler, rays: LightRays::Merged, ..DirectParams::default() };
+        let mut rig = Rig::new(&device, floor(), [2, 2], &params);
+        for &(prepared, updates, missing) in cases {
+            let (lights, gpu) = (&mut rig.uploaded.lights, &mut rig.uploaded.gpu);
+            lights.prepare(&device, &rig.uploaded.scene, gpu, prepared).unwrap();
+            let name = format!("\"{}\"", sampler.name());
+            match (rig.try_record(updates), missing) {
+                (Ok(()), None) => {}
+                (Err(error @ Error::MissingTable { .. }), Some(words)) => {
+                    let message = error.to_string();
+                    assert!(words.iter().chain([&&*name]).all(|word| message.contains(word)), "{message}");
+                }
+                (result, _) => {
+                    panic!("{name}: {:?}, expected {missing:?}", result.map_err(|e| e.to_string()))
+                }
             }
-            (result, _) => panic!("{case}: {:?}, expected {missing:?}", result.map_err(|e| e.to_string())),
         }
     };
-    const PREPARE: &str = "call LightTables::prepare";
-    let merged = |sampler| DirectParams { sampler, rays: LightRays::Merged, ..DirectParams::default() };
-    for &sampler in LightSampler::VALUES {
-        let missing = match sampler {
-            LightSampler::Uniform | LightSampler::Power | LightSampler::NeeAt => None,
-            LightSampler::LightBvh => Some(["the light tree", PREPARE]),
-            _ => Some(["the light lists", PREPARE]),
-        };
-        check(&merged(sampler), None, true, missing);
-    }
-    let power = DirectParams { ris_source: RisSource::Power, ..merged(LightSampler::Ris) };
-    check(&power, None, true, None);
-    let from = |sampler: LightSampler| Some(SamplerChoice::from(sampler));
-    let statistics = merged(LightSampler::ClusterStats);
-    check(&statistics, from(LightSampler::ClusterCdf), true, Some(["the shadow statistics", PREPARE]));
-    let reuse = merged(LightSampler::RestirDi);
-    check(&reuse, from(LightSampler::Ris), true, Some(["of the last frame", PREPARE]));
-    let tree = merged(LightSampler::LightBvh);
-    check(&tree, from(LightSampler::LightBvh), true, None);
-    check(&tree, from(LightSampler::LightBvh), false, Some(["in this frame", "call LightTables::update"]));
-    let replay = DirectParams { replay: true, ..tree.clone() };
-    check(&replay, from(LightSampler::LightBvh), true, Some(["of the last frame", "keep_last_frame(true)"]));
-    let listed = DirectParams { environment_rays: EnvironmentRays::List, ..tree.clone() };
-    check(&listed, from(LightSampler::LightBvh), true, Some(["the quads of the environment", PREPARE]));
-    let all = Some(SamplerChoice { environment_listed: true, ..LightSampler::LightBvh.into() });
-    check(&tree, all, true, Some(["without quads of the environment", PREPARE]));
+    let tree = LightSampler::LightBvh;
+    let listed = Some(SamplerChoice { environment_listed: true, ..tree.into() });
+    check(
+        tree,
+        &[
+            (None, true, Some(["the light tree", PREPARE])),
+            (from(LightSampler::ClusterCdf), true, Some(["the light tree", PREPARE])),
+            (listed, true, Some(["without quads of the environment", PREPARE])),
+            (from(tree), false, Some(["in this frame", "call LightTables::update"])),
+            (from(tree), true, None),
+        ],
+    );
+    check(
+        LightSampler::RestirDi,
+        &[
+            (None, true, Some(["the light lists", PREPARE])),
+            (from(LightSampler::Ris), true, Some(["of the last frame", PREPARE])),
+            (from(LightSampler::RestirDi), true, None),
+        ],
+    );
 }

@@ -124,7 +124,9 @@ fn a_path_tracer_without_its_tables_is_refused() {
     lights.attach(&mut gpu);
     let camera = camera_record(&scene.default_camera(), [4, 4]);
     let frame = FrameRecord::new(camera, camera, [4, 4], 0, 1);
-    for (choice, table) in [(PathLights::LightBvh, "the light tree"), (PathLights::ClusterCdf, "the light lists")] {
+    for (choice, table) in
+        [(PathLights::LightBvh, "the light tree"), (PathLights::ClusterCdf, "the light lists")]
+    {
         let params = ReferenceParams { lights: choice, ..Default::default() };
         let render = Progressive::new(&device, &gpu, &lights, frame, params, None, 0);
         let error = render.unwrap().step(&scene, &mut gpu, &mut lights, 1).unwrap_err();

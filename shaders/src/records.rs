@@ -753,24 +753,22 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A node of the tree over the local lights (`lights/light_bvh.glsl`).
+    /// A node of the tree over the local lights (`lights/light_bvh.glsl`), one sector of a cache. Where digits are lost, bounds become wider.
     pub struct LightBvhNode {
-        /// Smallest corner of the box of the points that emit.
-        pub lower: Vec3,
-        /// Share of the power of all lights; 0: all lights of the node are dark.
-        pub power: f32,
-        /// Greatest corner of the box.
-        pub upper: Vec3,
+        /// Middle of the box of the points that emit.
+        pub center: Vec3,
+        /// Half of the box's size, rounded up: 3 x 8 bits, times 2^(bits 24 to 31 - 128).
+        pub extent: u32,
         /// First of two children that follow each other, or [`LIGHT_BVH_LEAF`] and the index of a light.
         pub link: u32,
-        /// Axis of the cone of the emitters' normals: octahedral, 2 x 16 bits.
-        pub axis: u32,
-        /// Sines of half of its half angle (low) and of half of the angle to the normal up to which a point emits (high): 2 x 16 bits,
-        /// unsigned normalised, rounded up.
+        /// Bits 0 to 15: axis of the cone of the emitters' normals: octahedral, 2 x 8 bits. Bits 16 to 23: sine of half of its half angle; bits 24 to
+        /// 31: of half of the angle to the normal up to which a point emits; unsigned normalised, rounded up.
         pub cone: u32,
-        /// Mean position of the power within the box: 3 x 10 bits, unsigned normalised.
+        /// Mean position of the power within the box, 3 x 8 bits, and standard deviation of the positions over half the box's diagonal, 8 bits:
+        /// unsigned normalised.
         pub mean: u32,
-        /// Signed normalised, 4 x 8 bits: mean direction of the emission; standard deviation of the positions over half the box's diagonal.
+        /// Bits 0 to 15: mean direction of the emission: octahedral, 2 x 5 bits, and its length, 6 bits. Bits 16 to 31: share of the power of all
+        /// lights, the upper half of a float; 0: all lights of the node are dark.
         pub lobe: u32,
     }
 }

@@ -110,9 +110,13 @@ impl Kernel {
         }
         .map_err(|(_, result)| Error::Vulkan { call: "vkCreateRayTracingPipelinesKHR", result })?[0];
         match BindingTable::new(device, code.name, pipeline) {
-            Ok(table) => {
-                Ok(Self::assemble((code.name, constants), interface, layout, pipeline, Launch::RayTracing(table)))
-            }
+            Ok(table) => Ok(Self::assemble(
+                (code.name, constants),
+                interface,
+                layout,
+                pipeline,
+                Launch::RayTracing(table),
+            )),
             Err(error) => {
                 // SAFETY: never used.
                 unsafe { device.raw().destroy_pipeline(pipeline, None) };

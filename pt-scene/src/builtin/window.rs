@@ -11,8 +11,8 @@ use crate::{Camera, Material, Portal, Scene};
 const ROOM: Vec3 = Vec3::new(4.0, 3.0, 5.0);
 /// Thickness of the walls.
 const WALL: f32 = 0.2;
-/// The window in the wall at x = 4: from, to; height and depth.
-const WINDOW: [Vec2; 2] = [Vec2::new(1.0, 2.2), Vec2::new(2.2, 3.4)];
+/// The window in the wall at x = 4: its heights and depths, from and to.
+const WINDOW: [[f32; 2]; 2] = [[1.0, 2.2], [2.2, 3.4]];
 
 pub(super) fn scene() -> Scene {
     let sky = crate::sky::sky(Vec3::new(0.8, 0.55, -0.25).normalize(), 6.0);
@@ -37,11 +37,11 @@ pub(super) fn scene() -> Scene {
     slab([0.0, 0.0, -WALL], [x, y, 0.0], wall);
     slab([0.0, 0.0, z], [x, y, z + WALL], wall);
     // Around the window: below, above, beside.
-    let [low, high] = WINDOW;
-    slab([x, 0.0, -WALL], [x + WALL, low.x, z + WALL], wall);
-    slab([x, low.y, -WALL], [x + WALL, y, z + WALL], wall);
-    slab([x, low.x, -WALL], [x + WALL, low.y, high.x], wall);
-    slab([x, low.x, high.y], [x + WALL, low.y, z + WALL], wall);
+    let [[bottom, top], [near, far]] = WINDOW;
+    slab([x, 0.0, -WALL], [x + WALL, bottom, z + WALL], wall);
+    slab([x, top, -WALL], [x + WALL, y, z + WALL], wall);
+    slab([x, bottom, -WALL], [x + WALL, top, near], wall);
+    slab([x, bottom, far], [x + WALL, top, z + WALL], wall);
     // A table, a chest and a lamp at the ceiling.
     slab([1.2, 0.72, 1.4], [2.4, 0.78, 2.2], wood);
     for [leg_x, leg_z] in [[1.25, 1.45], [2.29, 1.45], [1.25, 2.09], [2.29, 2.09]] {
@@ -53,8 +53,8 @@ pub(super) fn scene() -> Scene {
     place(&mut scene, "room", shape);
 
     // On the inner side of the wall.
-    let corner = Vec3::new(x, low.x, high.x);
-    scene.portals.push(Portal { corner, edges: [(low.y - low.x) * Vec3::Y, (high.y - high.x) * Vec3::Z] });
+    let corner = Vec3::new(x, bottom, near);
+    scene.portals.push(Portal { corner, edges: [(top - bottom) * Vec3::Y, (far - near) * Vec3::Z] });
     let (eye, target) = (Vec3::new(3.6, 1.6, 4.7), Vec3::new(1.2, 0.9, 1.4));
     scene.cameras.push(Camera::look_at("corner", eye, target, 1.1));
     scene

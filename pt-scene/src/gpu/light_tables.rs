@@ -23,7 +23,8 @@ pub struct LightTableSet {
 const PREPARE: &str =
     "call LightTables::prepare with the sampler that the stage is made for, before the first frame";
 const UPDATE: &str = "call LightTables::update in each frame, before the stages";
-const KEEP: &str = "call LightTables::keep_last_frame(true), then LightTables::prepare, before the first frame";
+const KEEP: &str =
+    "call LightTables::keep_last_frame(true), then LightTables::prepare, before the first frame";
 
 /// The table that a kernel would read and that is not there. Kernels that choose lights have the constant `light_sampler`
 /// (`lights/light_sampler.glsl`); those that do not name their sampler are not asked for anything.

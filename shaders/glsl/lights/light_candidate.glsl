@@ -41,17 +41,17 @@ LightCandidateRecord light_candidate(LocalLightRecord l) {
     return LightCandidateRecord(l.position, kind, words, l.luminance);
 }
 
-// The light again; what no weight needs is missing. `step`: of the digits of its edges, metres.
-LocalLightRecord light_of_candidate(LightCandidateRecord l, out float step) {
+// The light again; what no weight needs is missing. `grain`: a step of the digits of its edges, metres.
+LocalLightRecord light_of_candidate(LightCandidateRecord l, out float grain) {
     vec3 edge1, edge2 = vec3(0.0);
-    step = 0.0;
+    grain = 0.0;
     uint kind = l.kind & LOCAL_KIND;
     if (kind == LOCAL_TRIANGLE) {
         float scale = uintBitsToFloat((l.kind >> 16) - 1u << 23);
         vec2 xy = unpackSnorm2x16(l.words.x), zx = unpackSnorm2x16(l.words.y), yz = unpackSnorm2x16(l.words.z);
         edge1 = vec3(xy, zx.x) * scale;
         edge2 = vec3(zx.y, yz) * scale;
-        step = CANDIDATE_STEP * scale;
+        grain = CANDIDATE_STEP * scale;
     } else if (kind == LOCAL_ENVIRONMENT) {
         edge1 = vec3(uintBitsToFloat(l.words.xy), 0.0);
     } else {

@@ -78,9 +78,9 @@ float quad_mass(LightContext c, LocalLightRecord l) {
 }
 
 // Weight of a light in the choice among a cluster's candidates: solid angle x Phong mix x luminance. 0 only when the point gets nothing
-// from it: the light is below the horizon, faces away, or is dark. `step`: of the digits of a candidate (light_candidate.glsl), 0: the light is
+// from it: the light is below the horizon, faces away, or is dark. `grain`: a step of the digits of a candidate (light_candidate.glsl), 0: the light is
 // exact.
-float light_mass(LightContext c, LocalLightRecord l, float step) {
+float light_mass(LightContext c, LocalLightRecord l, float grain) {
     if (environment_is_listed() && (l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) return quad_mass(c, l);
     vec3 middle = l.position - c.position;
     float mass;
@@ -90,9 +90,9 @@ float light_mass(LightContext c, LocalLightRecord l, float step) {
         vec3 front = cross(l.edge1, l.edge2);
         middle = (v0 + v1 + v2) * (1.0 / 3.0);
         // What the digits may take away from the cosine at the light, times twice its area.
-        float area = length(front), aside = step > 0.0 ? CANDIDATE_ANGLE * area : 0.0;
+        float area = length(front), aside = grain > 0.0 ? CANDIDATE_ANGLE * area : 0.0;
         bool faces = (l.kind & LOCAL_DOUBLE_SIDED) != 0u || dot(v0, front) < aside * length(v0);
-        if (above <= -step || !faces) return 0.0;
+        if (above <= -grain || !faces) return 0.0;
         // Not 0 where rounding leaves nothing of the angle.
         mass = max(rough_solid_angle(v0, l.edge1, l.edge2), max(0.5 * aside / (dot(middle, middle) + area), 1e-12));
     } else {
@@ -118,9 +118,9 @@ float light_mass(LightContext c, LocalLightRecord l) { return light_mass(c, l, 0
 float candidate_mass(LightContext c, uint light) {
     LightCandidateRecord candidate = LightCandidateTable(choice_tables().light_candidates).at[light];
     if ((candidate.kind & LOCAL_EXACT) != 0u) return light_mass(c, choice_light(light));
-    float step;
-    LocalLightRecord l = light_of_candidate(candidate, step);
-    return light_mass(c, l, step);
+    float grain;
+    LocalLightRecord l = light_of_candidate(candidate, grain);
+    return light_mass(c, l, grain);
 }
 
 // What a point of an emissive triangle radiates, with texture and coverage.

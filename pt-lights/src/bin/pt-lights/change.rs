@@ -138,9 +138,10 @@ pub fn markdown(results: &[Followed]) -> String {
     let mut order: Vec<&Followed> = results.iter().collect();
     let settled = |r: &Followed| r.frames_to_settle.unwrap_or(usize::MAX);
     order.sort_by(|a, b| settled(a).cmp(&settled(b)).then(a.steady.mean.total_cmp(&b.steady.mean)));
-    let mut text = "| sampler | frames until settled | first frame, mean / reference | first frame | steady |\n\
+    let mut text =
+        "| sampler | frames until settled | first frame, mean / reference | first frame | steady |\n\
          | --- | --- | --- | --- | --- |\n"
-        .to_owned();
+            .to_owned();
     for r in order {
         let half = |i: Interval| 0.5 * (i.high - i.low);
         let row = [

@@ -52,18 +52,20 @@ pub fn place(scene: &mut Scene, name: &str, triangles: &[[Vec3; 3]], material: M
     scene.materials.push(material);
 }
 
-/// Hangs `count` lamps into the box of a scene. Many of them are hidden from any one point, as the scene's walls stand between.
-pub fn hang(scene: &mut Scene, count: u32) -> Result<()> {
-    let bounds = scene.bounds().context("--lamps: the scene has no surface between which lamps could hang")?;
+/// Hangs `count` lamps into the box of a scene, and returns their corners. Many of them are hidden from any one point, as the scene's walls stand between.
+pub fn hang(scene: &mut Scene, count: u32) -> Result<Vec<[Vec3; 3]>> {
+    let bounds =
+        scene.bounds().context("--lamps: the scene has no surface between which lamps could hang")?;
     let size = bounds.size();
     let side = SIDE_SHARE * size.length();
     let within = Bounds { min: bounds.min + 0.05 * size, max: bounds.max - 0.05 * size };
     let box_area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
     let area = 0.5 * side * side * count as f32;
     let lamp = Material::lamp("lamp", Vec3::splat(FLUX * box_area / area));
-    place(scene, "lamps", &triangles(count, within, side), lamp);
+    let lamps = triangles(count, within, side);
+    place(scene, "lamps", &lamps, lamp);
     scene.name = format!("{} with {count} lamps", scene.name);
-    Ok(())
+    Ok(lamps)
 }
 
 #[cfg(test)]

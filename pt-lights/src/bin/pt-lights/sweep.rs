@@ -1,8 +1,8 @@
 //! Cost against the number of lights: a hall with more and more emissive triangles.
 
 use super::Args;
-use super::lamps;
 use super::contestant::{Choice, Contestant};
+use super::lamps;
 use super::view::{View, open_device};
 use anyhow::{Result, bail};
 use glam::Vec3;
@@ -127,7 +127,8 @@ pub fn run(args: &Args, counts: &[u32], choices: &[Choice], out: &mut impl Write
 /// Time of the choice alone for each number of lights, milliseconds, and that of the last over that of the first, as a table in Markdown.
 pub fn markdown(costs: &[Cost], counts: &[u32], choices: &[Choice]) -> String {
     let columns: Vec<String> = counts.iter().map(u32::to_string).collect();
-    let mut text = format!("| sampler | {} | ratio |\n|{}\n", columns.join(" | "), " --- |".repeat(counts.len() + 2));
+    let mut text =
+        format!("| sampler | {} | ratio |\n|{}\n", columns.join(" | "), " --- |".repeat(counts.len() + 2));
     for choice in choices {
         let time = |lights: &u32| {
             let cost = costs.iter().find(|c| c.lights == *lights && c.name == choice.name);

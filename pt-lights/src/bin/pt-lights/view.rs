@@ -2,6 +2,7 @@
 
 use super::{Args, lamps};
 use anyhow::{Context, Result, ensure};
+use glam::{UVec2, Vec2, Vec3};
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::frame::Uniforms;
 use pt_core::trace::bench::{BenchOptions, default_size, rate};
@@ -35,6 +36,8 @@ pub struct View {
     primary: PrimaryRays,
     composite: Composite,
     gbuffer: GbufferParams,
+    /// Corners of the lamps that the program has hung into the scene.
+    hung: Vec<[Vec3; 3]>,
 }
 
 impl View {
@@ -58,9 +61,7 @@ impl View {
         })?;
         scene.notices.iter().for_each(|notice| console::print_warning(notice));
         let mut scene = scene;
-        if let Some(count) = args.lamps {
-            lamps::hang(&mut scene, count)?;
-        }
+        let hung = args.lamps.map(|count| lamps::hang(&mut scene, count)).transpose()?;
         let gbuffer = GbufferParams::default();
         let (camera, size) = match recorded {
             Some(Recorded { camera, size, .. }) => (camera, size),
@@ -81,7 +82,35 @@ impl View {
             }
         };
         let device = open_device(args)?;
-        Self::of_scene(device, scene, camera, size, args.backend, stages)
+        let view = Self::of_scene(device, scene, camera, size, args.backend, stages)?;
+        Ok(Self { hung: hung.unwrap_or_default(), ..view })
+    }
+
+    /// Takes the pixels out of a mask, rows from the top, that may show a lamp which the program has hung up: so small that a pixel shows it now and then,
+    /// and then it is bright.
+    pub fn leave_out_lamps(&self, keep: &mut [bool]) {
+        let is_perspective = self.camera.projection == 0;
+        let size = UVec2::from_array(self.size).as_vec2();
+        for corners in &self.hung {
+            let seen = corners.map(|corner| self.camera.view_from_world.transform_point3(corner));
+            if seen.iter().all(|corner| corner.z >= 0.0) {
+                continue;
+            }
+            let pixel = seen.map(|corner| {
+                let depth = if is_perspective { (-corner.z).max(1e-3) } else { 1.0 };
+                let plane = Vec2::new(corner.x, corner.y) / depth / self.camera.half_extent;
+                (Vec2::new(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y) * size)
+                    .clamp(Vec2::splat(-2.0), size + 2.0)
+            });
+            // A pixel more on each side: samples of a pixel may lie beside it.
+            let first = pixel[0].min(pixel[1]).min(pixel[2]).floor() - 1.0;
+            let last = pixel[0].max(pixel[1]).max(pixel[2]).floor() + 1.0;
+            let [first, last] = [first, last].map(|at| at.clamp(Vec2::ZERO, size - 1.0).as_uvec2());
+            for y in first.y..=last.y {
+                let row = (y * self.size[0]) as usize;
+                keep[row + first.x as usize..=row + last.x as usize].fill(false);
+            }
+        }
     }
 
     /// A scene from a camera.
@@ -117,6 +146,7 @@ impl View {
             size,
             camera,
             gbuffer,
+            hung: Vec::new(),
         })
     }
 
