@@ -126,8 +126,7 @@ fn correlated_frames_are_worth_less() {
 #[test]
 fn blocks_agree_with_the_reference() {
     let folder = tempfile::tempdir().unwrap();
-    let size =
-        "--width 48 --runs 16 --frames 4 --warm-up 4 --reference-spp 512 --backend compute --ray-rate 100";
+    let size = "--width 48 --runs 16 --frames 4 --warm-up 4 --reference-spp 512 --budget 1 --backend compute --ray-rate 100";
     let samplers = "light-bvh,cluster-stats,light-bvh:emissive=false";
     let files = "--json rows.json --markdown table.md";
     let done = pt_lights(
