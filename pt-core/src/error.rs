@@ -124,16 +124,12 @@ pub enum Error {
         problem: String,
     },
     /// A kernel reads a table that the scene on the device does not have.
-    #[error(
-        "pass \"{pass}\" (kernel {kernel}): {reader} needs {table}, which the scene on the device does not have; {remedy}"
-    )]
+    #[error("pass \"{pass}\": {reader} needs {table}, which the scene on the device does not have; {remedy}")]
     MissingTable {
         /// Pass name.
         pass: String,
-        /// Kernel name.
-        kernel: String,
-        /// What reads the table.
-        reader: String,
+        /// What reads the table, and the name of its kernel.
+        reader: Box<str>,
         /// The table.
         table: &'static str,
         /// What makes it.

@@ -253,8 +253,8 @@ impl<'f, 'r> Pass<'f, 'r> {
             problem,
         };
         if let Some(MissingTable { reader, table, remedy }) = self.missing {
-            let kernel = self.kernel.name().into();
-            return Err(Error::MissingTable { pass: self.name, kernel, reader, table, remedy });
+            let reader = format!("{reader} of kernel {}", self.kernel.name()).into();
+            return Err(Error::MissingTable { pass: self.name, reader, table, remedy });
         }
         self.check().map_err(fail)?;
         let device = self.frame.device().clone();
