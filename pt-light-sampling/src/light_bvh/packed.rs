@@ -29,7 +29,7 @@ pub(super) fn pack_extent(center: Vec3, lower: Vec3, upper: Vec3) -> u32 {
     // A little more than needed, so that no rounding of the logarithm takes a step away.
     let exponent = (most * (1.0 + 1e-12) / 255.0).log2().ceil().clamp(-126.0, 126.0);
     let [x, y, z] = extent.to_array().map(|e| (e / exponent.exp2()).ceil().min(255.0) as u32);
-    x | y << 8 | z << 16 | (exponent as i32 + 128) as u32 * (1 << 24)
+    x | y << 8 | z << 16 | ((exponent as i32 + 128) as u32) << 24
 }
 
 pub(super) fn unpack_extent(code: u32) -> Vec3 {
@@ -47,7 +47,7 @@ pub(super) fn pack_share(share: f32) -> u32 {
 
 /// A positive number: the upper half of its bits, rounded, not 0.
 pub(super) fn pack_power(power: f32) -> u32 {
-    (power.max(f32::MIN_POSITIVE).min(1e38).to_bits() + 0x8000) & 0xffff_0000
+    (power.clamp(f32::MIN_POSITIVE, 1e38).to_bits() + 0x8000) & 0xffff_0000
 }
 
 /// What a node knows of its lights, for the twins of kernels and for tests.
