@@ -123,6 +123,18 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
+    /// A kernel reads a table that the scene on the device does not have.
+    #[error("pass \"{pass}\": {reader} needs {table}, which the scene on the device does not have; {remedy}")]
+    MissingTable {
+        /// Pass name.
+        pass: String,
+        /// What reads the table, and the name of its kernel.
+        reader: Box<str>,
+        /// The table.
+        table: &'static str,
+        /// What makes it.
+        remedy: &'static str,
+    },
     /// The GPU did not finish in time.
     #[error("the device did not finish within {0} s: a kernel hangs, or the work is too large for it")]
     Timeout(u64),

@@ -42,7 +42,7 @@ pub use frame::{Frame, Recorder};
 pub use history::History;
 pub use image::Image;
 pub use inputs::{LowFrequencyLight, SceneResources, SplitLight, StageInputs};
-pub use kernel::Kernel;
+pub use kernel::{Constant, Kernel};
 pub use plan::{FramePlan, StageIo};
 pub use pt_shaders::{KnobType, glam, gpu_struct};
 pub use ray_list::RayLists;

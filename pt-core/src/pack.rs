@@ -2,7 +2,8 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-fn octahedral_encode(n: Vec3) -> Vec2 {
+/// Place of a unit vector in the octahedral map, -1 to 1.
+pub fn octahedral_encode(n: Vec3) -> Vec2 {
     let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
     if n.z >= 0.0 {
         return p;
@@ -11,7 +12,8 @@ fn octahedral_encode(n: Vec3) -> Vec2 {
     Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
 }
 
-fn octahedral_decode(p: Vec2) -> Vec3 {
+/// Inverse of [`octahedral_encode`].
+pub fn octahedral_decode(p: Vec2) -> Vec3 {
     let z = 1.0 - p.x.abs() - p.y.abs();
     let t = (-z).max(0.0);
     let fold = |x: f32| if x >= 0.0 { x - t } else { x + t };

@@ -41,7 +41,7 @@ LightSample local_sample(LightContext c, uvec2 key, uint vertex, out uint light)
     LightSample s = NO_LIGHT_SAMPLE;
     if (light_sampler == LIGHT_SAMPLER_RIS) {
         uint first = bounce_dimension(vertex, BOUNCE_CANDIDATES);
-        s = ris_sample(c, key, first, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
+        s = ris_sample(c, key, first, xi.x, push.ris_candidates, push.ris_stratified != 0u, light);
     } else {
         float pmf;
         light = pick_light(c, bits, pick_by_power(random_bits(key, bounce_dimension(vertex, BOUNCE_LIGHT_BY_POWER))), pmf);

@@ -74,6 +74,7 @@ impl IndirectLighting {
                 ("light_sampler", lights.kernel_sampler().code().into()),
                 ("area_sampling", lights.area_sampling.code().into()),
                 ("bvh_importance", lights.bvh_importance.code().into()),
+                ("ris_source", lights.ris_source.code().into()),
             ];
             compute(&kernels::BOUNCE_LIGHTS, &constants)
         };

@@ -90,7 +90,6 @@ impl IndirectParams {
             fixed_half: u32::from(self.lobe_choice == LobeChoice::Half),
             lod_scale: texture_lod_bias.exp2(),
             texture_spread: self.texture_spread,
-            ris_source: lights.ris_source.code(),
             ris_candidates: lights.ris_candidates,
             ris_stratified: u32::from(lights.ris_stratified),
             ndf_trim: self.ndf_trim,
@@ -98,7 +97,6 @@ impl IndirectParams {
             anti_flicker: self.anti_flicker,
             sun_range: self.sun_range,
             clamp: self.clamp,
-            pad: 0,
         }
     }
 }

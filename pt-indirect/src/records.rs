@@ -106,8 +106,6 @@ pt_shaders::gpu_struct! {
         pub lod_scale: f32,
         /// Factor on the width of a ray's cone; 0: textures at their finest level.
         pub texture_spread: f32,
-        /// `RIS_SOURCE_*`.
-        pub ris_source: u32,
         /// Candidates of resampled importance sampling.
         pub ris_candidates: u32,
         /// 1 = the numbers that choose them are spread evenly.
@@ -122,7 +120,5 @@ pt_shaders::gpu_struct! {
         pub sun_range: f32,
         /// Largest radiance of a sample; 0: no limit.
         pub clamp: f32,
-        /// Alignment.
-        pub pad: u32,
     }
 }

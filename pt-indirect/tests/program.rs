@@ -1,6 +1,15 @@
-//! The harness on files.
+//! The harness on files, and what the stage refuses.
 
+use pt_core::frame::Uniforms;
+use pt_core::test_support::TestDevice;
+use pt_core::trace::TraceBackend;
+use pt_core::{ChannelImages, Error, FrameSizes, Recorder, StageInputs};
 use pt_image::image_file::{Layer, LayeredImage};
+use pt_indirect::{BounceLights, IndirectLighting, IndirectParams};
+use pt_light_sampling::LightTables;
+use pt_scene::builtin;
+use pt_scene::gpu::GpuScene;
+use pt_shaders::records::{FrameRecord, LightSampler};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -56,4 +65,27 @@ fn bad_input_is_one_line() {
         assert!(message.contains(&path.display().to_string()), "{message}");
         assert!(failed.stdout.is_empty());
     }
+}
+
+/// Light tables that were not prepared for the sampler of the bounce lights: the frame is refused and says what is missing. Without the check the
+/// kernel reads from address 0.
+#[test]
+fn bounce_lights_without_their_tables_are_refused() {
+    let device = TestDevice::open();
+    let scene = builtin("cornell").unwrap();
+    let mut gpu = GpuScene::new(&device, &scene, TraceBackend::Compute).unwrap();
+    let mut lights = LightTables::new(&device, &scene).unwrap();
+    lights.attach(&mut gpu);
+    let bounce_lights = BounceLights::all(LightSampler::LightBvh);
+    let stage = IndirectLighting::new(&device, gpu.variant(), bounce_lights, 1.0).unwrap();
+    let images = ChannelImages::alone(&device, FrameSizes::same([4, 4]), &[IndirectLighting::IO]).unwrap();
+    let uniforms = Uniforms::<FrameRecord>::new(&device, "frame_uniforms").unwrap();
+    let mut recorder = Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    lights.update(&mut frame, &scene, &mut gpu).unwrap();
+    let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
+    let params = IndirectParams { bounces: 1.0, ..IndirectParams::default() };
+    let error = stage.record(&mut frame, &inputs, &params, 0.0).unwrap_err();
+    let Error::MissingTable { pass, table, .. } = &error else { panic!("{error}") };
+    assert_eq!((pass.as_str(), *table), ("bounce lights", "the light tree"), "{error}");
 }

@@ -5,6 +5,7 @@
 layout(local_size_x = 64) in;
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer LocalLightsOut { LocalLightRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer LightCandidatesOut { LightCandidateRecord at[]; };
 layout(push_constant, scalar) uniform Push { LocalLightsPush push; };
 
 LocalLightRecord triangle_light(uint i) {
@@ -52,5 +53,7 @@ LocalLightRecord light_now(uint i) {
 void main() {
     uint i = gl_GlobalInvocationID.y * push.width + gl_GlobalInvocationID.x;
     if (gl_GlobalInvocationID.x >= push.width || i >= push.count) return;
-    LocalLightsOut(push.local_lights).at[i] = light_now(i);
+    LocalLightRecord light = light_now(i);
+    LocalLightsOut(push.local_lights).at[i] = light;
+    LightCandidatesOut(push.light_candidates).at[i] = light_candidate(light);
 }

@@ -17,14 +17,14 @@ void main() {
     ShadowCountTable counts = ShadowCountTable(scene.shadow_counts);
     HistoryTable history = HistoryTable(scene.light_tables.shadow_history);
     uvec2 counted = counts.at[slot];
-    uint before = history.at[slot];
+    uint before = history.at[shadow_word(slot)];
     if (counted == uvec2(0u) && before == 0u) return;
     vec2 sum = min(unpackHalf2x16(before) * push.keep + vec2(counted), vec2(MAX_COUNT));
     // What no ray has asked for in a long time is forgotten, so that a hash table has room for others.
     if (sum.x + sum.y < 0.05) {
         sum = vec2(0.0);
-        if (scene.shadow_counts_hashed != 0u) ShadowKeyTable(scene.light_tables.shadow_keys).at[slot] = 0u;
+        if (scene.shadow_counts_hashed != 0u) ShadowKeyTable(scene.light_tables.shadow_keys).at[shadow_word(slot)] = 0u;
     }
-    history.at[slot] = packHalf2x16(sum);
+    history.at[shadow_word(slot)] = packHalf2x16(sum);
     counts.at[slot] = uvec2(0u);
 }

@@ -4,11 +4,13 @@
 
 mod build;
 mod cone;
+mod packed;
 mod summary;
 #[cfg(test)]
 mod tests;
 
 use crate::LightBounds;
+pub(crate) use packed::Unpacked;
 use pt_shaders::records::{LIGHT_BVH_LEAF, LightBvhNode};
 use summary::Summary;
 
@@ -29,8 +31,8 @@ const PARALLEL: usize = 4096;
 /// whose box reaches beyond [`pt_shaders::constants::SKY_DISTANCE`]. The sampler never returns them, and their probability is 0: to it they
 /// are dark.
 ///
-/// **Memory** for n lights in the tree, of N: 96 n + 8 N bytes, on the host and again on the device; while it is built, 52 N bytes more.
-/// 2 million lights take 208 MB, and 104 MB while the tree is built.
+/// **Memory** for n lights in the tree, of N: 64 n + 8 N bytes, on the host and again on the device; while it is built, 52 N bytes more.
+/// 2 million lights take 144 MB, and 104 MB while the tree is built.
 ///
 /// The tree depends on the lights alone, not on the number of threads.
 #[derive(Clone, Debug, PartialEq)]

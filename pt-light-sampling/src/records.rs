@@ -25,8 +25,10 @@ pt_shaders::named_enum! {
 pt_shaders::gpu_struct! {
     /// Of `local_lights.comp`.
     pub struct LocalLightsPush {
-        /// Device address of the table.
+        /// Device addresses of the tables.
         pub local_lights: u64,
+        /// `LightCandidateRecord[]`.
+        pub light_candidates: u64,
         /// Threads in a row.
         pub width: u32,
         /// Number of lights, dark ones too.

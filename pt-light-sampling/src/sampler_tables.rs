@@ -1,5 +1,6 @@
 use crate::cluster_lists::{
-    ClusterBox, ClusterLists, ListLimits, ListUpdate, VisibilityEstimate, Visible, cluster_boxes,
+    ClusterBox, ClusterLists, ListLimits, ListUpdate, VisibilityEstimate, Visible, cluster_boxes, rank_words,
+    ranks, subset_by_subset,
 };
 use crate::records::{ListVisibility, StatisticsTable};
 use crate::statistics::ShadowStatistics;
@@ -10,6 +11,9 @@ use pt_scene::{Clusters, Scene};
 use pt_shaders::records::{
     ClusterListRecord, LightBvhNode, LightSampler, LightTablesRecord, RisSource, SceneRecord,
 };
+
+/// Most bytes of the places of lights in the lists; with more, kernels search for them.
+const MAX_RANK_BYTES: usize = 32 << 20;
 
 /// A light sampler, as far as its tables depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,6 +98,9 @@ struct DeviceLists {
     visibility: Option<Seen>,
     records: Table,
     fixed: Table,
+    /// Places of the lights that stand still; `None`: there would be too many words.
+    ranks: Option<Table>,
+    rank_words: usize,
     changing: Table,
     uploaded: bool,
     scratch: Vec<ClusterListRecord>,
@@ -160,7 +167,8 @@ impl SamplerTables {
     }
 
     pub(crate) fn buffers(&self) -> Vec<&Buffer> {
-        let lists = self.lists.iter().flat_map(|l| [&l.records, &l.fixed, &l.changing]);
+        let lists =
+            self.lists.iter().flat_map(|l| [&l.records, &l.fixed, &l.changing].into_iter().chain(&l.ranks));
         let tree = self.tree.iter().flat_map(|t| [&t.nodes, &t.trails]);
         lists
             .chain(tree)
@@ -174,6 +182,8 @@ impl SamplerTables {
             record.light_tables.cluster_lists = lists.records.address();
             record.light_tables.cluster_entries = lists.fixed.address();
             record.light_tables.cluster_moving_entries = lists.changing.address();
+            record.light_tables.cluster_ranks = lists.ranks.as_ref().map_or(0, Table::address);
+            record.light_tables.cluster_rank_words = lists.rank_words as u32;
         }
         if let Some(tree) = &self.tree {
             record.light_tables.light_bvh = tree.nodes.address();
@@ -265,7 +275,12 @@ impl DeviceLists {
         let sees = sees.as_ref().map(|sees| sees as &Visible<'_>);
         let host = ClusterLists::new(boxes, &lights.local, &lights.may_change, limits, sees);
         let table = |name, bytes| Table::new(device, name, bytes, keeps_last);
+        let rank_words = rank_words(most_lights);
+        let rank_bytes = host.count() * rank_words * size_of::<[u32; 2]>();
+        let ranks = (rank_bytes <= MAX_RANK_BYTES).then(|| table("places of lights in lists", rank_bytes));
         Ok(Self {
+            ranks: ranks.transpose()?,
+            rank_words,
             records: table("cluster lists", host.count() * size_of::<ClusterListRecord>())?,
             fixed: table("lights of clusters", room)?,
             changing: table("changing lights of clusters", room)?,
@@ -297,7 +312,12 @@ impl DeviceLists {
         }));
         frame.upload(self.records.replace(), bytemuck::cast_slice(&self.scratch))?;
         if change == ListUpdate::All || is_first {
-            frame.upload(self.fixed.replace(), bytemuck::cast_slice(&fixed.entries))?;
+            let entries = subset_by_subset(fixed);
+            frame.upload(self.fixed.replace(), bytemuck::cast_slice(&entries))?;
+            if let Some(table) = &mut self.ranks {
+                let ranks = ranks(fixed, self.rank_words);
+                frame.upload(table.replace(), bytemuck::cast_slice(&ranks))?;
+            }
         }
         frame.upload(self.changing.replace(), bytemuck::cast_slice(&changing.entries))
     }

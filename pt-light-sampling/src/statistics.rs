@@ -8,7 +8,7 @@ use pt_shaders::records::{LightTablesRecord, MAX_SUBSETS, SceneRecord};
 const SIDES: u64 = 6;
 /// Most entries of a table that `auto` keeps dense, and entries of a hash table.
 const AUTO_ENTRIES: u64 = 1 << 22;
-/// Bytes of an entry: two counts, the history as two half floats, the key of a hash table.
+/// Bytes of two counts, and of a word: the history as two half floats, the key of a hash table.
 const COUNT_BYTES: u64 = 8;
 const WORD_BYTES: u64 = 4;
 /// Words of a row of `lights/subsets.glsl`.
@@ -24,8 +24,8 @@ pub struct ShadowStatistics {
     last: Option<LastStatistics>,
     kernel: Kernel,
     counts: Buffer,
-    history: Buffer,
-    keys: Buffer,
+    /// The history of each entry; in a hash table after its key, so that both are in one sector of a cache.
+    entries: Buffer,
     slots: u32,
     hashed: bool,
     weigh: Kernel,
@@ -40,11 +40,10 @@ pub struct ShadowStatistics {
 /// What the choices of the last frame read. A frame changes a part of each table, which the next one copies first: that brings the copy up to
 /// that frame. Keys claimed meanwhile in other parts have no history, which is as if they were not there.
 struct LastStatistics {
-    history: Buffer,
-    keys: Buffer,
+    entries: Buffer,
     subsets: Buffer,
-    /// Entries of the history and the keys, and clusters, that the last frame has changed: the first one, and how many.
-    entries: (u32, u32),
+    /// Entries, and clusters, that the last frame has changed: the first one, and how many.
+    changed: (u32, u32),
     clusters: (u32, u32),
 }
 
@@ -75,14 +74,13 @@ impl ShadowStatistics {
             buffer.write_through_staging(&vec![0; bytes as usize])?;
             Ok::<_, pt_core::Error>(buffer)
         };
-        let key_bytes = if hashed { slots * WORD_BYTES } else { WORD_BYTES };
+        let entry_bytes = slots * if hashed { 2 * WORD_BYTES } else { WORD_BYTES };
         let subset_bytes = clusters * SIDES * SUBSET_ROW * WORD_BYTES;
         let last = || {
             Ok::<_, pt_core::Error>(LastStatistics {
-                history: zeros("shadow history of the last frame", slots * WORD_BYTES)?,
-                keys: zeros("shadow keys of the last frame", key_bytes)?,
+                entries: zeros("shadow history of the last frame", entry_bytes)?,
                 subsets: zeros("subsets of cluster lists of the last frame", subset_bytes)?,
-                entries: (0, 0),
+                changed: (0, 0),
                 clusters: (0, 0),
             })
         };
@@ -90,8 +88,7 @@ impl ShadowStatistics {
             last: keeps_last.then(last).transpose()?,
             kernel: Kernel::compute::<ShadowStatisticsPush>(device, &crate::kernels::SHADOW_STATISTICS, &[])?,
             counts: zeros("shadow counts", slots * COUNT_BYTES)?,
-            history: zeros("shadow history", slots * WORD_BYTES)?,
-            keys: zeros("shadow keys", key_bytes)?,
+            entries: zeros("shadow history", entry_bytes)?,
             slots: u32::try_from(slots).unwrap_or(u32::MAX),
             hashed,
             weigh: Kernel::compute::<ClusterSubsetsPush>(device, &crate::kernels::CLUSTER_SUBSETS, &[])?,
@@ -119,31 +116,36 @@ impl ShadowStatistics {
 
     /// What kernels that count shadow rays write.
     pub(crate) fn counted(&self) -> [&Buffer; 2] {
-        [&self.counts, &self.keys]
+        [&self.counts, &self.entries]
     }
 
     pub(crate) fn buffers(&self) -> impl Iterator<Item = &Buffer> {
-        let last = self.last.iter().flat_map(|last| [&last.history, &last.keys, &last.subsets]);
-        [&self.counts, &self.history, &self.keys, &self.subsets, &self.balls].into_iter().chain(last)
+        let last = self.last.iter().flat_map(|last| [&last.entries, &last.subsets]);
+        [&self.counts, &self.entries, &self.subsets, &self.balls].into_iter().chain(last)
     }
 
     pub(crate) fn fill(&self, record: &mut SceneRecord) {
         record.shadow_counts = self.counts.address();
-        record.light_tables.shadow_history = self.history.address();
-        record.light_tables.shadow_keys = self.keys.address();
+        (record.light_tables.shadow_keys, record.light_tables.shadow_history) = self.addresses(&self.entries);
         record.light_tables.cluster_subsets = self.subsets.address();
         record.shadow_count_slots = self.slots;
         record.shadow_counts_hashed = u32::from(self.hashed);
     }
 
+    /// Where the keys of entries begin, and where their history.
+    fn addresses(&self, entries: &Buffer) -> (u64, u64) {
+        let address = entries.address();
+        (address, if self.hashed { address + WORD_BYTES } else { address })
+    }
+
     /// Forgets all that has been counted, and waits: the next frame is that of new statistics.
     pub(crate) fn forget(&mut self) -> Result<()> {
-        let last = self.last.iter().flat_map(|last| [&last.history, &last.keys, &last.subsets]);
-        for buffer in [&self.counts, &self.history, &self.keys, &self.subsets].into_iter().chain(last) {
+        let last = self.last.iter().flat_map(|last| [&last.entries, &last.subsets]);
+        for buffer in [&self.counts, &self.entries, &self.subsets].into_iter().chain(last) {
             buffer.write_through_staging(&vec![0; buffer.size() as usize])?;
         }
         if let Some(last) = &mut self.last {
-            (last.entries, last.clusters) = ((0, 0), (0, 0));
+            (last.changed, last.clusters) = ((0, 0), (0, 0));
         }
         self.frame = 0;
         Ok(())
@@ -152,8 +154,7 @@ impl ShadowStatistics {
     /// Sets the addresses of what the last frame has read, if it is kept.
     pub(crate) fn fill_last(&self, record: &mut LightTablesRecord) {
         if let Some(last) = &self.last {
-            record.shadow_history = last.history.address();
-            record.shadow_keys = last.keys.address();
+            (record.shadow_keys, record.shadow_history) = self.addresses(&last.entries);
             record.cluster_subsets = last.subsets.address();
         }
     }
@@ -161,11 +162,9 @@ impl ShadowStatistics {
     /// Copies what the last frame has changed.
     fn keep_last(&self, frame: &mut Frame<'_>) -> Result<()> {
         let Some(last) = &self.last else { return Ok(()) };
-        let (first, count) = (u64::from(last.entries.0), u64::from(last.entries.1));
-        frame.copy_part(&self.history, &last.history, first * WORD_BYTES, count * WORD_BYTES)?;
-        if self.hashed {
-            frame.copy_part(&self.keys, &last.keys, first * WORD_BYTES, count * WORD_BYTES)?;
-        }
+        let (first, count) = (u64::from(last.changed.0), u64::from(last.changed.1));
+        let bytes = if self.hashed { 2 * WORD_BYTES } else { WORD_BYTES };
+        frame.copy_part(&self.entries, &last.entries, first * bytes, count * bytes)?;
         let row = SIDES * SUBSET_ROW * WORD_BYTES;
         let (first, count) = (u64::from(last.clusters.0), u64::from(last.clusters.1));
         frame.copy_part(&self.subsets, &last.subsets, first * row, count * row)
@@ -190,7 +189,7 @@ impl ShadowStatistics {
         let entries = if fresh { (0, 0) } else { part(self.slots) };
         let clusters = if fresh { (0, self.clusters) } else { part(self.clusters) };
         if let Some(last) = &mut self.last {
-            (last.entries, last.clusters) = (entries, clusters);
+            (last.changed, last.clusters) = (entries, clusters);
         }
         if !fresh {
             let (first, count) = entries;
@@ -198,7 +197,7 @@ impl ShadowStatistics {
             // A visit stands for `every` frames.
             let keep = (1.0 - 1.0 / frames.max(1) as f32).powi(every as i32);
             let pass = scene.bind(frame.pass("shadow statistics", &self.kernel));
-            let written = [&self.counts, &self.history, &self.keys];
+            let written = [&self.counts, &self.entries];
             let pass = written.into_iter().fold(pass, |pass, buffer| pass.addresses_updated(buffer));
             let push = ShadowStatisticsPush { keep, width, first, count };
             pass.push(&push).dispatch([width, count.div_ceil(width.max(1)), 1])?;

@@ -5,10 +5,11 @@ use crate::sampler_tables::{SamplerChoice, SamplerTables};
 use crate::statistics::ShadowStatistics;
 use crate::table::Table;
 use pt_core::{Buffer, Device, Error, Frame, Kernel, Result, SceneResources};
-use pt_scene::gpu::GpuScene;
+use pt_scene::gpu::{GpuScene, LightTableSet};
 use pt_scene::{MAX_PORTALS, Portal, Scene};
 use pt_shaders::records::{
-    AliasRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord, PortalRecord, SceneRecord,
+    AliasRecord, LightCandidateRecord, LightRecord, LightSampler, LightTablesRecord, LocalLightRecord,
+    PortalRecord, SceneRecord,
 };
 
 /// Threads in a row of a dispatch.
@@ -32,10 +33,14 @@ pub struct LightTables {
     quads: Option<QuadBuffers>,
     local_alias: Table,
     local_lights: Table,
+    /// What choices read of `local_lights`.
+    light_candidates: Table,
     place: Kernel,
     /// Whether `local_lights` is as the scene was in the last frame.
     placed: bool,
     keeps_last: bool,
+    /// Whether the tables of a sampler were made, as `keeps_last` says.
+    prepared: bool,
     /// What the last frame read, if there was one with these tables. Other tables may have been attached to the scene since.
     last: Option<LightTablesRecord>,
     sampler: Option<SamplerTables>,
@@ -66,7 +71,7 @@ impl LightTables {
     /// Lists the scene's lights, uploads the tables and waits.
     ///
     /// # Errors
-    /// When the device has no memory left for them (12 bytes a texel of the environment, 104 an emissive triangle, 76 a point or
+    /// When the device has no memory left for them (12 bytes a texel of the environment, 136 an emissive triangle, 108 a point or
     /// spot light, 4 a triangle of an instance that emits).
     pub fn new(device: &Device, scene: &Scene) -> Result<Self> {
         Self::with_room(device, scene, scene.lights.len())
@@ -86,7 +91,7 @@ impl LightTables {
         let table = |name, bytes: usize| Table::new(device, name, bytes, false);
         let lights = table("lights", room * size_of::<LightRecord>())?;
         lights.now().write_through_staging(bytemuck::cast_slice(&lists.lights))?;
-        let [local_alias, local_lights] = local_tables(device, &lists, room)?;
+        let [local_alias, local_lights, light_candidates] = local_tables(device, &lists, room)?;
         let portals = portals(scene);
         Ok(Self {
             room,
@@ -100,9 +105,11 @@ impl LightTables {
             quads: None,
             local_alias,
             local_lights,
+            light_candidates,
             place: Kernel::compute::<LocalLightsPush>(device, &crate::kernels::LOCAL_LIGHTS, &[])?,
             placed: false,
             keeps_last: false,
+            prepared: false,
             last: None,
             sampler: None,
             lists,
@@ -112,13 +119,14 @@ impl LightTables {
     /// Whether the tables that [`LightTables::prepare`] makes keep those of the last frame, so that kernels with gradient pixels
     /// (`lights/light_tables.glsl`) can take its light samples again. What that costs: see [`LightTables::prepare`].
     pub fn keep_last_frame(&mut self, keeps: bool) {
+        self.prepared &= self.keeps_last == keeps;
         self.keeps_last = keeps;
     }
 
     /// Makes the tables of a light sampler, new ones without any statistics, and attaches all to the scene on the device. `None`: no tables
     /// beyond those that picks by power or uniform picks need, and the environment apart.
     ///
-    /// With [`LightTables::keep_last_frame`] there is a second copy of what changes: 140 bytes a local light; 104 a light for the light tree; 20 a
+    /// With [`LightTables::keep_last_frame`] there is a second copy of what changes: 172 bytes a local light; 104 a light for the light tree; 20 a
     /// cluster and 4 an entry for lists; 4 an entry of dense statistics or 8 of sparse ones, and 24 x (1 + [`MAX_SUBSETS`](pt_shaders::records::MAX_SUBSETS)) a cluster.
     ///
     /// # Errors
@@ -133,7 +141,8 @@ impl LightTables {
         if self.lists.list_environment(scene, choice.is_some_and(|choice| choice.environment_listed)) {
             let quads = self.lists.environment_quads.as_ref();
             self.quads = quads.map(|quads| QuadBuffers::new(device, quads)).transpose()?;
-            [self.local_alias, self.local_lights] = local_tables(device, &self.lists, self.room)?;
+            [self.local_alias, self.local_lights, self.light_candidates] =
+                local_tables(device, &self.lists, self.room)?;
         }
         let (keeps, most) = (self.keeps_last, self.most_local_lights());
         let tables =
@@ -141,9 +150,10 @@ impl LightTables {
         self.sampler = choice.map(tables).transpose()?;
         self.lights.keep_last(device, keeps)?;
         self.local_alias.keep_last(device, keeps)?;
+        self.light_candidates.keep_last(device, keeps)?;
         let reuses = choice.is_some_and(|choice| choice.sampler == LightSampler::RestirDi);
         self.local_lights.keep_last(device, keeps || reuses)?;
-        (self.placed, self.last) = (false, None);
+        (self.placed, self.prepared, self.last) = (false, true, None);
         self.attach(gpu);
         Ok(())
     }
@@ -198,6 +208,7 @@ impl LightTables {
         let moved = change.moved || self.lists.deforms || !std::mem::replace(&mut self.placed, true);
         if moved {
             self.local_lights.replace();
+            self.light_candidates.replace();
         }
         let record = gpu.record_mut();
         self.fill(record);
@@ -225,9 +236,11 @@ impl LightTables {
             return Ok(());
         }
         let width = count.min(ROW);
-        let push = LocalLightsPush { local_lights: self.local_lights.address(), width, count };
+        let (local_lights, light_candidates) = (self.local_lights.address(), self.light_candidates.address());
+        let push = LocalLightsPush { local_lights, light_candidates, width, count };
         let pass = gpu.bind(frame.pass("local lights", &self.place));
-        pass.addresses_updated(self.local_lights.now()).push(&push).dispatch([
+        let pass = pass.addresses_updated(self.local_lights.now());
+        pass.addresses_updated(self.light_candidates.now()).push(&push).dispatch([
             width,
             count.div_ceil(width),
             1,
@@ -237,12 +250,15 @@ impl LightTables {
     /// Sets the addresses and counts of lights, emissive triangles and environment, and the environment's size, rotation
     /// and intensity. Leaves `environment_texture` alone.
     pub fn fill(&self, record: &mut SceneRecord) {
+        // Tables of another sampler that were there before are gone.
+        record.light_tables = bytemuck::Zeroable::zeroed();
         self.lists.fill(record);
         self.lists.fill_counts(&mut record.light_tables);
         record.most_local_lights = self.most_local_lights() as u32;
         record.light_tables.lights = self.lights.address();
         record.light_tables.local_alias = self.local_alias.address();
         record.light_tables.local_lights = self.local_lights.address();
+        record.light_tables.light_candidates = self.light_candidates.address();
         record.emissives = self.emissives.address();
         record.emissive_alias = self.emissive_alias.address();
         record.emissive_lookup = self.emissive_lookup.address();
@@ -261,19 +277,30 @@ impl LightTables {
         }
     }
 
-    /// Gives the tables to the scene on the device: passes that bind the scene find the lights there.
+    /// Gives the tables to the scene on the device: passes that bind the scene find the lights there. What a pass needs and the tables do not
+    /// have is refused when it is recorded, as [`Error::MissingTable`].
     pub fn attach(&self, gpu: &mut GpuScene) {
-        self.fill(gpu.record_mut());
+        let record = gpu.record_mut();
+        self.fill(record);
+        // Until `update` brings the tables to where the lights are, kernels are refused.
+        record.light_tables_previous = bytemuck::Zeroable::zeroed();
         let emissives = [&self.emissives, &self.emissive_alias, &self.emissive_lookup];
         let fixed = emissives.into_iter().chain([&self.environment_alias, &self.portals]);
-        let replaced =
-            [&self.lights, &self.local_alias, &self.local_lights].into_iter().flat_map(Table::copies);
+        let replaced = [&self.lights, &self.local_alias, &self.local_lights, &self.light_candidates]
+            .into_iter()
+            .flat_map(Table::copies);
         let sampler = self.sampler.iter().flat_map(SamplerTables::buffers);
         let quads = self.quads.iter().flat_map(QuadBuffers::all);
         let tables = fixed.chain(replaced).chain(quads).chain(sampler).cloned().collect();
         let counts =
             self.sampler.iter().filter_map(SamplerTables::statistics).flat_map(ShadowStatistics::counted);
-        gpu.set_light_tables(tables, counts.cloned().collect());
+        gpu.set_light_tables(LightTableSet {
+            buffers: tables,
+            updated: counts.cloned().collect(),
+            environment_listed: self.lists.environment_quads.is_some(),
+            keeps_last_lights: self.local_lights.copies().len() > 1,
+            keeps_last_choices: self.keeps_last && self.prepared,
+        });
     }
 }
 
@@ -285,11 +312,13 @@ fn portals(scene: &Scene) -> Vec<PortalRecord> {
 }
 
 /// The alias table over the local lights and their records, with room for `room` punctual lights and for those that are dark now.
-fn local_tables(device: &Device, lists: &LightLists, room: usize) -> Result<[Table; 2]> {
+fn local_tables(device: &Device, lists: &LightLists, room: usize) -> Result<[Table; 3]> {
     let most = lists.first_positional() + room;
     let alias = Table::new(device, "local light alias", most * size_of::<AliasRecord>(), false)?;
     if let Some(table) = &lists.local_alias {
         alias.now().write_through_staging(bytemuck::cast_slice(table.entries()))?;
     }
-    Ok([alias, Table::new(device, "local lights", most * size_of::<LocalLightRecord>(), false)?])
+    let lights = Table::new(device, "local lights", most * size_of::<LocalLightRecord>(), false)?;
+    let bytes = most * size_of::<LightCandidateRecord>();
+    Ok([alias, lights, Table::new(device, "light candidates", bytes, false)?])
 }

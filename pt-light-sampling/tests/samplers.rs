@@ -5,10 +5,11 @@ mod common;
 use common::records::{SampleRecord, SamplerPush};
 use common::{kernels, run_sampler};
 use glam::{Affine3A, Vec3};
+use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};
 use pt_core::trace::TraceBackend;
-use pt_core::{Kernel, Recorder};
+use pt_core::{Buffer, Error, Kernel, Location, Recorder, SceneResources};
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::ListVisibility;
 use pt_light_sampling::test_support::{Uploaded, all_kinds, polygon};
@@ -102,6 +103,103 @@ fn no_light_that_counts_is_left_out() {
             assert!(lights.iter().filter(|light| light.pdf > 0.0).count() > 3);
         }
     }
+}
+
+/// A kernel of a sampler whose tables were not prepared is refused, with the table that is missing and the call that makes it; so is one for gradient
+/// pixels without last frame's tables. Without the check it would read from address 0.
+#[test]
+fn kernels_without_their_tables_are_refused() {
+    let device = TestDevice::open();
+    let mut uploaded = Uploaded::new(&device, all_kinds(), TraceBackend::Compute);
+    let samples = Buffer::new(&device, "samples", 64, Location::Device).unwrap();
+    let mut record = |sampler: LightSampler, replays: bool, prepared: Option<SamplerChoice>| {
+        let Uploaded { scene, lights, gpu } = &mut uploaded;
+        lights.prepare(&device, scene, gpu, prepared).unwrap();
+        let constants = [("light_sampler", sampler.code().into()), ("replays_samples", replays.into())];
+        let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::PICK_LIGHT, &constants).unwrap();
+        let mut recorder = Recorder::new(&device).unwrap();
+        let mut frame = recorder.begin().unwrap();
+        lights.update(&mut frame, scene, gpu).unwrap();
+        let push = SamplerPush { family: 0, count: 1, seed: 3, parameter: 0.4, vector: Vec3::ZERO };
+        let pass = frame.pass("picks", &kernel).write("samples", &samples).push(&push);
+        gpu.bind(pass).dispatch([1, 1, 1])
+    };
+    let from = |sampler: LightSampler| Some(SamplerChoice::from(sampler));
+    let mut check = |sampler: LightSampler, replays, prepared, table: &str, remedy: &str| {
+        let error = record(sampler, replays, prepared).unwrap_err();
+        let Error::MissingTable { .. } = &error else { panic!("{error}") };
+        let message = error.to_string();
+        let name = format!("\"{}\"", sampler.name());
+        assert!([table, remedy, &name].iter().all(|word| message.contains(word)), "{message}");
+    };
+    const PREPARE: &str = "call LightTables::prepare";
+    check(LightSampler::ClusterCdf, false, None, "the light lists", PREPARE);
+    check(
+        LightSampler::ClusterStats,
+        false,
+        from(LightSampler::ClusterCdf),
+        "the shadow statistics",
+        PREPARE,
+    );
+    check(LightSampler::LightBvh, false, from(LightSampler::ClusterStats), "the light tree", PREPARE);
+    check(LightSampler::RestirDi, false, from(LightSampler::Ris), "of the last frame", PREPARE);
+    check(LightSampler::Power, true, from(LightSampler::Power), "of the last frame", "keep_last_frame(true)");
+    for sampler in [LightSampler::Uniform, LightSampler::Power, LightSampler::NeeAt] {
+        record(sampler, false, None).unwrap();
+    }
+    record(LightSampler::LightBvh, false, from(LightSampler::LightBvh)).unwrap();
+}
+
+/// The weight of a light comes from 32 bytes: where the exact weight is above 0 it is too, and mostly they are alike. Triangles from a tenth of a millimetre
+/// to ten metres, slivers, mirrored ones, and spot lights of narrow cones, seen from anywhere and along their planes.
+#[test]
+fn candidates_lose_no_light() {
+    let device = TestDevice::open();
+    let mut scene = Scene::default();
+    for i in 0..200u32 {
+        let [x, y, z, size] = random4([i, 0], 0, 0, 9);
+        let [a, b, c, aspect] = random4([i, 0], 0, 1, 9);
+        let size = 1e-4 * 1e5f32.powf(size);
+        let at = Vec3::new(4.0 * x - 2.0, 4.0 * y - 2.0, 4.0 * z - 2.0);
+        let along = (Vec3::new(a, b, c) - 0.5).normalize_or(Vec3::X);
+        let across = (along.any_orthonormal_vector() + 0.5 * along) * 1e-4f32.powf(aspect * aspect);
+        let lamp = Material::lamp("lamp", Vec3::ONE);
+        let mirror = Affine3A::from_scale(Vec3::new(if i % 5 == 0 { -1.0 } else { 1.0 }, 1.0, 1.0));
+        polygon(&mut scene, &[at, at + size * along, at + size * across], mirror, lamp);
+        if i % 7 == 0 {
+            scene.materials.last_mut().unwrap().double_sided = true;
+        }
+        if i % 4 == 0 {
+            let radius = if i % 8 == 0 { 0.1 * size } else { 0.0 };
+            let outer = 0.02 + 0.5 * aspect;
+            let spot = Light::spot("spot", at, along, 0.98 * outer, outer, Vec3::ONE);
+            scene.lights.push(Light { radius, ..spot });
+        }
+    }
+    let mut uploaded = Uploaded::new(&device, scene, TraceBackend::Compute);
+    let Uploaded { scene, lights, gpu } = &mut uploaded;
+    lights.prepare(&device, scene, gpu, Some(LightSampler::ClusterCdf.into())).unwrap();
+    let count = 600 * lights.lists().local.len() as u32;
+    assert_eq!(count, 600 * 250);
+    let constants = [("light_sampler", LightSampler::ClusterCdf.code().into())];
+    let kernel = Kernel::compute::<SamplerPush>(&device, &kernels::PICK_LIGHT, &constants).unwrap();
+    let push = SamplerPush { family: 2, count, seed: 3, parameter: 0.4, vector: Vec3::ZERO };
+    let weights = run_sampler(&device, &kernel, &push, Some(&mut uploaded), |pass| pass);
+    let (mut counted, mut alike, mut extra) = (0, 0, 0);
+    for weight in &weights {
+        let (packed, exact) = (weight.pdf, weight.pdf_again);
+        assert!(packed.is_finite() && packed >= 0.0, "{weight:?}");
+        assert!(exact <= 0.0 || packed > 0.0, "a light that counts has no weight: {weight:?}");
+        if exact > 0.0 {
+            counted += 1;
+            alike += usize::from(packed < 1.1 * exact && packed > 0.9 * exact);
+            assert!(packed > 0.2 * exact, "{weight:?}");
+        } else {
+            extra += usize::from(packed > 0.0);
+        }
+    }
+    println!("{counted} count, {alike} alike, {extra} have a weight for nothing");
+    assert!(counted > 20_000 && alike > counted * 8 / 10 && extra < counted / 5, "{counted} {alike} {extra}");
 }
 
 /// Lights that nothing says may change change places: the lists of the clusters follow.

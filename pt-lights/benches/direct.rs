@@ -28,7 +28,7 @@ fn main() -> Result<()> {
 fn gpu(device: &Device, name: &str, scene: &pt_scene::Scene, backend: TraceBackend) -> Result<()> {
     let mut lights = LightTables::new(device, scene)?;
     let mut gpu = GpuScene::new(device, scene, backend)?;
-    lights.attach(&mut gpu);
+    lights.prepare(device, scene, &mut gpu, DirectParams::default().sampler_choice())?;
     let stage = DirectLighting::new(device, gpu.variant(), &DirectParams::default())?;
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &[DirectLighting::IO])?;
     synthetic::fill_surfaces(&images, scene, gpu.clusters())?;

@@ -31,9 +31,9 @@ LightSample local_candidate(LightContext c, ivec2 p, uvec2 key, uvec4 bits, out 
     vec4 xi = unit_from_bits(bits);
     LightSample s = NO_LIGHT_SAMPLE;
     if (light_sampler == LIGHT_SAMPLER_RIS) {
-        s = ris_sample(c, key, xi.x, push.ris_source, push.ris_candidates, push.ris_stratified != 0u, light);
+        s = ris_sample(c, key, xi.x, push.ris_candidates, push.ris_stratified != 0u, light);
     } else if (light_sampler == LIGHT_SAMPLER_NEE_AT && push.nee_at_candidates > 1u) {
-        s = ris_sample(c, key, xi.x, RIS_SOURCE_POWER, push.nee_at_candidates, true, light);
+        s = ris_sample(c, key, xi.x, push.nee_at_candidates, true, light);
     } else {
         float pmf;
         light = pick_light(c, bits, pick_by_power(random_bits(key, DIM_LIGHT_BY_POWER)), pmf);

@@ -28,7 +28,7 @@ Reservoir draw_candidates(LightContext c, uvec2 key, float xi, out float kept_ta
         uvec4 bits = random_bits(key, DIM_RIS + i);
         if (push.ris_stratified != 0u) bits.x = bits.x / push.ris_candidates + i * (0xffffffffu / push.ris_candidates);
         float pmf;
-        uint light = ris_pick(c, push.ris_source, bits, pmf);
+        uint light = ris_pick(c, bits, pmf);
         uint numbers = round_numbers(bits);
         float target = sample_target(c, light, numbers, push.kinds);
         if (target <= 0.0 || pmf <= 0.0) continue;

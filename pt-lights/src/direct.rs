@@ -74,6 +74,7 @@ impl DirectLighting {
             merged,
             ("environment_listed", params.is_environment_listed().into()),
             ("nee_at_pdf", params.nee_at_pdf.code().into()),
+            ("ris_source", params.ris_source.code().into()),
             replays,
         ];
         let choice = Kernel::compute::<DirectPush>(device, code, &constants)?;

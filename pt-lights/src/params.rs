@@ -153,7 +153,6 @@ impl DirectParams {
             reflection_roughness: self.reflection_roughness,
             lod_scale: texture_lod_bias.exp2(),
             samples: self.samples,
-            ris_source: self.ris_source.code(),
             ris_candidates: self.ris_candidates,
             ris_stratified: u32::from(self.ris_stratified),
             restir_history: if self.restir_temporal { self.restir_history } else { 0 },
@@ -167,7 +166,6 @@ impl DirectParams {
             emission_share: EmissionShare::LightSamples.code(),
             nee_at_bsdf_feedback: u32::from(self.nee_at_bsdf_feedback),
             portal_share: self.portal_share,
-            pad: 0,
         }
     }
 }

@@ -169,8 +169,6 @@ pt_shaders::gpu_struct! {
         pub lod_scale: f32,
         /// Light samples a pixel.
         pub samples: u32,
-        /// `RIS_SOURCE_*`.
-        pub ris_source: u32,
         /// Candidates of resampled importance sampling.
         pub ris_candidates: u32,
         /// 1 = the numbers that choose them are spread evenly.
@@ -197,7 +195,5 @@ pt_shaders::gpu_struct! {
         pub nee_at_bsdf_feedback: u32,
         /// Share of the samples of the environment that go through portals.
         pub portal_share: f32,
-        /// Alignment.
-        pub pad: u32,
     }
 }

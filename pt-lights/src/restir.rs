@@ -104,6 +104,8 @@ impl Restir {
             ("random_source", variant.random.code().into()),
             ("area_sampling", params.area_sampling.code().into()),
             ("environment_listed", params.is_environment_listed().into()),
+            ("light_sampler", params.sampler.code().into()),
+            ("ris_source", params.ris_source.code().into()),
         ];
         let compute = |code| Kernel::compute::<DirectPush>(device, code, &constants);
         let temporal = compute(&kernels::RESTIR_TEMPORAL)?;

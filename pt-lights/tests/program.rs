@@ -122,13 +122,80 @@ fn correlated_frames_are_worth_less() {
     assert!(of(2, "duplicates") > of(0, "duplicates") + 0.05, "{rows:?}");
 }
 
+/// Lamps that hang in a scene; the means of blocks are those of the reference, and without the light of triangles they are not.
+#[test]
+fn blocks_agree_with_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = "--width 48 --runs 16 --frames 4 --warm-up 4 --reference-spp 512 --budget 1 --backend compute --ray-rate 100";
+    let samplers = "light-bvh,cluster-stats,light-bvh:emissive=false";
+    let files = "--json rows.json --markdown table.md";
+    let done = pt_lights(
+        &format!("cornell --lamps 40 --blocks --samplers {samplers} {files} {size}"),
+        folder.path(),
+    );
+    assert!(done.status.success(), "{done:?}");
+    assert!(String::from_utf8(done.stdout).unwrap().starts_with("cornell with 40 lamps, 48x27"));
+    let table = std::fs::read_to_string(folder.path().join("table.md")).unwrap();
+    assert!(table.contains("blocks within 3 s.e."), "{table}");
+    let rows = rows(&folder.path().join("rows.json"));
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!(row["blocks"], 18, "{row}");
+        let within = row["blocks_within_3se"].as_f64().unwrap();
+        // 0.3 % of the means of independent runs are farther away.
+        assert!(if i < 2 { within > 0.9 } else { within < 0.1 }, "{row}");
+    }
+}
+
+/// Gradient pixels repeat the samples of those samplers that claim it, and only of those.
+#[test]
+fn replayed_frames_are_those_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = "--width 32 --frames 3 --warm-up 2 --backend compute";
+    let line =
+        format!("lamps --replay --samplers per-kind,light-bvh,cluster-stats,nee-at --json rows.json {size}");
+    let done = pt_lights(&line, folder.path());
+    assert_eq!(done.status.code(), Some(0), "{done:?}");
+    let rows = rows(&folder.path().join("rows.json"));
+    for row in &rows {
+        let claims = row["sampler"] != "nee-at";
+        assert_eq!(
+            (row["claims_replay"].as_bool(), row["bit_equal"].as_bool()),
+            (Some(claims), Some(claims)),
+            "{row}"
+        );
+        assert!(row["texels_lit"].as_u64().unwrap() > 50, "{row}");
+        // Without the replay the light is another one.
+        assert!(row["differ_without_replay"].as_f64().unwrap() > 0.1, "{row}");
+        assert_eq!(row["texels_differ"].as_u64().unwrap() == 0, claims, "{row}");
+    }
+}
+
+/// A room with a window: samples of the sky that go through it take noise away.
+#[test]
+fn portals_pay_in_the_room_with_a_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let samplers = "power:portal_share=0,power:portal_share=0.5";
+    let longer = SHORT.replace("--frames 2", "--frames 8").replace("-spp 16", "-spp 64");
+    let done = pt_lights(
+        &format!("window --samplers {samplers} --set lights.emissive=false --json rows.json {longer}"),
+        folder.path(),
+    );
+    assert!(done.status.success(), "{done:?}");
+    let rows = rows(&folder.path().join("rows.json"));
+    let error = |i: usize| rows[i]["relmse_one_frame"].as_f64().unwrap();
+    assert!(error(0) > 3.0 * error(1), "{} {}", error(0), error(1));
+}
+
 #[test]
 fn changes_are_followed() {
     let folder = tempfile::tempdir().unwrap();
     let short = SHORT.replace(" --ray-rate 100", "").replace("--frames 2", "--frames 6");
-    let line = format!("flicker --change 0.6:0.85 --samplers power,nee-at --json rows.json {short}");
+    let files = "--json rows.json --markdown table.md";
+    let line = format!("flicker --change 0.6:0.85 --samplers power,nee-at {files} {short}");
     let done = pt_lights(&line, folder.path());
     assert!(done.status.success(), "{done:?}");
+    let table = std::fs::read_to_string(folder.path().join("table.md")).unwrap();
+    assert!(table.contains("| frames until settled |") && table.contains("| `nee-at` |"), "{table}");
     let rows = rows(&folder.path().join("rows.json"));
     for row in &rows {
         assert_eq!(row["relmse_frames"].as_array().unwrap().len(), 6, "{row}");
@@ -143,9 +210,12 @@ fn changes_are_followed() {
 #[test]
 fn costs_of_many_lights_are_timed() {
     let folder = tempfile::tempdir().unwrap();
-    let line = "--lights-sweep 64,1024 --samplers power,cluster-cdf --width 16 --json rows.json";
+    let line =
+        "--lights-sweep 64,1024 --samplers power,cluster-cdf --width 16 --json rows.json --markdown table.md";
     let done = pt_lights(line, folder.path());
     assert!(done.status.success(), "{done:?}");
+    let table = std::fs::read_to_string(folder.path().join("table.md")).unwrap();
+    assert!(table.starts_with("| sampler | 64 | 1024 | ratio |") && table.lines().count() == 4, "{table}");
     let rows = rows(&folder.path().join("rows.json"));
     let seen: Vec<_> =
         rows.iter().map(|r| (r["lights"].as_u64().unwrap(), r["sampler"].as_str().unwrap())).collect();

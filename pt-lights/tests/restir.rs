@@ -9,6 +9,7 @@ use common::pixels::{Pixel, Rig};
 use glam::{Affine3A, Vec2, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::test_support::{all_kinds, polygon};
+use pt_light_sampling::{LightBounds, LightLists};
 use pt_lights::records::{LightRays, RestirVisibility, RestirWeights};
 use pt_lights::{DirectParams, duplicated_samples};
 use pt_scene::{Light, Material, Scene, builtin};
@@ -469,4 +470,68 @@ fn reuse_takes_noise_away() {
         }
         assert!(duplicates > unshared.unwrap() && duplicates < 8.0, "{duplicates}");
     }
+}
+
+/// In `lamps` a neighbour or the past may see a lamp under a solid angle more than 8 times as large or as small. Whoever multiplies by that ratio (a
+/// Jacobian outside [1/8, 8]) makes fireflies, and changes the mean: no pixel is brighter than five estimates without reuse, and the light of the
+/// pixels near lamps is that without reuse.
+#[test]
+fn unlike_densities_make_no_fireflies_in_lamps() {
+    const SIZE: [u32; 2] = [32, 18];
+    const RUNS: u32 = 12;
+    let device = TestDevice::open();
+    let (scene, pixels) = lamps(SIZE);
+    let pixel = |[x, y]: [u32; 2]| pixels.get((y * SIZE[0] + x) as usize).copied().flatten();
+    let lists = LightLists::new(&scene);
+    // Where a pixel's nearest lamp fills so much: pairs within the reach of reuse, 10 pixels, of which it fills unlike angles.
+    let nearness: Vec<Option<(f32, usize)>> = pixels
+        .iter()
+        .map(|pixel| {
+            let at = pixel.as_ref()?.position;
+            let distance = |light: &LightBounds| light.bounds.center().distance_squared(at);
+            let lights = lists.local.iter().map(distance).zip(0..);
+            lights.min_by(|a: &(f32, usize), b| a.0.total_cmp(&b.0))
+        })
+        .collect();
+    let mut unlike = vec![false; pixels.len()];
+    for (a, b) in (0..pixels.len()).flat_map(|a| (0..pixels.len()).map(move |b| (a, b))) {
+        let [ax, ay, bx, by] = [a % 32, a / 32, b % 32, b / 32];
+        let near = ax.abs_diff(bx).max(ay.abs_diff(by)) <= 10;
+        let (Some((own, light)), true) = (nearness[a], near) else { continue };
+        let Some(other) = &pixels[b] else { continue };
+        let far = lists.local[light].bounds.center().distance_squared(other.position);
+        unlike[a] |= far > 8.0 * own;
+    }
+    let count = unlike.iter().filter(|unlike| **unlike).count();
+    assert!(count > 100, "{count} pixels have neighbours of unlike densities");
+    let run = |rig: &mut Rig, frames: u32| {
+        let mut means = Vec::new();
+        let mut brightest = 0.0f64;
+        for seed in 0..RUNS {
+            rig.images.reset_history();
+            (0..frames).for_each(|frame| rig.frame(frame, 177 + seed, &pixel));
+            let light = rig.light();
+            let of_unlike = || (0..light.len()).filter(|i| unlike[*i]).map(|i| light[i]);
+            means.push(of_unlike().sum::<f64>() / count as f64);
+            brightest = light.iter().copied().fold(brightest, f64::max);
+        }
+        let n = means.len() as f64;
+        let mean = means.iter().sum::<f64>() / n;
+        let error = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+        (mean, error, brightest)
+    };
+    let ris_source = RisSource::Cluster;
+    let plain = DirectParams { ris_source, ..local(LightSampler::Ris) };
+    let mut rig = Rig::new(&device, scene.clone(), SIZE, &plain);
+    let (_, _, alone) = run(&mut rig, 1);
+    rig.params.samples = 64;
+    let (expected, spread, _) = run(&mut rig, 1);
+    let reuse = restir(RestirWeights::Pairwise, RestirVisibility::None);
+    let reuse = DirectParams { ris_source, restir_radius: 10.0, ..reuse };
+    let (mean, error, brightest) = run(&mut Rig::new(&device, scene.clone(), SIZE, &reuse), 4);
+    let case = format!("{mean:.4} +- {error:.4} of {expected:.4} +- {spread:.4}");
+    println!("{case}; brightest {brightest:.2}, {alone:.2} without reuse");
+    assert!((mean - expected).abs() < 4.0 * error.hypot(spread), "{case}");
+    assert!(error < 0.1 * expected, "{case}: too noisy to tell");
+    assert!(brightest < 5.0 * alone, "{case}: fireflies");
 }

@@ -5,7 +5,9 @@ mod common;
 
 use common::pixels::{Pixel, Rig};
 use glam::{Affine3A, DVec3, Vec3};
+use pt_core::Error;
 use pt_core::test_support::TestDevice;
+use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::test_support::polygon;
 use pt_lights::DirectParams;
 use pt_lights::records::LightRays;
@@ -234,4 +236,53 @@ fn a_sampler_that_has_forgotten_is_new() {
         rig.uploaded.lights.forget().unwrap();
         assert!(run(&mut rig) == first, "{name}");
     }
+}
+
+/// Tables that were made for another sampler, or not brought to this frame: the stage is refused with an error that says which table is missing and
+/// what makes it. Without the check its kernels read from address 0. (`pt-light-sampling/tests/samplers.rs` has all samplers.)
+#[test]
+fn a_stage_without_its_tables_is_refused() {
+    const PREPARE: &str = "call LightTables::prepare";
+    let device = TestDevice::open();
+    let from = |sampler: LightSampler| Some(SamplerChoice::from(sampler));
+    type Case = (Option<SamplerChoice>, bool, Option<[&'static str; 2]>);
+    let check = |sampler: LightSampler, cases: &[Case]| {
+        let params = DirectParams { sampler, rays: LightRays::Merged, ..DirectParams::default() };
+        let mut rig = Rig::new(&device, floor(), [2, 2], &params);
+        for &(prepared, updates, missing) in cases {
+            let (lights, gpu) = (&mut rig.uploaded.lights, &mut rig.uploaded.gpu);
+            lights.prepare(&device, &rig.uploaded.scene, gpu, prepared).unwrap();
+            let name = format!("\"{}\"", sampler.name());
+            match (rig.try_record(updates), missing) {
+                (Ok(()), None) => {}
+                (Err(error @ Error::MissingTable { .. }), Some(words)) => {
+                    let message = error.to_string();
+                    assert!(words.iter().chain([&&*name]).all(|word| message.contains(word)), "{message}");
+                }
+                (result, _) => {
+                    panic!("{name}: {:?}, expected {missing:?}", result.map_err(|e| e.to_string()))
+                }
+            }
+        }
+    };
+    let tree = LightSampler::LightBvh;
+    let listed = Some(SamplerChoice { environment_listed: true, ..tree.into() });
+    check(
+        tree,
+        &[
+            (None, true, Some(["the light tree", PREPARE])),
+            (from(LightSampler::ClusterCdf), true, Some(["the light tree", PREPARE])),
+            (listed, true, Some(["without quads of the environment", PREPARE])),
+            (from(tree), false, Some(["in this frame", "call LightTables::update"])),
+            (from(tree), true, None),
+        ],
+    );
+    check(
+        LightSampler::RestirDi,
+        &[
+            (None, true, Some(["the light lists", PREPARE])),
+            (from(LightSampler::Ris), true, Some(["of the last frame", PREPARE])),
+            (from(LightSampler::RestirDi), true, None),
+        ],
+    );
 }

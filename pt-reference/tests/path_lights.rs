@@ -4,10 +4,15 @@ mod common;
 
 use common::renders::{Stage, add_floor, assert_mean, glowing_sphere};
 use glam::{Affine3A, DVec3, Vec3};
+use pt_core::Error;
 use pt_core::test_support::TestDevice;
+use pt_core::trace::TraceBackend;
+use pt_light_sampling::LightTables;
 use pt_reference::records::PathLights;
-use pt_reference::{Estimate, ReferenceParams, SamplerKind};
+use pt_reference::{Estimate, Progressive, ReferenceParams, SamplerKind};
+use pt_scene::gpu::{GpuScene, camera_record};
 use pt_scene::{Camera, Light, Material, Scene, builtin};
+use pt_shaders::records::FrameRecord;
 
 const SIZE: [u32; 2] = [32, 32];
 
@@ -107,4 +112,25 @@ fn light_from_both_sides() {
     scene.lights.push(Light::point("above", Vec3::new(0.3, 1.0, -0.4), Vec3::new(1.0, 2.0, 1.0)));
     let camera = Camera::look_at("c", Vec3::new(0.0, 2.0, 1.5), Vec3::new(0.0, -0.2, 0.0), 0.9);
     compare(scene, &camera, 32, "pane");
+}
+
+/// Tables that were not prepared for the sampler are refused by the frame that would read them.
+#[test]
+fn a_path_tracer_without_its_tables_is_refused() {
+    let device = TestDevice::open();
+    let scene = builtin("cornell").unwrap();
+    let mut gpu = GpuScene::new(&device, &scene, TraceBackend::Compute).unwrap();
+    let mut lights = LightTables::new(&device, &scene).unwrap();
+    lights.attach(&mut gpu);
+    let camera = camera_record(&scene.default_camera(), [4, 4]);
+    let frame = FrameRecord::new(camera, camera, [4, 4], 0, 1);
+    for (choice, table) in
+        [(PathLights::LightBvh, "the light tree"), (PathLights::ClusterCdf, "the light lists")]
+    {
+        let params = ReferenceParams { lights: choice, ..Default::default() };
+        let render = Progressive::new(&device, &gpu, &lights, frame, params, None, 0);
+        let error = render.unwrap().step(&scene, &mut gpu, &mut lights, 1).unwrap_err();
+        let Error::MissingTable { .. } = &error else { panic!("{error}") };
+        assert!(error.to_string().contains(table), "{error}");
+    }
 }

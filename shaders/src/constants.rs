@@ -61,6 +61,8 @@ gpu_constants! {
     pub const LOCAL_TEXTURED: u32 = 8;
     /// Bit of `LocalLightRecord::kind`: the second and third corner have changed places, for an instance that is mirrored.
     pub const LOCAL_SWAPPED: u32 = 16;
+    /// Bit of `LightCandidateRecord::kind`: its digits do not do, for example for a sliver; the light is read from its `LocalLightRecord`.
+    pub const LOCAL_EXACT: u32 = 32;
 
     /// Bit of a set of kinds of light: directional lights.
     pub const KIND_SUN: u32 = 1;

@@ -165,12 +165,17 @@ gpu_struct! {
         pub lights: u64,
         /// `LocalLightRecord[local_light_count]`.
         pub local_lights: u64,
+        /// `LightCandidateRecord[local_light_count]`: the same lights, as their weights in a choice need them.
+        pub light_candidates: u64,
         /// `AliasRecord[local_light_count]`: local lights by luminous power.
         pub local_alias: u64,
         /// `ClusterListRecord[]` of each cluster.
         pub cluster_lists: u64,
-        /// `uint[]`: the local lights that `cluster_lists` point to, those that stand still.
+        /// `uint[]`: the local lights that `cluster_lists` point to, those that stand still, subset by subset.
         pub cluster_entries: u64,
+        /// `uvec2[]`: for each cluster which of the lights that stand still its list has, 32 in a word: a bit each, and the places before them;
+        /// 0: there would be too many words, places are searched for.
+        pub cluster_ranks: u64,
         /// `uint[]`: those that move.
         pub cluster_moving_entries: u64,
         /// `float[]`: for each cluster and side the weights of the subsets of its list; see `lights/subsets.glsl`.
@@ -179,9 +184,9 @@ gpu_struct! {
         pub light_bvh: u64,
         /// `uint64_t[]`: for each local light its branches from the root.
         pub light_bvh_trails: u64,
-        /// `uint[]`: `shadow_counts` of the frames before, two half floats.
+        /// `uint[]`: `shadow_counts` of the frames before, two half floats. In a hash table every second word, after its key.
         pub shadow_history: u64,
-        /// `uint[]`: what the entries of a hash table stand for; 0: free.
+        /// `uint[]`: what the entries of a hash table stand for, every second word; 0: free.
         pub shadow_keys: u64,
         /// Number of punctual lights.
         pub light_count: u32,
@@ -191,6 +196,10 @@ gpu_struct! {
         pub local_light_count: u32,
         /// Luminous flux of the lights in the light tree.
         pub light_bvh_power: f32,
+        /// Words of a cluster in `cluster_ranks`.
+        pub cluster_rank_words: u32,
+        /// Alignment.
+        pub pad: u32,
     }
 }
 
@@ -654,6 +663,23 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// What the weight of a local light in a choice needs of its [`LocalLightRecord`], in 32 bytes, one sector of a cache. Made and read in
+    /// `lights/light_candidate.glsl`.
+    pub struct LightCandidateRecord {
+        /// As in [`LocalLightRecord`].
+        pub position: Vec3,
+        /// `LOCAL_*`; [`LOCAL_EXACT`](crate::constants::LOCAL_EXACT). Bits 16 to 31: triangle: exponent of the edges + 128; point and spot light: radius as a
+        /// half float, rounded up.
+        pub kind: u32,
+        /// Triangle: the edges, 6 x 16 bits, signed normalised, times 2^exponent. Spot light: where it shines, octahedral, `spot_scale` and
+        /// `spot_offset` as bits. Quad: cosine and sine of the cone's half angle as bits.
+        pub words: UVec3,
+        /// As in [`LocalLightRecord`].
+        pub luminance: f32,
+    }
+}
+
+gpu_struct! {
     /// A quad of the environment, a rectangle of cells. In it a direction is drawn by cell, then uniformly in the cell's solid angle.
     pub struct EnvironmentQuadRecord {
         /// Axis of a cone that has all its directions, unit length, as the picture is before its rotation.
@@ -727,24 +753,22 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A node of the tree over the local lights (`lights/light_bvh.glsl`).
+    /// A node of the tree over the local lights (`lights/light_bvh.glsl`), one sector of a cache. Where digits are lost, bounds become wider.
     pub struct LightBvhNode {
-        /// Smallest corner of the box of the points that emit.
-        pub lower: Vec3,
-        /// Share of the power of all lights; 0: all lights of the node are dark.
-        pub power: f32,
-        /// Greatest corner of the box.
-        pub upper: Vec3,
+        /// Middle of the box of the points that emit.
+        pub center: Vec3,
+        /// Half of the box's size, rounded up: 3 x 8 bits, times 2^(bits 24 to 31 - 128).
+        pub extent: u32,
         /// First of two children that follow each other, or [`LIGHT_BVH_LEAF`] and the index of a light.
         pub link: u32,
-        /// Axis of the cone of the emitters' normals: octahedral, 2 x 16 bits.
-        pub axis: u32,
-        /// Sines of half of its half angle (low) and of half of the angle to the normal up to which a point emits (high): 2 x 16 bits,
-        /// unsigned normalised, rounded up.
+        /// Bits 0 to 15: axis of the cone of the emitters' normals: octahedral, 2 x 8 bits. Bits 16 to 23: sine of half of its half angle; bits 24 to
+        /// 31: of half of the angle to the normal up to which a point emits; unsigned normalised, rounded up.
         pub cone: u32,
-        /// Mean position of the power within the box: 3 x 10 bits, unsigned normalised.
+        /// Mean position of the power within the box, 3 x 8 bits, and standard deviation of the positions over half the box's diagonal, 8 bits:
+        /// unsigned normalised.
         pub mean: u32,
-        /// Signed normalised, 4 x 8 bits: mean direction of the emission; standard deviation of the positions over half the box's diagonal.
+        /// Bits 0 to 15: mean direction of the emission: octahedral, 2 x 5 bits, and its length, 6 bits. Bits 16 to 31: share of the power of all
+        /// lights, the upper half of a float; 0: all lights of the node are dark.
         pub lobe: u32,
     }
 }
@@ -784,6 +808,7 @@ table! {
     EmissiveRecord,
     AliasRecord,
     LocalLightRecord,
+    LightCandidateRecord,
     EnvironmentQuadRecord,
     EnvironmentQuadNode,
     PortalRecord,

@@ -10,7 +10,7 @@ mod timings;
 mod uniforms;
 
 pub(crate) use hazards::Touch;
-pub use pass::Pass;
+pub use pass::{MissingTable, Pass};
 pub use recorder::{Frame, Recorder};
 pub use resource::{PassInfo, Resource};
 pub use timings::{FrameTiming, PassTiming};

@@ -49,6 +49,18 @@ pub struct Pass<'f, 'r> {
     push: Vec<u8>,
     touches_part: bool,
     problem: Option<String>,
+    missing: Option<MissingTable>,
+}
+
+/// What [`Pass::lacks`] refuses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MissingTable {
+    /// What reads the table.
+    pub reader: String,
+    /// The table.
+    pub table: &'static str,
+    /// What makes it.
+    pub remedy: &'static str,
 }
 
 impl<'r> Frame<'r> {
@@ -71,7 +83,20 @@ impl<'f, 'r> Pass<'f, 'r> {
             push: Vec::new(),
             touches_part: false,
             problem: None,
+            missing: None,
         }
+    }
+
+    /// The kernel that it runs.
+    pub fn kernel(&self) -> &Kernel {
+        self.kernel
+    }
+
+    /// Refuses the pass if a table is missing that its kernel reaches through a device address: bindings are checked by name, addresses can't be,
+    /// and a kernel that reads from address 0 ends the program or loses the device.
+    pub fn lacks(mut self, missing: Option<MissingTable>) -> Self {
+        self.missing = self.missing.or(missing);
+        self
     }
 
     fn bind(mut self, name: &str, resource: Resource, how: Use) -> Self {
@@ -227,6 +252,10 @@ impl<'f, 'r> Pass<'f, 'r> {
             kernel: self.kernel.name().into(),
             problem,
         };
+        if let Some(MissingTable { reader, table, remedy }) = self.missing {
+            let reader = format!("{reader} of kernel {}", self.kernel.name()).into();
+            return Err(Error::MissingTable { pass: self.name, reader, table, remedy });
+        }
         self.check().map_err(fail)?;
         let device = self.frame.device().clone();
         let stage = self.kernel.stage();

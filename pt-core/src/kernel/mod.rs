@@ -54,7 +54,7 @@ impl Kernel {
             let reflection = reflection::reflect::<P>(code.name, code.stage, code.spirv)?;
             constants::check(code.name, &reflection.constants, constants)?;
             let stages = vk::ShaderStageFlags::COMPUTE;
-            Program::new(device, code.name, reflection, stages, |reflection, layout| {
+            Program::new(device, code.name, reflection, constants, stages, |reflection, layout| {
                 let module = Module::new(device, code.spirv, &reflection.constants, constants)?;
                 let stage = vk::PipelineShaderStageCreateInfo::default()
                     .stage(stages)
@@ -71,6 +71,11 @@ impl Kernel {
         let program = device.inner().programs.get::<P>(device, code, constants, make)?;
         let launch = Launch::Compute(program.reflection.workgroup);
         Ok(Self(Arc::new(Inner { device: device.clone(), name: code.name, program, launch })))
+    }
+
+    /// The value that it was made with for a specialisation constant; `None`: it was given none.
+    pub fn constant(&self, name: &str) -> Option<Constant> {
+        self.0.program.constants.iter().find(|(given, _)| given == name).map(|(_, value)| *value)
     }
 
     /// Whether it has a binding of this name.

@@ -122,6 +122,8 @@ impl Drop for Module {
 /// A pipeline with its interface. The device destroys it.
 pub(crate) struct Program {
     pub(super) reflection: Reflection,
+    /// Values that the host gave, by name.
+    pub(super) constants: Vec<(String, Constant)>,
     pub(super) layout: Layout,
     pub(super) pipeline: vk::Pipeline,
 }
@@ -132,6 +134,7 @@ impl Program {
         device: &Device,
         name: &str,
         reflection: Reflection,
+        constants: &[(&str, Constant)],
         stages: vk::ShaderStageFlags,
         pipeline: impl FnOnce(&Reflection, &Layout) -> Result<vk::Pipeline>,
     ) -> Result<Self> {
@@ -140,7 +143,8 @@ impl Program {
             Ok(pipeline) => {
                 device.count_pipeline();
                 device.name(pipeline, name);
-                Ok(Self { reflection, layout, pipeline })
+                let constants = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+                Ok(Self { reflection, constants, layout, pipeline })
             }
             Err(error) => {
                 layout.destroy(device.raw());

@@ -79,7 +79,7 @@ fn program<P: GpuStruct>(
     constants::check(code.name, &interface.constants, constants)?;
     use vk::ShaderStageFlags as S;
     let all = S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR;
-    Program::new(device, code.name, interface, all, |_, layout| {
+    Program::new(device, code.name, interface, constants, all, |_, layout| {
         let modules = (shaders.iter())
             .map(|(shader, declared)| Module::new(device, shader.spirv, declared, constants))
             .collect::<Result<Vec<_>>>()?;

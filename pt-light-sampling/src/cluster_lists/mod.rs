@@ -23,10 +23,12 @@
 mod boxes;
 mod entries;
 mod irradiance;
+mod layout;
 mod visibility;
 
 pub use boxes::{ClusterBox, cluster_boxes};
 pub use entries::{IndexLists, ListLimits};
+pub(crate) use layout::{rank_words, ranks, subset_by_subset};
 pub use visibility::VisibilityEstimate;
 
 use crate::{EmissiveTriangle, LightBounds};

@@ -1,7 +1,7 @@
 use super::cone::{Cone, angle};
+use super::packed::{pack_direction, pack_extent, pack_power, pack_share, unpack_direction, unpack_extent};
 use crate::LightBounds;
 use glam::Vec3;
-use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
 use pt_shaders::constants::SKY_DISTANCE;
 use pt_shaders::records::LightBvhNode;
 
@@ -70,30 +70,31 @@ impl Summary {
         }
     }
 
-    /// As the GPU reads it. The box is exact, the cones are rounded up.
+    /// As the GPU reads it. Box and cones are rounded up.
     pub fn record(&self, link: u32) -> LightBvhNode {
-        let axis = pack_unit_vector(self.cone.axis);
-        let spread = self.cone.spread + angle(self.cone.axis, unpack_unit_vector(axis));
-        // Sines of half the angles. What is not exactly 0 gets a step more than its own rounding needs.
-        let half_sine =
-            |sine: f32| ((sine.clamp(0.0, 1.0) * 65535.0).ceil() as u32 + u32::from(sine > 0.0)).min(65535);
+        let center = 0.5 * (self.lower + self.upper);
+        let extent = pack_extent(center, self.lower, self.upper);
+        let axis = pack_direction(self.cone.axis, 8);
+        let spread = self.cone.spread + angle(self.cone.axis, unpack_direction(axis, 8));
+        // Sines of half the angles. What is not exactly 0 gets a thousandth of a step more than its own rounding needs.
+        let half_sine = |sine: f32| (sine.clamp(0.0, 1.0) * 255.0 + 1e-3).ceil().min(255.0) as u32;
+        let half_sine = |sine: f32| if sine > 0.0 { half_sine(sine) } else { 0 };
         let spread = half_sine((0.5 * spread.min(std::f32::consts::PI)).sin());
         let emission = half_sine((0.5 * (1.0 - self.cos_emission)).max(0.0).sqrt());
-        let size = self.upper - self.lower;
-        let place = (self.mean - self.lower) / size.max(Vec3::splat(f32::MIN_POSITIVE));
-        let [x, y, z] = place.to_array().map(|share| (share.clamp(0.0, 1.0) * 1023.0).round() as u32);
-        let deviation = (self.variance / (0.25 * size.length_squared()).max(f32::MIN_POSITIVE)).sqrt();
-        let lobe = self.lobe.extend(deviation).to_array();
-        let lobe = lobe.map(|c| ((c.clamp(-1.0, 1.0) * 127.0).round() as i8).to_ne_bytes()[0]);
+        let half = unpack_extent(extent);
+        let place = 0.5 * (self.mean - center) / half.max(Vec3::splat(f32::MIN_POSITIVE)) + 0.5;
+        let [x, y, z] = place.to_array().map(pack_share);
+        let deviation = (self.variance / half.length_squared().max(f32::MIN_POSITIVE)).sqrt();
+        let length = self.lobe.length();
+        let lobe = pack_direction(self.lobe.normalize_or(Vec3::Z), 5);
+        let length_code = (length.clamp(0.0, 1.0) * 63.0).round() as u32;
         LightBvhNode {
-            lower: self.lower,
-            power: self.power,
-            upper: self.upper,
+            center,
+            extent,
             link,
-            axis,
-            cone: spread | emission << 16,
-            mean: x | y << 10 | z << 20,
-            lobe: u32::from_le_bytes(lobe),
+            cone: axis | spread << 16 | emission << 24,
+            mean: x | y << 8 | z << 16 | pack_share(deviation) << 24,
+            lobe: lobe | length_code << 10 | pack_power(self.power),
         }
     }
 }

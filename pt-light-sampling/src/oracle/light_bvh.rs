@@ -1,8 +1,8 @@
 //! Host twin of lights/light_bvh.glsl, in double precision but for the division of a branch into steps.
 
+use crate::light_bvh::Unpacked;
 use crate::{LightBvh, NO_TRAIL};
 use glam::{DVec2, DVec3, Vec3};
-use pt_core::pack::unpack_unit_vector;
 use pt_core::rng::pcg;
 use pt_shaders::records::{LIGHT_BVH_LEAF, LightBvhNode};
 use std::f64::consts::{FRAC_1_PI, PI};
@@ -35,22 +35,22 @@ impl LightBvhPoint {
 
     /// Importance of a node.
     pub fn importance(&self, node: &LightBvhNode) -> f64 {
+        let node = Unpacked::of(node);
         if node.power <= 0.0 {
             return 0.0;
         }
-        let (lower, upper) = (node.lower.as_dvec3() - self.position, node.upper.as_dvec3() - self.position);
-        let (d, extent) = (0.5 * (lower + upper), 0.5 * (upper - lower));
+        let (d, extent) = (node.center.as_dvec3() - self.position, node.extent.as_dvec3());
         let above = self.normal.dot(d) + self.normal.abs().dot(extent);
         if above <= 0.0 {
             return 0.0;
         }
-        let half_sine = [node.cone & 0xffff, node.cone >> 16].map(|code| f64::from(code) / 65535.0);
+        let half_sine = node.half_sines.map(f64::from);
         let spread = DVec2::new(
             1.0 - 2.0 * half_sine[0].powi(2),
             2.0 * half_sine[0] * (1.0 - half_sine[0].powi(2)).sqrt(),
         );
         let cos_emission = 1.0 - 2.0 * half_sine[1].powi(2);
-        let axis = unpack_unit_vector(node.axis).as_dvec3();
+        let axis = node.axis.as_dvec3();
         let (distance2, radius2) = (d.length_squared(), extent.length_squared());
         let (mut cos_surface, mut cos_light) = (1.0, 1.0);
         if distance2 > radius2 {
@@ -77,24 +77,19 @@ impl LightBvhPoint {
         let squared = distance2.max(radius2).max(1e-12);
         let mut value = FRAC_1_PI * intensity * cos_surface.max(0.0) * cos_light.max(0.0) / squared;
         if self.gaussian {
-            value = self.by_gaussians(node, radius2) + DEFENSIVE_SHARE * value;
+            value = self.by_gaussians(&node, radius2) + DEFENSIVE_SHARE * value;
         }
         value.clamp(MIN_IMPORTANCE, 1.0 / MIN_IMPORTANCE)
     }
 
-    fn by_gaussians(&self, node: &LightBvhNode, radius2: f64) -> f64 {
-        let [x, y, z, w] =
-            node.lobe.to_le_bytes().map(|byte| (f64::from(i8::from_ne_bytes([byte])) / 127.0).max(-1.0));
-        let lobe = DVec3::new(x, y, z);
-        let [x, y, z] = [0, 10, 20].map(|shift| f64::from(node.mean >> shift & 1023) / 1023.0);
-        let (lower, upper) = (node.lower.as_dvec3(), node.upper.as_dvec3());
-        let d = (lower - self.position) + DVec3::new(x, y, z) * (upper - lower);
+    fn by_gaussians(&self, node: &Unpacked, radius2: f64) -> f64 {
+        let d = (node.center.as_dvec3() - self.position) + node.mean.as_dvec3() * node.extent.as_dvec3();
         let distance2 = d.length_squared().max(1e-20);
-        let variance = (w * w * radius2 / 3.0).max(1e-20);
+        let variance = (f64::from(node.deviation).powi(2) * radius2 / 3.0).max(1e-20);
         let sharpness = (distance2 / variance).clamp(1e-3, 1e4);
         let direction = d / distance2.sqrt();
-        let towards = -lobe / lobe.length().max(1e-6);
-        let r = lobe.length().min(0.99);
+        let towards = -node.lobe.as_dvec3();
+        let r = f64::from(node.lobe_length).min(0.99);
         let emission = r * (3.0 - r * r) / (1.0 - r * r);
         let sum = sharpness * direction + emission * towards;
         let k = sum.length().max(1e-3);

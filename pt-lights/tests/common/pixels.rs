@@ -97,6 +97,18 @@ impl Rig {
         self.stage = DirectLighting::new(device, gpu.variant(), &self.params).unwrap();
     }
 
+    /// Records a frame without its surfaces, of which `updates` says whether the light tables are brought up to date, and gives it up: what the
+    /// stage says of the tables.
+    pub fn try_record(&mut self, updates: bool) -> pt_core::Result<()> {
+        let mut frame = self.recorder.begin()?;
+        let Uploaded { scene, lights, gpu } = &mut self.uploaded;
+        if updates {
+            lights.update(&mut frame, scene, gpu)?;
+        }
+        let inputs = StageInputs { scene: Some(&*gpu), uniforms: Some(&self.uniforms), images: &self.images };
+        self.stage.record(&mut frame, &inputs, &self.params, 0.0)
+    }
+
     fn flat_positions(&self) -> impl Iterator<Item = [u32; 2]> {
         let [width, height] = split_size(self.size);
         let field = field_width(self.size[0]);

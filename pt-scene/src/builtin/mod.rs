@@ -14,6 +14,7 @@ mod shapes;
 mod solids;
 mod textures;
 mod veach;
+mod window;
 
 use crate::{Material, Mesh, Scene};
 
@@ -49,6 +50,7 @@ pub const BUILTIN: &[(&str, &str)] = &[
         "veach",
         "four glossy plates under four lamps of equal power and different size (Veach and Guibas 1995)",
     ),
+    ("window", "a room with one window, a portal of the sky, and a small lamp"),
 ];
 
 /// A built-in scene by name, at time 0.
@@ -66,6 +68,7 @@ pub fn builtin(name: &str) -> Option<Scene> {
         "room" => room::scene(),
         "textures" => textures::scene(),
         "veach" => veach::scene(),
+        "window" => window::scene(),
         _ => return None,
     };
     Some(Scene { name: name.into(), ..scene })

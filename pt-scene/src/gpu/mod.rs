@@ -3,10 +3,12 @@
 mod camera;
 mod deform;
 mod deform_records;
+mod light_tables;
 mod records;
 mod textures;
 
 pub use camera::camera_record;
+pub use light_tables::LightTableSet;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
@@ -54,8 +56,7 @@ pub struct GpuScene {
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
     /// The same of the lights; another crate fills them.
-    light_tables: Vec<Buffer>,
-    updated_light_tables: Vec<Buffer>,
+    light_tables: LightTableSet,
 }
 
 /// The scene's meshes as the acceleration structures take them.
@@ -237,8 +238,7 @@ impl GpuScene {
                 lobe_buffer,
                 blue_noise,
             ],
-            light_tables: Vec::new(),
-            updated_light_tables: Vec::new(),
+            light_tables: LightTableSet::default(),
             mesh_buffer,
             index_buffer,
         })
@@ -281,10 +281,10 @@ impl GpuScene {
         &mut self.record
     }
 
-    /// Sets the buffers that the light addresses of the record point to; `updated`: those that kernels which trace shadow rays write too.
-    pub fn set_light_tables(&mut self, tables: Vec<Buffer>, updated: Vec<Buffer>) {
+    /// Sets the buffers that the light addresses of the record point to. A pass whose kernel needs others is refused
+    /// ([`pt_core::Error::MissingTable`]).
+    pub fn set_light_tables(&mut self, tables: LightTableSet) {
         self.light_tables = tables;
-        self.updated_light_tables = updated;
     }
 
     /// The division of its space into clusters.
@@ -376,9 +376,11 @@ impl SceneResources for GpuScene {
             .textures(&self.textures)
             .addresses(&self.instances)
             .addresses(&self.cluster_nodes);
-        let tables = self.tables.iter().chain(&self.light_tables);
+        let missing = light_tables::missing(&self.light_tables, &self.record, pass.kernel());
+        let pass = pass.lacks(missing);
+        let tables = self.tables.iter().chain(&self.light_tables.buffers);
         let pass = tables.fold(pass, |pass, table| pass.addresses(table));
-        let updated = &self.updated_light_tables;
+        let updated = &self.light_tables.updated;
         let pass = updated.iter().fold(pass, |pass, table| pass.addresses_updated(table));
         let pass = match &self.deforming {
             Some(deforming) => deforming.bind(pass),

@@ -82,28 +82,40 @@ float gaussian_clamped_cosine(float cosine, float sharpness) {
     return r;
 }
 
+// A node of the tree, unpacked.
+struct LightBvhBounds {
+    vec3 center;
+    vec3 extent;
+    float power;
+};
+
+LightBvhBounds light_bvh_bounds(LightBvhNode node) {
+    // 2^(exponent - 128); a box without extent has no exponent.
+    float scale = node.extent == 0u ? 0.0 : uintBitsToFloat((node.extent >> 24) - 1u << 23);
+    vec3 extent = vec3(uvec3(node.extent, node.extent >> 8, node.extent >> 16) & 255u) * scale;
+    return LightBvhBounds(node.center, extent, uintBitsToFloat(node.lobe & 0xffff0000u));
+}
+
 // Reflected radiance of a node as one light with a Gaussian distribution of positions and of directions: Tokuyoshi 2015, "Virtual Spherical
 // Gaussian Lights for Real-Time Glossy Indirect Illumination", as an importance: Tokuyoshi et al. 2024, "Hierarchical Light Sampling with
 // Accurate Spherical Gaussian Lighting". Both factors are Gaussians of the direction from the point; so is their product.
-float light_bvh_gaussian(LightBvhPoint p, LightBvhNode node, float radius2) {
-    vec4 lobe = unpackSnorm4x8(node.lobe);
-    vec3 place = vec3(uvec3(node.mean, node.mean >> 10u, node.mean >> 20u) & 1023u) / 1023.0;
-    vec3 d = (node.lower - p.position) + place * (node.upper - node.lower);
+float light_bvh_gaussian(LightBvhPoint p, LightBvhNode node, LightBvhBounds bounds, float radius2) {
+    vec4 mean = unpackUnorm4x8(node.mean);
+    vec3 d = (bounds.center - p.position) + (2.0 * mean.xyz - 1.0) * bounds.extent;
     float distance2 = max(dot(d, d), 1e-20);
     // Of one axis.
-    float variance = max(lobe.w * lobe.w * radius2 / 3.0, 1e-20);
+    float variance = max(mean.w * mean.w * radius2 / 3.0, 1e-20);
     float sharpness = clamp(distance2 / variance, 1e-3, 1e4);
     vec3 direction = d * inversesqrt(distance2);
     // Sharpness of the emission from its mean direction: Banerjee et al. 2005, "Clustering on the Unit Hypersphere".
-    float mean_length = length(lobe.xyz);
-    vec3 towards = lobe.xyz * (-1.0 / max(mean_length, 1e-6));
-    float r = min(mean_length, 0.99);
+    vec3 towards = -octahedral_decode(vec2(node.lobe & 31u, node.lobe >> 5u & 31u) / 15.5 - 1.0);
+    float r = min(float(node.lobe >> 10u & 63u) / 63.0, 0.99);
     float emission = r * (3.0 - r * r) / (1.0 - r * r);
     vec3 axis = sharpness * direction + emission * towards;
     float k = max(length(axis), 1e-3);
     axis /= k;
     float peak = exp(gaussian_product_log(direction, sharpness, towards, emission, k));
-    float arriving = node.power * gaussian_norm(sharpness) * gaussian_norm(max(emission, 1e-3)) * peak /
+    float arriving = bounds.power * gaussian_norm(sharpness) * gaussian_norm(max(emission, 1e-3)) * peak /
                      (gaussian_norm(k) * (distance2 + variance));
     float diffuse = INV_PI * gaussian_clamped_cosine(dot(p.normal, axis), k);
     float m = max(length(k * axis + p.mirror_sharpness * p.mirror), 1e-3);
@@ -117,16 +129,18 @@ float light_bvh_gaussian(LightBvhPoint p, LightBvhNode node, float radius2) {
 // From its bounds: upper bounds of both cosines (same paper, section 4.2), over the squared distance to the centre. The radiant intensity is the
 // power over the solid angle that the node's cone says, so that a lamp that shines to one side is not taken for one that shines to all.
 float light_bvh_importance(LightBvhPoint p, LightBvhNode node) {
-    if (node.power <= 0.0) return 0.0;
-    vec3 extent = 0.5 * (node.upper - node.lower);
-    vec3 d = 0.5 * ((node.lower - p.position) + (node.upper - p.position));
+    LightBvhBounds bounds = light_bvh_bounds(node);
+    if (bounds.power <= 0.0) return 0.0;
+    vec3 extent = bounds.extent;
+    vec3 d = bounds.center - p.position;
     // Height of the highest corner above the surface.
     precise float above = dot(p.normal, d) + dot(abs(p.normal), extent);
     if (above <= 0.0) return 0.0;
-    vec2 half_sine = unpackUnorm2x16(node.cone);
+    vec4 cone = unpackUnorm4x8(node.cone);
+    vec2 half_sine = cone.zw;
     vec2 spread = vec2(1.0 - 2.0 * half_sine.x * half_sine.x, 2.0 * half_sine.x * sqrt(1.0 - half_sine.x * half_sine.x));
     float cos_emission = 1.0 - 2.0 * half_sine.y * half_sine.y;
-    vec3 axis = unpack_unit_vector(node.axis);
+    vec3 axis = octahedral_decode(2.0 * cone.xy - 1.0);
     float distance2 = dot(d, d), radius2 = dot(extent, extent);
     float cos_surface = 1.0, cos_light = 1.0;
     if (distance2 > radius2) {
@@ -149,9 +163,9 @@ float light_bvh_importance(LightBvhPoint p, LightBvhNode node) {
         if (spread.x >= 0.0) cos_light = min(cos_light, front * scale * spread.x + spread.y);
     }
     float solid_angle = PI * (2.0 * (1.0 - spread.x) + 0.5 * (1.0 - cos_emission * cos_emission) * (1.0 + spread.x));
-    float intensity = node.power / max(solid_angle, 1e-4);
+    float intensity = bounds.power / max(solid_angle, 1e-4);
     precise float value = INV_PI * intensity * max(cos_surface, 0.0) * max(cos_light, 0.0) / max(max(distance2, radius2), 1e-12);
-    if (LIGHT_BVH_GAUSSIAN) value = light_bvh_gaussian(p, node, radius2) + LIGHT_BVH_DEFENSIVE_SHARE * value;
+    if (LIGHT_BVH_GAUSSIAN) value = light_bvh_gaussian(p, node, bounds, radius2) + LIGHT_BVH_DEFENSIVE_SHARE * value;
     return clamp(value, LIGHT_BVH_MIN_IMPORTANCE, 1.0 / LIGHT_BVH_MIN_IMPORTANCE);
 }
 

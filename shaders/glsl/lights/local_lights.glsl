@@ -3,6 +3,7 @@
 // All have an index in one table (LocalLightRecord); the tables are made each frame, from where the lights are then.
 #include "lights/light_sample.glsl"
 #include "lights/environment_quads.glsl"
+#include "lights/light_candidate.glsl"
 #include "lights/light_tables.glsl"
 #include "sampling.glsl"
 #include "lights/triangle_sampling.glsl"
@@ -77,19 +78,23 @@ float quad_mass(LightContext c, LocalLightRecord l) {
 }
 
 // Weight of a light in the choice among a cluster's candidates: solid angle x Phong mix x luminance. 0 only when the point gets nothing
-// from it: the light is below the horizon, faces away, or is dark.
-float light_mass(LightContext c, LocalLightRecord l) {
+// from it: the light is below the horizon, faces away, or is dark. `grain`: a step of the digits of a candidate (light_candidate.glsl), 0: the light is
+// exact.
+float light_mass(LightContext c, LocalLightRecord l, float grain) {
     if (environment_is_listed() && (l.kind & LOCAL_KIND) == LOCAL_ENVIRONMENT) return quad_mass(c, l);
     vec3 middle = l.position - c.position;
     float mass;
     if ((l.kind & LOCAL_KIND) == LOCAL_TRIANGLE) {
         vec3 v0 = middle, v1 = middle + l.edge1, v2 = middle + l.edge2;
         float above = max(dot(v0, c.normal), max(dot(v1, c.normal), dot(v2, c.normal)));
-        bool faces = (l.kind & LOCAL_DOUBLE_SIDED) != 0u || dot(v0, cross(l.edge1, l.edge2)) < 0.0;
-        if (above <= 0.0 || !faces) return 0.0;
+        vec3 front = cross(l.edge1, l.edge2);
         middle = (v0 + v1 + v2) * (1.0 / 3.0);
+        // What the digits may take away from the cosine at the light, times twice its area.
+        float area = length(front), aside = grain > 0.0 ? CANDIDATE_ANGLE * area : 0.0;
+        bool faces = (l.kind & LOCAL_DOUBLE_SIDED) != 0u || dot(v0, front) < aside * length(v0);
+        if (above <= -grain || !faces) return 0.0;
         // Not 0 where rounding leaves nothing of the angle.
-        mass = max(rough_solid_angle(v0, l.edge1, l.edge2), 1e-12);
+        mass = max(rough_solid_angle(v0, l.edge1, l.edge2), max(0.5 * aside / (dot(middle, middle) + area), 1e-12));
     } else {
         float radius = l.edge1.x;
         if (dot(middle, c.normal) + radius <= 0.0) return 0.0;
@@ -97,7 +102,7 @@ float light_mass(LightContext c, LocalLightRecord l) {
         float attenuation = 1.0;
         if ((l.kind & LOCAL_KIND) == LOCAL_SPOT) {
             float cos_axis = -dot(l.edge2, middle) * inversesqrt(distance2);
-            attenuation = square(clamp(cos_axis * l.edge1.y + l.edge1.z, 0.0, 1.0));
+            attenuation = square(clamp((cos_axis + CANDIDATE_COSINE) * l.edge1.y + l.edge1.z, 0.0, 1.0));
             // From the rim of a sphere the cone may still reach the point.
             if (radius > 0.0) attenuation = max(attenuation, 1e-2);
         }
@@ -105,6 +110,17 @@ float light_mass(LightContext c, LocalLightRecord l) {
     }
     float lobe = c.specular > 0.0 ? phong_lobe(c, normalize(middle)) : 1.0;
     return mass * l.luminance * mix(1.0, lobe, c.specular);
+}
+
+float light_mass(LightContext c, LocalLightRecord l) { return light_mass(c, l, 0.0); }
+
+// The same of a light as choices see it, from its candidate.
+float candidate_mass(LightContext c, uint light) {
+    LightCandidateRecord candidate = LightCandidateTable(choice_tables().light_candidates).at[light];
+    if ((candidate.kind & LOCAL_EXACT) != 0u) return light_mass(c, choice_light(light));
+    float grain;
+    LocalLightRecord l = light_of_candidate(candidate, grain);
+    return light_mass(c, l, grain);
 }
 
 // What a point of an emissive triangle radiates, with texture and coverage.

@@ -4,6 +4,9 @@
 #include "lights/light_sampler.glsl"
 #include "random.glsl"
 
+// Where candidates come from (RIS_SOURCE_*).
+layout(constant_id = 16) const uint ris_source = RIS_SOURCE_CLUSTER;
+
 // What the target is proportional to: unshadowed light, Lambertian and with a Phong lobe for the specular part.
 float ris_target(LightContext c, LightSample s) {
     float cos_theta = dot(c.normal, s.direction);
@@ -13,12 +16,12 @@ float ris_target(LightContext c, LightSample s) {
 }
 
 // The light of a candidate, NONE: none, and its probability. `bits`: of the candidate's own, of which it takes the first two.
-uint ris_pick(LightContext c, uint source, uvec4 bits, out float pmf) {
+uint ris_pick(LightContext c, uvec4 bits, out float pmf) {
     vec2 xi = unit_from_bits(bits).xy;
     pmf = 0.0;
     uint light;
     if (light_sampler == LIGHT_SAMPLER_NEE_AT) return pick_light(c, bits, pick_by_power(pcg4d(bits)), pmf);
-    if (source == RIS_SOURCE_CLUSTER) {
+    if (ris_source == RIS_SOURCE_CLUSTER) {
         ClusterListRecord list = cluster_list(c.cluster);
         uint size = cluster_list_size(list);
         bool all = xi.x < list.catch_all;
@@ -29,8 +32,9 @@ uint ris_pick(LightContext c, uint source, uvec4 bits, out float pmf) {
             uint place = min(uint((xi.x - list.catch_all) / (1.0 - list.catch_all) * float(size)), size - 1u);
             light = cluster_list_light(list, place);
         }
-        bool listed = size > 0u && (!all || cluster_list_place(list, light) != NONE);
-        pmf = list.catch_all * power_pmf(light) + (listed ? (1.0 - list.catch_all) / float(size) : 0.0);
+        bool listed = !all || cluster_list_place(list, c.cluster, light) != NONE;
+        pmf = listed ? (1.0 - list.catch_all) / float(size) : 0.0;
+        if (list.catch_all > 0.0) pmf += list.catch_all * power_pmf(light);
     } else {
         light = alias_pick(choice_tables().local_alias, choice_tables().local_light_count, bits.x, xi.y);
         pmf = power_pmf(light);
@@ -39,9 +43,9 @@ uint ris_pick(LightContext c, uint source, uvec4 bits, out float pmf) {
 }
 
 // A candidate, its pdf with the choice of the light, as the frame saw it that chooses. `bits`: of the candidate's own.
-LightSample ris_candidate(LightContext c, uint source, uvec4 bits, out uint light) {
+LightSample ris_candidate(LightContext c, uvec4 bits, out uint light) {
     float pmf;
-    light = ris_pick(c, source, bits, pmf);
+    light = ris_pick(c, bits, pmf);
     if (light == NONE) return NO_LIGHT_SAMPLE;
     LightSample s = sample_light_of(choice_tables(), c, light, unit_from_bits(bits).zw);
     s.pdf *= pmf;
@@ -60,7 +64,7 @@ LightSample ris_evaluated(LightContext c, LightSample kept, uint light, vec2 xi)
 
 // One of `count` candidates; its pdf is the reciprocal of the weight. `stratified`: the numbers that choose the lights are spread evenly.
 // `dimension`: of the first candidate's random numbers.
-LightSample ris_sample(LightContext c, uvec2 key, uint dimension, float xi, uint source, uint count, bool stratified, out uint light) {
+LightSample ris_sample(LightContext c, uvec2 key, uint dimension, float xi, uint count, bool stratified, out uint light) {
     LightSample kept = NO_LIGHT_SAMPLE;
     float sum = 0.0, kept_target = 0.0;
     vec2 kept_xi = vec2(0.0);
@@ -70,7 +74,7 @@ LightSample ris_sample(LightContext c, uvec2 key, uint dimension, float xi, uint
         uvec4 bits = random_bits(key, dimension + i);
         if (stratified) bits.x = bits.x / count + i * (0xffffffffu / count);
         uint drawn;
-        LightSample s = ris_candidate(c, source, bits, drawn);
+        LightSample s = ris_candidate(c, bits, drawn);
         float target = ris_target(c, s);
         if (target <= 0.0) continue;
         float weight = target / s.pdf;
@@ -91,6 +95,6 @@ LightSample ris_sample(LightContext c, uvec2 key, uint dimension, float xi, uint
     return kept;
 }
 
-LightSample ris_sample(LightContext c, uvec2 key, float xi, uint source, uint count, bool stratified, out uint light) {
-    return ris_sample(c, key, DIM_RIS, xi, source, count, stratified, light);
+LightSample ris_sample(LightContext c, uvec2 key, float xi, uint count, bool stratified, out uint light) {
+    return ris_sample(c, key, DIM_RIS, xi, count, stratified, light);
 }

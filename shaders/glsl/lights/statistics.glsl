@@ -28,6 +28,9 @@ uint shadow_key(uint cluster, uint light, vec3 normal) {
     return (cluster * scene.most_local_lights + light) * 6u + side;
 }
 
+// Index of an entry's words in `shadow_keys` and `shadow_history`: in a hash table a key and its history lie side by side.
+uint shadow_word(uint slot) { return slot << scene.shadow_counts_hashed; }
+
 // Entry for a key in tables with these keys, NONE: it has none.
 uint shadow_slot(uint64_t shadow_keys, uint key) {
     if (scene.shadow_counts_hashed == 0u) return key < scene.shadow_count_slots ? key : NONE;
@@ -35,7 +38,7 @@ uint shadow_slot(uint64_t shadow_keys, uint key) {
     uint mask = scene.shadow_count_slots - 1u;
     for (uint i = 0u; i < SHADOW_PROBES; i++) {
         uint slot = (pcg(key) + i) & mask;
-        if (keys.at[slot] == key) return slot;
+        if (keys.at[shadow_word(slot)] == key) return slot;
     }
     return NONE;
 }
@@ -49,7 +52,7 @@ uint claim_shadow_slot(uint key) {
     uint mask = scene.shadow_count_slots - 1u;
     for (uint i = 0u; i < SHADOW_PROBES; i++) {
         uint slot = (pcg(key) + i) & mask;
-        uint before = atomicCompSwap(keys.at[slot], 0u, key);
+        uint before = atomicCompSwap(keys.at[shadow_word(slot)], 0u, key);
         if (before == 0u || before == key) return slot;
     }
     return NONE;
@@ -60,7 +63,7 @@ float lit_share(uint cluster, uint light, vec3 normal) {
     if (scene.shadow_count_slots == 0u) return 1.0;
     uint slot = shadow_slot(choice_tables().shadow_keys, shadow_key(cluster, light, normal));
     if (slot == NONE) return 1.0;
-    vec2 counts = unpackHalf2x16(UintTable(choice_tables().shadow_history).at[slot]);
+    vec2 counts = unpackHalf2x16(UintTable(choice_tables().shadow_history).at[shadow_word(slot)]);
     float sum = counts.x + counts.y;
     return sum > 0.0 ? max(counts.x / sum, LEAST_LIT_SHARE) : 1.0;
 }

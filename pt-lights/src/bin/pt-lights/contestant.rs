@@ -149,6 +149,14 @@ pub struct Contestant {
 impl Contestant {
     /// Compiles the kernels, makes the tables and times them.
     pub fn new(view: &mut View, choice: &Choice, seed: u32) -> Result<Self> {
+        let mut contestant = Self::untimed(view, choice)?;
+        (contestant.gpu_ms, contestant.choose_gpu_ms) = contestant.time(view, seed)?;
+        ensure!(contestant.gpu_ms > 0.0, "the device has no timestamps");
+        Ok(contestant)
+    }
+
+    /// Compiles the kernels and makes the tables.
+    pub fn untimed(view: &mut View, choice: &Choice) -> Result<Self> {
         let stage = DirectLighting::new(&view.device, view.gpu.variant(), &choice.params)?;
         let mut lights = LightTables::new(&view.device, &view.scene)?;
         let started = Instant::now();
@@ -157,11 +165,7 @@ impl Contestant {
         let build_ms = started.elapsed().as_secs_f64() * 1e3;
         let bytes = lights.sampler().map_or(0, |tables| tables.bytes());
         let (gpu_ms, choose_gpu_ms) = (0.0, 0.0);
-        let mut contestant =
-            Self { choice: choice.clone(), stage, lights, gpu_ms, choose_gpu_ms, build_ms, bytes };
-        (contestant.gpu_ms, contestant.choose_gpu_ms) = contestant.time(view, seed)?;
-        ensure!(contestant.gpu_ms > 0.0, "the device has no timestamps");
-        Ok(contestant)
+        Ok(Self { choice: choice.clone(), stage, lights, gpu_ms, choose_gpu_ms, build_ms, bytes })
     }
 
     /// Median GPU times of a frame, of all passes and of those that choose lights, milliseconds.

@@ -1,5 +1,6 @@
 //! Light samplers compared on one view: mean and error of the direct light against the reference path tracer, at equal samples and at
-//! equal time; how they follow a change; and what they cost with more and more lights. Exit codes: 0 done, 2 usage or environment.
+//! equal time; how they follow a change; whether gradient pixels repeat their samples; and what they cost with more and more lights. Exit codes:
+//! 0 done, 1 a gradient pixel differs, 2 usage or environment.
 
 #![forbid(unsafe_code)]
 
@@ -7,7 +8,9 @@ mod change;
 mod contestant;
 mod figure;
 mod heatmaps;
+mod lamps;
 mod measure;
+mod replay;
 mod report;
 mod statistics;
 mod sweep;
@@ -78,11 +81,18 @@ struct Args {
     /// Also compares the means of 16x16 blocks with the reference, in standard errors.
     #[arg(long)]
     blocks: bool,
+    /// Hangs so many lamps of one small triangle each into the scene.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(lamps::MOST)))]
+    lamps: Option<u32>,
+    /// Instead, replays frames as gradient pixels of a denoiser do: says whether the light is that of the last frame, to the bit. Exit code 1 if a
+    /// sampler that claims it does not do it.
+    #[arg(long, conflicts_with_all = ["change", "blocks", "budget", "figure", "markdown", "heatmaps", "ray_rate", "lights_sweep"])]
+    replay: bool,
     /// Instead, measures how long samplers take to follow a change: the scene jumps from one time to another, seconds.
-    #[arg(long, value_name = "BEFORE:AFTER", value_parser = Change::parse, conflicts_with_all = ["blocks", "budget", "figure", "markdown", "heatmaps", "ray_rate"])]
+    #[arg(long, value_name = "BEFORE:AFTER", value_parser = Change::parse, conflicts_with_all = ["blocks", "budget", "figure", "heatmaps", "ray_rate"])]
     change: Option<Change>,
     /// Instead, times the samplers in a generated hall with so many lights, separated by commas.
-    #[arg(long, value_name = "N,N,...", value_delimiter = ',', value_parser = sweep::count, conflicts_with_all = ["scene", "change", "blocks", "budget", "figure", "markdown", "heatmaps", "ray_rate"])]
+    #[arg(long, value_name = "N,N,...", value_delimiter = ',', value_parser = sweep::count, conflicts_with_all = ["scene", "lamps", "change", "blocks", "budget", "figure", "heatmaps", "ray_rate"])]
     lights_sweep: Vec<u32>,
     /// Writes error against GPU time as SVG.
     #[arg(long, value_name = "FILE.svg")]
@@ -116,12 +126,14 @@ knobs! {
 }
 
 fn main() -> ExitCode {
-    console::program(|args, out| run(args, out).map(|()| true))
+    console::program(run)
 }
 
-fn run(args: &Args, out: &mut impl Write) -> Result<()> {
+/// Whether no check has failed.
+fn run(args: &Args, out: &mut impl Write) -> Result<bool> {
     let mut settings = Settings::default();
     apply_sets(&mut settings, &args.sets)?;
+    settings.lights.replay |= args.replay;
     for (option, value) in [("--budget", args.budget), ("--ray-rate", args.ray_rate)] {
         if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
             bail!("{option}: {value} is not a {}", if option == "--budget" { "time" } else { "rate" });
@@ -138,9 +150,41 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     }
     if !args.lights_sweep.is_empty() {
         let costs = sweep::run(args, &args.lights_sweep, &choices, out)?;
-        return args.json.iter().try_for_each(|path| report::write_json(&sweep::rows(&costs), path));
+        if let Some(path) = &args.markdown {
+            report::write_text(&sweep::markdown(&costs, &args.lights_sweep, &choices), path)?;
+        }
+        args.json.iter().try_for_each(|path| report::write_json(&sweep::rows(&costs), path))?;
+        return Ok(true);
     }
-    compare(args, &choices, out)
+    if args.replay {
+        return replay(args, &choices, out);
+    }
+    compare(args, &choices, out).map(|()| true)
+}
+
+/// Replays frames of the samplers; whether each does what it claims.
+fn replay(args: &Args, choices: &[Choice], out: &mut impl Write) -> Result<bool> {
+    let stages: Vec<_> = choices.iter().map(|choice| choice.params.clone()).collect();
+    let mut view = view::View::open(args, &stages)?;
+    writeln!(out, "{}", view.describe())?;
+    let plan = plan(args);
+    let results = replay::run(&mut view, choices, &plan, |line| eprintln!("{line}"))?;
+    replay::table(&results, &plan, out)?;
+    if let Some(path) = &args.json {
+        report::write_json(&replay::rows(&results, &plan, &view), path)?;
+    }
+    Ok(!results.iter().any(replay::Replayed::fails))
+}
+
+fn plan(args: &Args) -> measure::Plan {
+    measure::Plan {
+        runs: args.runs,
+        frames: args.frames,
+        warm_up: args.warm_up,
+        budget_ms: args.budget,
+        seed: args.seed,
+        ray_rate: 0.0,
+    }
 }
 
 /// Compares the samplers with the reference.
@@ -162,18 +206,14 @@ fn compare(args: &Args, choices: &[Choice], out: &mut impl Write) -> Result<()> 
         truth.relative_error,
         mask.len()
     )?;
-    let mut plan = measure::Plan {
-        runs: args.runs,
-        frames: args.frames,
-        warm_up: args.warm_up,
-        budget_ms: args.budget,
-        seed: args.seed,
-        ray_rate: 0.0,
-    };
+    let mut plan = plan(args);
     let tell = |line: &str| eprintln!("{line}");
     if let Some(change) = args.change {
         let results = change::follow(&mut view, &truth, &mask, choices, &plan, change, tell)?;
         change::table(&results, &plan, change, out)?;
+        if let Some(path) = &args.markdown {
+            report::write_text(&change::markdown(&results), path)?;
+        }
         let rows = change::rows(&results, &plan, change, &view);
         return args.json.iter().try_for_each(|path| report::write_json(&rows, path));
     }
@@ -193,7 +233,7 @@ fn compare(args: &Args, choices: &[Choice], out: &mut impl Write) -> Result<()> 
         report::write_text(&figure::draw(&figure::curves(&results), &title)?, path)?;
     }
     if let Some(path) = &args.markdown {
-        report::write_text(&report::markdown(&results, &plan), path)?;
+        report::write_text(&report::markdown(&results, &plan, args.blocks), path)?;
     }
     if let Some(folder) = &args.heatmaps {
         heatmaps::write(&results, &truth, view.size(), folder)?;

@@ -99,6 +99,7 @@ pub fn mask(view: &mut View) -> Result<Vec<bool>> {
     let mut recorder = Recorder::new(&view.device)?;
     let [width, height] = view.size();
     let mut keep = vec![true; (width * height) as usize];
+    view.leave_out_lamps(&mut keep);
     for index in 0..MASK_FRAMES {
         let mut frame = recorder.begin()?;
         let record = view.frame_record(index, 1);

@@ -124,18 +124,32 @@ pub fn blocks(results: &[Measured], out: &mut impl Write) -> Result<()> {
     Ok(())
 }
 
-/// The ranking as a table in Markdown: by the error of one frame at equal time.
-pub fn markdown(results: &[Measured], plan: &Plan) -> String {
+/// The ranking as a table in Markdown: by the error of one frame at equal time. `blocks`: with two columns about blocks.
+pub fn markdown(results: &[Measured], plan: &Plan, blocks: bool) -> String {
     let mut order: Vec<&Measured> = results.iter().collect();
     order.sort_by(|a, b| a.one_frame_equal_time.mean.total_cmp(&b.one_frame_equal_time.mean));
     let reach = |i: Interval| format!("{:.2e} ± {:.0} %", i.mean, 50.0 * (i.high - i.low) / i.mean);
-    let mut text = format!(
-        "| sampler | one frame at equal time | one frame | mean of {} frames | mean at equal time | frames | mean / reference | GPU ms | of the ray rate | KiB | alike |\n\
-         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
-        plan.frames
-    );
+    let mean = format!("mean of {} frames", plan.frames);
+    let mut columns = vec![
+        "sampler",
+        "one frame at equal time",
+        "one frame",
+        &mean,
+        "mean at equal time",
+        "frames",
+        "mean / reference",
+        "GPU ms",
+        "of the ray rate",
+        "KiB",
+        "alike",
+    ];
+    let within = format!("blocks within {BLOCK_BAR} s.e.");
+    if blocks {
+        columns.extend([within.as_str(), "largest"]);
+    }
+    let mut text = format!("| {} |\n|{}\n", columns.join(" | "), " --- |".repeat(columns.len()));
     for m in order {
-        let row = [
+        let mut row = vec![
             format!("`{}`", m.choice.name),
             reach(m.one_frame_equal_time),
             format!("{:.2e}", m.one_frame.mean),
@@ -148,6 +162,11 @@ pub fn markdown(results: &[Measured], plan: &Plan) -> String {
             m.bytes.div_ceil(1024).to_string(),
             format!("{:.2}", m.duplicates),
         ];
+        if blocks {
+            let test = m.blocks;
+            row.push(format!("{:.1} % of {}", 100.0 * test.within, test.count));
+            row.push(format!("{:.2}", test.largest));
+        }
         text += &format!("| {} |\n", row.join(" | "));
     }
     text
@@ -216,6 +235,7 @@ pub fn rows(results: &[Measured], plan: &Plan, view: &View) -> Vec<Value> {
             "warm_up": plan.warm_up,
             "blocks": m.blocks.count,
             "blocks_within": m.blocks.within,
+            "blocks_within_3se": m.blocks.within,
             "blocks_largest": m.blocks.largest,
         });
         with_scene(view, fields)

@@ -2,14 +2,14 @@
 
 use super::Args;
 use super::contestant::{Choice, Contestant};
+use super::lamps;
 use super::view::{View, open_device};
 use anyhow::{Result, bail};
-use glam::{Affine3A, Vec2, Vec3, Vec4};
-use pt_core::rng::random4;
+use glam::Vec3;
 use pt_core::trace::TraceBackend;
 use pt_gbuffer::GbufferParams;
 use pt_scene::gpu::camera_record;
-use pt_scene::{Camera, Instance, Material, Mesh, Scene};
+use pt_scene::{Bounds, Camera, Material, Scene};
 use serde_json::{Value, json};
 use std::io::Write;
 use std::time::Instant;
@@ -18,8 +18,6 @@ use std::time::Instant;
 const HALL: Vec3 = Vec3::new(40.0, 8.0, 40.0);
 /// Power of all lights together: mean radiance times area, W / sr.
 const FLUX: f32 = 400.0;
-/// Most lights of a sweep: indices of lights have 32 bits, and some bits are kept free.
-const MOST: u32 = 1 << 24;
 
 /// What a sampler costs with so many lights.
 pub struct Cost {
@@ -34,18 +32,16 @@ pub struct Cost {
 
 /// Reads a number of lights.
 pub fn count(text: &str) -> Result<u32, String> {
-    let count = text.trim().parse::<u32>().ok().filter(|count| (1..=MOST).contains(count));
-    count.ok_or_else(|| format!("{text} is not a number of lights from 1 to {MOST}"))
+    let count = text.trim().parse::<u32>().ok().filter(|count| (1..=lamps::MOST).contains(count));
+    count.ok_or_else(|| format!("{text} is not a number of lights from 1 to {}", lamps::MOST))
 }
 
 /// Floor, walls and ceiling, and `count` lamps of one triangle each, all of one size and turned in any direction, in the upper half.
 fn hall(count: u32) -> Scene {
     let mut scene = Scene::default();
-    scene.materials.push(Material::lambertian("wall", Vec3::splat(0.6)));
     let side = 0.3 * (256.0 / count as f32).sqrt().min(1.0);
     let area = 0.5 * side * side * count as f32;
-    scene.materials.push(Material::lamp("lamp", Vec3::splat(FLUX / area)));
-    let (mut shell, mut lamps) = (Vec::new(), Vec::new());
+    let mut shell = Vec::new();
     let axes = [Vec3::X, Vec3::Y, Vec3::Z];
     for axis in 0..3 {
         let (u, v) = (axes[(axis + 1) % 3] * HALL, axes[(axis + 2) % 3] * HALL);
@@ -55,41 +51,14 @@ fn hall(count: u32) -> Scene {
             shell.extend([[a, b, c], [a, c, d]]);
         }
     }
-    for i in 0..count {
-        let random = |dimension| random4([i, 0], 0, dimension, 17);
-        let ([x, y, z, _], [a, b, c, d]) = (random(0), random(1));
-        let middle = Vec3::new(0.02 + 0.96 * x, 0.5 + 0.45 * y, 0.02 + 0.96 * z) * HALL;
-        let e1 = (Vec3::new(a, b, c) - 0.5).normalize_or(Vec3::X);
-        let e2 = e1.any_orthonormal_vector();
-        let e2 = e2 * (std::f32::consts::TAU * d).cos() + e1.cross(e2) * (std::f32::consts::TAU * d).sin();
-        lamps.push([middle, middle + side * e1, middle + side * e2]);
-    }
-    for (name, triangles, material) in [("hall", shell, 0), ("lamps", lamps, 1)] {
-        scene.instances.push(Instance::new(name, scene.meshes.len() as u32, Affine3A::IDENTITY));
-        scene.meshes.push(mesh(name, &triangles, material));
-    }
+    let within = Bounds { min: Vec3::new(0.02, 0.5, 0.02) * HALL, max: Vec3::new(0.98, 0.95, 0.98) * HALL };
+    lamps::place(&mut scene, "hall", &shell, Material::lambertian("wall", Vec3::splat(0.6)));
+    let lamp = Material::lamp("lamp", Vec3::splat(FLUX / area));
+    lamps::place(&mut scene, "lamps", &lamps::triangles(count, within, side), lamp);
     let eye = HALL * Vec3::new(0.5, 0.25, 0.95);
     scene.cameras.push(Camera::look_at("hall", eye, HALL * Vec3::new(0.5, 0.2, 0.3), 1.0));
     scene.name = format!("hall of {count} lamps");
     scene
-}
-
-fn mesh(name: &str, triangles: &[[Vec3; 3]], material: u32) -> Mesh {
-    let vertices = 3 * triangles.len();
-    let normal = |t: &[Vec3; 3]| (t[1] - t[0]).cross(t[2] - t[0]).normalize_or(Vec3::Y);
-    Mesh {
-        name: name.into(),
-        positions: triangles.concat(),
-        normals: triangles.iter().flat_map(|t| [normal(t); 3]).collect(),
-        tangents: vec![Vec4::X; vertices],
-        uv0: vec![Vec2::ZERO; vertices],
-        uv1: vec![Vec2::ZERO; vertices],
-        colors: vec![Vec4::ONE; vertices],
-        indices: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        triangle_materials: vec![material; triangles.len()],
-        first_masked: triangles.len(),
-        ..Mesh::default()
-    }
 }
 
 /// Times the samplers with each number of lights, and prints what they cost.
@@ -153,6 +122,27 @@ pub fn run(args: &Args, counts: &[u32], choices: &[Choice], out: &mut impl Write
         }
     }
     Ok(costs)
+}
+
+/// Time of the choice alone for each number of lights, milliseconds, and that of the last over that of the first, as a table in Markdown.
+pub fn markdown(costs: &[Cost], counts: &[u32], choices: &[Choice]) -> String {
+    let columns: Vec<String> = counts.iter().map(u32::to_string).collect();
+    let mut text =
+        format!("| sampler | {} | ratio |\n|{}\n", columns.join(" | "), " --- |".repeat(counts.len() + 2));
+    for choice in choices {
+        let time = |lights: &u32| {
+            let cost = costs.iter().find(|c| c.lights == *lights && c.name == choice.name);
+            cost.map_or(0.0, |cost| cost.choose_gpu_ms)
+        };
+        let times: Vec<f64> = counts.iter().map(time).collect();
+        let ratio = match &times[..] {
+            [first, .., last] if *first > 0.0 => format!("{:.2}", last / first),
+            _ => "-".into(),
+        };
+        let times: Vec<String> = times.iter().map(|ms| format!("{ms:.3}")).collect();
+        text += &format!("| `{}` | {} | {ratio} |\n", choice.name, times.join(" | "));
+    }
+    text
 }
 
 /// The rows for a JSON file.

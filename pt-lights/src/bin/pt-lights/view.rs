@@ -1,7 +1,8 @@
 //! The scene on the device, seen by one camera: what all samplers light.
 
-use super::Args;
+use super::{Args, lamps};
 use anyhow::{Context, Result, ensure};
+use glam::{UVec2, Vec2, Vec3};
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::frame::Uniforms;
 use pt_core::trace::bench::{BenchOptions, default_size, rate};
@@ -31,9 +32,12 @@ pub struct View {
     size: [u32; 2],
     camera: CameraRecord,
     uniforms: Uniforms<FrameRecord>,
+    surface_uniforms: Uniforms<FrameRecord>,
     primary: PrimaryRays,
     composite: Composite,
     gbuffer: GbufferParams,
+    /// Corners of the lamps that the program has hung into the scene.
+    hung: Vec<[Vec3; 3]>,
 }
 
 impl View {
@@ -56,6 +60,8 @@ impl View {
             if recorded.is_some() { "the capture's scene; --scene-file names it" } else { "the scene" }
         })?;
         scene.notices.iter().for_each(|notice| console::print_warning(notice));
+        let mut scene = scene;
+        let hung = args.lamps.map(|count| lamps::hang(&mut scene, count)).transpose()?;
         let gbuffer = GbufferParams::default();
         let (camera, size) = match recorded {
             Some(Recorded { camera, size, .. }) => (camera, size),
@@ -76,7 +82,35 @@ impl View {
             }
         };
         let device = open_device(args)?;
-        Self::of_scene(device, scene, camera, size, args.backend, stages)
+        let view = Self::of_scene(device, scene, camera, size, args.backend, stages)?;
+        Ok(Self { hung: hung.unwrap_or_default(), ..view })
+    }
+
+    /// Takes the pixels out of a mask, rows from the top, that may show a lamp which the program has hung up: so small that a pixel shows it now and then,
+    /// and then it is bright.
+    pub fn leave_out_lamps(&self, keep: &mut [bool]) {
+        let is_perspective = self.camera.projection == 0;
+        let size = UVec2::from_array(self.size).as_vec2();
+        for corners in &self.hung {
+            let seen = corners.map(|corner| self.camera.view_from_world.transform_point3(corner));
+            if seen.iter().all(|corner| corner.z >= 0.0) {
+                continue;
+            }
+            let pixel = seen.map(|corner| {
+                let depth = if is_perspective { (-corner.z).max(1e-3) } else { 1.0 };
+                let plane = Vec2::new(corner.x, corner.y) / depth / self.camera.half_extent;
+                (Vec2::new(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y) * size)
+                    .clamp(Vec2::splat(-2.0), size + 2.0)
+            });
+            // A pixel more on each side: samples of a pixel may lie beside it.
+            let first = pixel[0].min(pixel[1]).min(pixel[2]).floor() - 1.0;
+            let last = pixel[0].max(pixel[1]).max(pixel[2]).floor() + 1.0;
+            let [first, last] = [first, last].map(|at| at.clamp(Vec2::ZERO, size - 1.0).as_uvec2());
+            for y in first.y..=last.y {
+                let row = (y * self.size[0]) as usize;
+                keep[row + first.x as usize..=row + last.x as usize].fill(false);
+            }
+        }
     }
 
     /// A scene from a camera.
@@ -102,6 +136,7 @@ impl View {
         Ok(Self {
             images: plan.allocate(&device)?,
             uniforms: Uniforms::new(&device, "frame_uniforms")?,
+            surface_uniforms: Uniforms::new(&device, "frame_uniforms of surfaces")?,
             primary: PrimaryRays::new(&device, gbuffer.variant(gpu.variant()))?,
             composite: Composite::new(&device)?,
             device,
@@ -111,6 +146,7 @@ impl View {
             size,
             camera,
             gbuffer,
+            hung: Vec::new(),
         })
     }
 
@@ -166,12 +202,26 @@ impl View {
         (stage, params): (&DirectLighting, &DirectParams),
         counted: Option<&Counted>,
     ) -> Result<()> {
+        self.record_lit(frame, [record, record], lights, (stage, params), counted)
+    }
+
+    /// As [`View::record`], of surfaces that may be those of another frame, with its seeds: the first record.
+    pub fn record_lit(
+        &mut self,
+        frame: &mut Frame<'_>,
+        [surfaces, record]: [&FrameRecord; 2],
+        lights: &mut LightTables,
+        (stage, params): (&DirectLighting, &DirectParams),
+        counted: Option<&Counted>,
+    ) -> Result<()> {
         self.images.begin_frame();
         lights.update(frame, &self.scene, &mut self.gpu)?;
+        self.surface_uniforms.upload(frame, surfaces)?;
         self.uniforms.upload(frame, record)?;
-        let inputs =
-            StageInputs { scene: Some(&self.gpu), uniforms: Some(&self.uniforms), images: &self.images };
+        let (scene, images) = (Some(&self.gpu as _), &self.images);
+        let inputs = StageInputs { scene, uniforms: Some(&self.surface_uniforms), images };
         self.primary.record(frame, &inputs, &self.gbuffer)?;
+        let inputs = StageInputs { uniforms: Some(&self.uniforms), ..inputs };
         stage.record_counted(frame, &inputs, params, 0.0, counted)?;
         let light = SplitLight::unfiltered(&self.images);
         Ok(self.composite.record(frame, &inputs, light, &DenoiseParams::default())?)
