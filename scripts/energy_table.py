@@ -92,6 +92,8 @@ def measure(args, scene, folder):
         alone = means("unbiased", (key, value))
         without = means("q2rtx", (key, neutral))
         column[key] = (summary(ratios(alone, unbiased)), summary(ratios(without, q2rtx)))
+    for name, found in column.items():
+        print(f"{scene}, {name}: {found}", file=sys.stderr, flush=True)
     return column
 
 

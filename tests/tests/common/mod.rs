@@ -60,11 +60,16 @@ pub fn frames_means(
     means
 }
 
-/// The same of the reference path tracer, with paths of at most `bounces` bounces.
-pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u32, spp: u32) -> Mean {
+/// A scene on the device of the tests.
+pub fn session(scene: &Scene) -> Session {
     let device = std::env::var("PT_TEST_DEVICE").ok();
     let device = DeviceArgs { backend: TraceBackend::Compute, device, validation: true };
-    let mut session = Session::open(&device, &CameraArgs::default(), scene.clone()).unwrap();
+    Session::open(&device, &CameraArgs::default(), scene.clone()).unwrap()
+}
+
+/// The same of the reference path tracer, with paths of at most `bounces` bounces.
+pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u32, spp: u32) -> Mean {
+    let mut session = session(scene);
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
     let params = ReferenceParams { max_bounces: bounces, spp, ..ReferenceParams::default() };
@@ -136,7 +141,7 @@ fn add(
         uv1: vec![Vec2::ZERO; n],
         colors: vec![Vec4::ONE; n],
         triangle_materials: vec![scene.materials.len() as u32; indices.len()],
-        first_masked: indices.len(),
+        first_masked: if material.is_masked() { 0 } else { indices.len() },
         indices,
         ..Mesh::default()
     });
