@@ -49,14 +49,13 @@ fn tumbler() -> (Scene, Camera) {
     (scene, camera)
 }
 
-/// Liquid in a glass with priorities, from outside and with the camera in the water. Nothing but interfaces: both take as many of them as a path of
-/// 10 has.
+/// Liquid in a glass with priorities, from outside and with the camera in the water. Nothing but interfaces.
 #[test]
 fn nested_solids_are_seen_as_in_the_reference() {
     let (scene, outside) = tumbler();
     let inside = Camera::look_at("in the water", Vec3::new(-0.2, -0.4, 0.3), Vec3::new(0.3, 0.1, -0.4), 1.2);
     for camera in [&outside, &inside] {
-        let truth = reference_mean(&scene, camera, [20, 16], 10, 256);
+        let truth = reference_mean(&scene, camera, [20, 16], 64, 256);
         let found = frames_mean(
             &scene,
             camera,
@@ -64,8 +63,8 @@ fn nested_solids_are_seen_as_in_the_reference() {
             64,
             params(&["gbuffer.reflect_refract=10", "indirect.bounces=0"]),
         );
-        // Paths of more than 10 interfaces end in the reference and go straight on in the frame.
-        assert_same(&camera.name, found, truth, 0.015);
+        // Behind its tenth interface a path of the frame goes straight on; total reflection in the corners of boxes makes some that long.
+        assert_same(&camera.name, found, truth, 0.02);
     }
 }
 
@@ -185,7 +184,7 @@ fn roughness_has_no_threshold() {
             size,
             5,
             false,
-            params(&["indirect.bounces=1"]),
+            params(&["indirect.bounces=1", "lights.rays=per-kind"]),
         );
         let count = 192;
         let mut means: Vec<Vec<DVec3>> = Vec::new();
@@ -202,7 +201,7 @@ fn roughness_has_no_threshold() {
             let variance = means.iter().map(|m| (m[i].y - mean).powi(2)).sum::<f64>() / f64::from(count - 1);
             let error = (variance / f64::from(count)).sqrt();
             println!("{name}, roughness {roughness}: {mean:.4} +- {error:.4}, reference {:.4}", truth[i].y);
-            assert!(error < 0.01 * mean, "{name}, roughness {roughness}: too noisy: {error}");
+            assert!(error < 0.02 * mean, "{name}, roughness {roughness}: too noisy: {error}");
             // No lobe of the frame is narrower than 0.03.
             let off = (mean - truth[i].y).abs();
             assert!(
