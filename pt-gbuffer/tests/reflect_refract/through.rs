@@ -144,7 +144,7 @@ fn motion_by_way_of_a_ball_is_found_in_the_last_frame() {
         ball(&mut scene, material);
         let mut place = Affine3A::from_translation(Vec3::Z * wall_z);
         if wall_z > 0.0 {
-            place = place * Affine3A::from_rotation_y(std::f32::consts::PI);
+            place *= Affine3A::from_rotation_y(std::f32::consts::PI);
         }
         rectangle(&mut scene, Vec2::splat(60.0), Material::lambertian("wall", Vec3::ONE), place);
         let view =
@@ -157,7 +157,8 @@ fn motion_by_way_of_a_ball_is_found_in_the_last_frame() {
             ..GbufferParams::default()
         };
         let fine = [SIZE[0] * FINER, SIZE[1] * FINER];
-        let before = show(&rig, &scene, &[then.clone()], fine, &params(MotionOfReplaced::Surface));
+        let before =
+            show(&rig, &scene, std::slice::from_ref(&then), fine, &params(MotionOfReplaced::Surface));
         let [surface, search] = [MotionOfReplaced::Surface, MotionOfReplaced::Search].map(|how| {
             errors(&show(&rig, &scene, &[then.clone(), now.clone()], SIZE, &params(how)), &before, odd_field)
         });
