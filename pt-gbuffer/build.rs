@@ -7,6 +7,12 @@ mod records;
 
 fn main() {
     pt_test_data::declare();
-    let header = [records::PrimaryPush::glsl(), records::ReflectRefractPush::glsl()].concat();
+    let header = [
+        records::CameraInteriorPush::glsl(),
+        records::PrimaryPush::glsl(),
+        records::ReflectRefractPush::glsl(),
+        records::ReplacedMotionPush::glsl(),
+    ]
+    .concat();
     pt_shaders::compiler::Kernels::new().header("gbuffer_records.glsl", header).compile("shaders");
 }

@@ -69,6 +69,7 @@ pub const PROFILES: &[Profile] = &[
 [gbuffer]
 jitter = "halton"
 depth_of_field = false
+replaced_motion = "search"
 [denoise]
 variant = "asvgf"
 [post.taa]
@@ -82,6 +83,7 @@ enabled = true
 [gbuffer]
 jitter = "halton"
 depth_of_field = false
+thin_refraction = "double"
 [lights]
 partial_metal = "mixed-parameters"
 [indirect]

@@ -22,6 +22,7 @@ pub(crate) const fn vk_format(format: Format) -> vk::Format {
         Format::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
         Format::R32Uint => vk::Format::R32_UINT,
         Format::Rg32Uint => vk::Format::R32G32_UINT,
+        Format::Rgba32Uint => vk::Format::R32G32B32A32_UINT,
         Format::R16Uint => vk::Format::R16_UINT,
     }
 }
@@ -221,7 +222,7 @@ impl Image {
             Format::Rg16Unorm | Format::Rgba16Unorm => u16s(1.0 / 65535.0),
             Format::R16Uint => u16s(1.0),
             Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
-            Format::R32Uint | Format::Rg32Uint => {
+            Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
                 bytes.chunks_exact(4).map(|b| bytemuck::pod_read_unaligned::<u32>(b) as f32).collect()
             }
         })
@@ -234,7 +235,7 @@ impl Image {
             Format::R16Uint => {
                 bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect()
             }
-            Format::R32Uint | Format::Rg32Uint => {
+            Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
                 bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
             }
             other => return Err(self.no_integers(other)),
@@ -264,7 +265,9 @@ impl Image {
                 let clamped = values.iter().map(|&v| v.min(u16::MAX.into()) as u16);
                 self.write(&clamped.flat_map(u16::to_le_bytes).collect::<Vec<_>>())
             }
-            Format::R32Uint | Format::Rg32Uint => self.write(bytemuck::cast_slice(values)),
+            Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
+                self.write(bytemuck::cast_slice(values))
+            }
             other => Err(self.no_integers(other)),
         }
     }
@@ -321,7 +324,9 @@ fn encode_f32(format: Format, values: &[f32]) -> Vec<u8> {
             values.iter().map(unorm(65535.0)).flat_map(|v| (v as u16).to_le_bytes()).collect()
         }
         Format::Rgba8Unorm => values.iter().map(unorm(255.0)).map(|v| v as u8).collect(),
-        Format::R32Uint | Format::Rg32Uint => values.iter().flat_map(|&v| (v as u32).to_le_bytes()).collect(),
+        Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
+            values.iter().flat_map(|&v| (v as u32).to_le_bytes()).collect()
+        }
         Format::R16Uint => values.iter().flat_map(|&v| (v as u16).to_le_bytes()).collect(),
     }
 }

@@ -8,6 +8,8 @@ use std::collections::BTreeSet;
 const MIRROR_METALLIC: f32 = 0.99;
 /// Lobes that [`crate::ReflectRefract`] leaves out, as [`pt_scene::Lobes::present`] calls them.
 const LEFT_OUT: [&str; 3] = ["clearcoat", "sheen", "iridescence"];
+/// What bounce rays leave out too.
+const DISPERSION: &str = "dispersion";
 /// Most materials that the notice names.
 const MOST_NAMED: usize = 4;
 
@@ -20,8 +22,7 @@ pub fn hidden_lobes(scene: &Scene, params: &GbufferParams) -> Option<String> {
         .materials
         .iter()
         .enumerate()
-        .filter(|(_, material)| is_replaced(material, params))
-        .filter_map(|(index, material)| Some((index, material, left_out(material)?)))
+        .filter_map(|(index, material)| Some((index, material, left_out(material, params)?)))
         .collect();
     if hidden.is_empty() {
         return None;
@@ -47,9 +48,15 @@ fn is_replaced(material: &Material, params: &GbufferParams) -> bool {
 }
 
 /// The names of the lobes that are not shown.
-fn left_out(material: &Material) -> Option<String> {
+fn left_out(material: &Material, params: &GbufferParams) -> Option<String> {
     let lobes = material.lobes.as_ref()?;
-    let names: Vec<_> = lobes.present().filter(|name| LEFT_OUT.contains(name)).collect();
+    let replaced = is_replaced(material, params);
+    let is_left_out = |name: &&str| match *name {
+        // Colours part nowhere in the frame, neither in the G-buffer nor in bounce rays.
+        DISPERSION => material.is_solid() && !material.unlit,
+        name => replaced && LEFT_OUT.contains(&name),
+    };
+    let names: Vec<_> = lobes.present().filter(is_left_out).collect();
     (!names.is_empty()).then(|| names.join(", "))
 }
 
@@ -121,6 +128,14 @@ mod tests {
         let names = notice.split(": ").next().unwrap();
         assert_eq!(names, "car (clearcoat), soap bubble (sheen, iridescence)");
         assert!(notice.contains("real-time frame") && !notice.contains('\n'), "{notice}");
+
+        // Colours do not part in bounce rays either.
+        let prism = with(Material::solid("prism", 1.5), Lobes { dispersion: 2.0, ..Lobes::default() });
+        for reflect_refract in [0, 2] {
+            let params = GbufferParams { reflect_refract, ..params.clone() };
+            let notice = hidden_lobes(&scene(vec![prism.clone(), mirror("last")]), &params).unwrap();
+            assert!(notice.starts_with("prism (dispersion): "), "{notice}");
+        }
 
         // Regular surfaces show all lobes.
         let regular = GbufferParams { reflect_refract: 0, ..params.clone() };

@@ -4,9 +4,11 @@
 //!   material, motion, inverse footprint depth, ray-cone texture gradients;
 //! * [`ReflectRefract`]: at mirrors and glass one ray on; the surface that it finds takes the place of the first one. The pass
 //!   is repeated [`GbufferParams::reflect_refract`] times;
+//! * [`ReplacedMotion`]: where the last frame shows what is seen in curved mirrors and through glass;
 //! * [`oracle`]: the same mathematics on the CPU.
 #![forbid(unsafe_code)]
 
+mod camera_interior;
 mod hidden_lobes;
 mod jitter;
 pub mod oracle;
@@ -14,12 +16,14 @@ mod params;
 mod primary;
 pub mod records;
 mod reflect_refract;
+mod replaced_motion;
 
 pub use hidden_lobes::hidden_lobes;
 pub use jitter::{frame_jitter, halton, r2};
-pub use params::{GbufferParams, Jitter};
+pub use params::{GbufferParams, Jitter, MotionOfReplaced, ThinRefraction};
 pub use primary::PrimaryRays;
 pub use reflect_refract::ReflectRefract;
+pub use replaced_motion::ReplacedMotion;
 
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));

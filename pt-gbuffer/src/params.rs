@@ -21,6 +21,26 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Which way light takes through a thin sheet.
+    pub enum ThinRefraction {
+        /// Straight on (KHR_materials_transmission).
+        Straight = "straight",
+        /// Refracted twice, at the shading normal and at that of the triangle: normal maps distort what is behind.
+        Double = "double",
+    }
+}
+
+named_enum! {
+    /// Motion of surfaces that are seen in mirrors and through glass.
+    pub enum MotionOfReplaced {
+        /// That of the mirror image in plane mirrors, of the surface itself through glass, else of the first surface.
+        Surface = "surface",
+        /// The place in the last frame that shows the same point, searched in the last frame's G-buffer.
+        Search = "search",
+    }
+}
+
 knobs! {
     /// Knobs of the G-buffer.
     pub struct GbufferParams {
@@ -43,6 +63,11 @@ knobs! {
         /// Perceptual roughness up to which rays pass through transmissive materials; rougher ones are shaded as regular surfaces, without
         /// the light that they transmit.
         pub glass_roughness: f32 = 1.0, in 0.0..=1.0, source "Walter et al. 2007";
+        /// BIASED against the reference if `double`: which way light takes through smooth thin sheets.
+        pub thin_refraction: ThinRefraction = ThinRefraction::Straight, source "KHR_materials_transmission";
+        /// Where motion vectors of what mirrors and glass show lead to: `search` finds them in curved mirrors and through refraction too, and keeps
+        /// last frame's positions for it.
+        pub replaced_motion: MotionOfReplaced = MotionOfReplaced::Surface => structural;
         /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both; for averaged frames
         /// without `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
@@ -54,6 +79,11 @@ knobs! {
 }
 
 impl GbufferParams {
+    /// Whether the frame has [`crate::ReplacedMotion`].
+    pub fn searches_motion(&self) -> bool {
+        self.reflect_refract > 0 && self.replaced_motion == MotionOfReplaced::Search
+    }
+
     /// What the kernels of all stages of the frame are made for. `scene`: what they are for the scene.
     pub fn variant(&self, scene: TraceVariant) -> TraceVariant {
         TraceVariant { random: self.random, culling: self.culling, ..scene }

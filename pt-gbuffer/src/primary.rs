@@ -1,3 +1,4 @@
+use crate::camera_interior::CameraInterior;
 use crate::records::PrimaryPush;
 use crate::{GbufferParams, Jitter, frame_jitter, kernels};
 use pt_core::trace::TraceVariant;
@@ -8,6 +9,8 @@ use pt_shaders::records::{CULL_BACK_FACES, MASK_OPAQUE, MASK_TRANSMISSIVE};
 /// The primary ray stage.
 pub struct PrimaryRays {
     kernel: Kernel,
+    /// Where the scene has solids.
+    camera_interior: Option<CameraInterior>,
 }
 
 impl PrimaryRays {
@@ -29,6 +32,7 @@ impl PrimaryRays {
             channels::THROUGHPUT,
             channels::BOUNCE_THROUGHPUT,
             channels::TRANSPARENT,
+            channels::INTERIOR,
         ],
         ..StageIo::of("primary rays")
     };
@@ -42,10 +46,10 @@ impl PrimaryRays {
             &variant.constants(),
         )?;
         Self::IO.check([&kernel])?;
-        Ok(Self { kernel })
+        Ok(Self { kernel, camera_interior: CameraInterior::new(device, variant)? })
     }
 
-    /// Records the pass.
+    /// Records the pass; in scenes with transmission after one that finds the solids that the camera is inside of.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
@@ -55,13 +59,23 @@ impl PrimaryRays {
         inputs: &StageInputs<'_>,
         params: &GbufferParams,
     ) -> pt_core::Result<()> {
+        let interior = self.camera_interior.as_ref();
+        if let Some(interior) = interior {
+            interior.record(frame, inputs)?;
+        }
         let push = PrimaryPush {
+            camera_solids: interior.map_or(0, CameraInterior::address),
             jitter: frame_jitter(params.jitter, frame.index()).into(),
             jitter_per_pixel: u32::from(params.jitter == Jitter::Pixel),
             lod_scale: params.texture_lod_bias.exp2(),
             mask: MASK_OPAQUE | MASK_TRANSMISSIVE | CULL_BACK_FACES,
+            pad: 0,
         };
         let pass = inputs.pass(frame, "primary rays", &self.kernel, &Self::IO);
-        pass.push(&push).dispatch(inputs.split_threads())
+        interior
+            .into_iter()
+            .fold(pass, |pass, interior| interior.bind(pass))
+            .push(&push)
+            .dispatch(inputs.split_threads())
     }
 }

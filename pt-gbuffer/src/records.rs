@@ -3,8 +3,18 @@
 use pt_shaders::glam::Vec2;
 
 pt_shaders::gpu_struct! {
+    /// Push constants of `camera_interior.trace`.
+    pub struct CameraInteriorPush {
+        /// Device address of the list that is written: `uvec4`.
+        pub camera_solids: u64,
+    }
+}
+
+pt_shaders::gpu_struct! {
     /// Push constants of `primary_rays.trace`.
     pub struct PrimaryPush {
+        /// Device address of the solids that the camera is inside of; 0: no scene with solids.
+        pub camera_solids: u64,
         /// Sub-pixel offset of the whole frame, pixels in [-0.5, 0.5].
         pub jitter: Vec2,
         /// 1: every pixel draws its own offset instead.
@@ -13,6 +23,22 @@ pt_shaders::gpu_struct! {
         pub lod_scale: f32,
         /// Instances that the rays see.
         pub mask: u32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Push constants of `replaced_motion.comp`.
+    pub struct ReplacedMotionPush {
+        /// Sub-pixel offset of this frame, pixels.
+        pub jitter: Vec2,
+        /// Of the last one.
+        pub jitter_prev: Vec2,
+        /// 1: every pixel has drawn its own offset instead.
+        pub jitter_per_pixel: u32,
+        /// Alignment.
+        pub pad: u32,
     }
 }
 
@@ -31,5 +57,9 @@ pt_shaders::gpu_struct! {
         pub glass_roughness: f32,
         /// 1: in odd frames the fields of reflection and refraction change places.
         pub alternate_fields: u32,
+        /// 1: thin sheets refract at the shading normal and at the triangle's.
+        pub double_refraction: u32,
+        /// `KIND_*` bits of the punctual lights whose highlights rough glass shows.
+        pub light_kinds: u32,
     }
 }

@@ -1,5 +1,5 @@
 use crate::records::ReflectRefractPush;
-use crate::{GbufferParams, kernels};
+use crate::{GbufferParams, ThinRefraction, kernels};
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
@@ -9,7 +9,7 @@ use pt_shaders::records::{CULL_BACK_FACES, MASK_OPAQUE, MASK_TRANSMISSIVE};
 ///
 /// Metals below [`GbufferParams::mirror_roughness`] reflect with Schlick's Fresnel term, as their regular shading does. Glass
 /// reflects by Fresnel's equations and lets the rest through: straight on when it is thin, bent and with absorption when it is
-/// solid. The first glass of a path is split over the checkerboard fields; later choices are drawn, so that the expectation
+/// solid. Solids may overlap (nested dielectrics): the channel `interior` says which of them the path is inside of. The first glass of a path is split over the checkerboard fields; later choices are drawn, so that the expectation
 /// is right. What the last pass leaves: its rays ignore transmissive instances, and a mirror seen by them is shaded with the
 /// light samples alone.
 pub struct ReflectRefract {
@@ -32,6 +32,7 @@ impl ReflectRefract {
             channels::VIEW_DIRECTION,
             channels::THROUGHPUT,
             channels::TRANSPARENT,
+            channels::INTERIOR,
         ],
         ..StageIo::of("reflect refract")
     };
@@ -51,7 +52,8 @@ impl ReflectRefract {
         Ok(Self { kernel })
     }
 
-    /// Records pass `bounce_index` of the [`GbufferParams::reflect_refract`] passes that follow the primary rays.
+    /// Records pass `bounce_index` of the [`GbufferParams::reflect_refract`] passes that follow the primary rays. `light_kinds`: `KIND_SUN` and
+    /// `KIND_POSITIONAL` for the lights whose highlights rough glass shows, if the scene has its lights attached.
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
@@ -60,6 +62,7 @@ impl ReflectRefract {
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'_>,
         params: &GbufferParams,
+        light_kinds: u32,
         bounce_index: u32,
     ) -> pt_core::Result<()> {
         let last = bounce_index + 1 >= params.reflect_refract;
@@ -70,6 +73,8 @@ impl ReflectRefract {
             mirror_roughness: params.mirror_roughness,
             glass_roughness: params.glass_roughness,
             alternate_fields: u32::from(params.alternate_fields),
+            light_kinds,
+            double_refraction: u32::from(params.thin_refraction == ThinRefraction::Double),
         };
         let name = format!("reflect refract {}", bounce_index + 1);
         let pass = inputs.pass(frame, &name, &self.kernel, &Self::IO);

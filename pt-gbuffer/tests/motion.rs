@@ -30,11 +30,15 @@ fn view(scene: &Scene, time: f64) -> Camera {
 
 fn check(file: &str, animation: AnimationChoice) {
     let path = shared("scenes").join(file);
-    let device = TestDevice::open();
-    let load = |time| {
+    check_scene(file, |time| {
         let options = LoadOptions { animation: animation.clone(), time, ..LoadOptions::default() };
         pt_import::load(&path, &options).unwrap()
-    };
+    });
+}
+
+/// `load`: the scene as it is at a time.
+fn check_scene(file: &str, load: impl Fn(f64) -> Scene) {
+    let device = TestDevice::open();
     let start = load(TIMES[0]);
     for backend in TraceBackend::available(&device) {
         let mut scene = start.clone();
@@ -74,6 +78,7 @@ fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, imag
     let visibility = images.current(channels::VISIBILITY).read_u32().unwrap();
     let normals = images.current(channels::VERTEX_NORMAL).read_u32().unwrap();
     let motions = images.current(channels::MOTION).read_f32().unwrap();
+    let positions = images.current(channels::SHADING_POSITION).read_f32().unwrap();
     let native = NativeScene::new(&mesh_geometry(scene), &placements(scene), Default::default()).unwrap();
     let size = scene.bounds().unwrap().size().length() as f64;
     let (mut compared, mut elsewhere, mut moving) = (0, 0, 0);
@@ -88,7 +93,9 @@ fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, imag
                 continue;
             };
             if [visibility[2 * i], visibility[2 * i + 1]] != [e.instance, e.triangle] {
-                elsewhere += 1;
+                let seen = DVec3::from_array(std::array::from_fn(|k| f64::from(positions[4 * i + k])));
+                // Of two surfaces in the same place either may be seen.
+                elsewhere += u32::from(seen.distance(e.position) > 1e-5 * size);
                 continue;
             }
             compared += 1;
@@ -106,10 +113,14 @@ fn compare(what: &str, scene: &Scene, before: &Scene, record: &FrameRecord, imag
         }
     }
     let total = SIZE[0] * SIZE[1];
+    // The vectors that are compared lead to the true place to 0.002 pixels; at edges rounding decides which triangle a pixel sees.
+    let right = 100.0 * f64::from(compared) / f64::from(compared + elsewhere);
+    println!("{what}: {right:.2} % of {} pixels have the true motion, {moving} move", compared + elsewhere);
+    assert!(right > 99.5 || elsewhere <= 4, "{what}: {right} %");
     assert!(elsewhere * 300 <= total, "{what}: {elsewhere} of {total} pixels see another triangle");
     assert!(compared > total / 20, "{what}: only {compared} pixels compared");
     let first = record.frame_index == 0;
-    assert!(first || moving > compared / 4, "{what}: {moving} of {compared} pixels move");
+    assert!(first || moving > compared / 8, "{what}: {moving} of {compared} pixels move");
     assert!(!first || moving == 0, "{what}: {moving} pixels move in the first frame");
 }
 
@@ -123,6 +134,22 @@ fn a_skinned_fox() {
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn a_skinned_man() {
     check("CesiumMan/CesiumMan.gltf", AnimationChoice::Compatible);
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn a_box_in_two_parts() {
+    check("BoxAnimated/BoxAnimated.gltf", AnimationChoice::Compatible);
+}
+
+/// Rigid bodies, lights that blink.
+#[test]
+fn the_moving_room() {
+    check_scene("flicker", |time| {
+        let mut scene = pt_import::open("flicker", &LoadOptions::default()).unwrap();
+        scene.set_time(time, time);
+        scene
+    });
 }
 
 #[test]

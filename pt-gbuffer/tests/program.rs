@@ -19,7 +19,7 @@ fn writes_the_g_buffer() {
     let table = String::from_utf8(done.stdout).unwrap();
     assert!(table.contains("\nprimary rays ") && table.contains("Mrays/s (primary), compute"), "{table}");
 
-    // Fifteen channels in four columns.
+    // Sixteen channels in four columns.
     assert!(table.contains("\nsheet, row 1: rng_seed, visibility, "), "{table}");
     assert!(table.lines().filter(|line| line.starts_with("sheet, row ")).count() == 4, "{table}");
     let sheet = LinearImage::read(&folder.path().join("sheet.png")).unwrap();

@@ -9,9 +9,10 @@
 
 // The kinds of light that count and that the scene has; emissive triangles, point and spot lights are one.
 uint light_kinds() {
+    LightTablesRecord tables = choice_tables();
     uint kinds = push.kinds & KIND_SUN;
-    if (scene.light_tables.sun_count == 0u) kinds = 0u;
-    if (scene.light_tables.local_light_count > 0u && (push.kinds & (KIND_EMISSIVE | KIND_POSITIONAL)) != 0u) kinds |= KIND_LOCAL;
+    if (tables.sun_count == 0u) kinds = 0u;
+    if (tables.local_light_count > 0u && (push.kinds & (KIND_EMISSIVE | KIND_POSITIONAL)) != 0u) kinds |= KIND_LOCAL;
     if (scene.environment_intensity > 0.0) kinds |= push.kinds & KIND_ENVIRONMENT;
     return kinds;
 }

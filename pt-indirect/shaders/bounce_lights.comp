@@ -64,6 +64,8 @@ const Emission NO_EMISSION = Emission(vec3(0.0), false, 0.0);
 bvec2 shade(uint index) {
     ivec2 p = path_texel(index);
     bool first = push.vertex == 0u;
+    uvec2 key = imageLoad(ch_rng_seed, p).xy;
+    begin_choices(key, frame.frame_index);
     BouncePath path = load_path(index);
     Hit hit = load_hit(index);
     if (hit.instance == NONE) {
@@ -85,7 +87,6 @@ bvec2 shade(uint index) {
     if (unlit || push.vertex == push.bounces) return bvec2(false);
 
     uint vertex = push.vertex + 1u;
-    uvec2 key = imageLoad(ch_rng_seed, p).xy;
     float reach = chord;
     if (!first && push.sun_range > 0.0) reach = load_light(index).w;
     ShadowPath shadow;

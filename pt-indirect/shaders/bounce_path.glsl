@@ -3,7 +3,7 @@
 //
 //     origins        uvec4: where the ray begins; w = radius of its cone there, metres
 //     directions     uvec4: its direction; w = half angle of its cone (fp16), PATH_* above
-//     throughputs    uvec4: throughput of the path without the first scattering; w = last_pdf. From the second ray on
+//     throughputs    uvec4: throughput of the path without the first scattering; w = last_pdf. From the second ray on, and if PATH_INSIDE
 //     solids         uvec4: the solids that the ray begins in, if PATH_INSIDE
 //     passed         float: way since the last scattering up to the ray's origin, metres, if PATH_INSIDE
 //     hits           uvec4: instance, triangle and barycentrics of what the ray meets
@@ -88,15 +88,6 @@ void store_hit(uint index, Hit hit) {
     RowTable(bounce_tables().hits).at[index] = uvec4(hit.instance, hit.triangle, floatBitsToUint(hit.barycentrics));
 }
 
-InteriorList load_interior(uint index) {
-    InteriorList list = EMPTY_INTERIOR;
-    list.words = RowTable(bounce_tables().solids).at[index];
-    for (int i = 0; i < 4; i++) {
-        if (list.words[i] != 0u) list.iors[i] = MaterialTable(scene.materials).at[solid_medium(Solid(list.words[i], 1.0))].ior;
-    }
-    return list;
-}
-
 BouncePath load_path(uint index) {
     BounceTables tables = bounce_tables();
     uvec4 origin = RowTable(tables.origins).at[index], direction = RowTable(tables.directions).at[index];
@@ -106,7 +97,7 @@ BouncePath load_path(uint index) {
     path.flags = direction.w >> 16u;
     path.throughput = vec3(1.0);
     path.last_pdf = 0.0;
-    if (push.vertex > 0u) {
+    if (push.vertex > 0u || scene_has(FEATURE_TRANSMISSION) && (path.flags & PATH_INSIDE) != 0u) {
         uvec4 throughput = RowTable(tables.throughputs).at[index];
         path.throughput = uintBitsToFloat(throughput.xyz);
         path.last_pdf = uintBitsToFloat(throughput.w);
@@ -114,13 +105,13 @@ BouncePath load_path(uint index) {
     path.interior = EMPTY_INTERIOR;
     path.passed = 0.0;
     if (scene_has(FEATURE_TRANSMISSION) && (path.flags & PATH_INSIDE) != 0u) {
-        path.interior = load_interior(index);
+        path.interior = interior_of(RowTable(tables.solids).at[index]);
         path.passed = uintBitsToFloat(WordTable(tables.passed).at[index]);
     }
     return path;
 }
 
-// Of the first ray: it begins in no solid, and with a throughput of 1.
+// Of a first ray that begins in no solid: with a throughput of 1.
 void store_ray(uint index, BouncePath path) {
     BounceTables tables = bounce_tables();
     RowTable(tables.origins).at[index] = floatBitsToUint(vec4(path.ray.origin, path.cone.x));
@@ -131,7 +122,7 @@ void store_ray(uint index, BouncePath path) {
 void store_path(uint index, BouncePath path) {
     BounceTables tables = bounce_tables();
     path.flags &= ~PATH_INSIDE;
-    if (scene_has(FEATURE_TRANSMISSION) && any(notEqual(path.interior.words, uvec4(0u)))) {
+    if (is_inside(path.interior)) {
         path.flags |= PATH_INSIDE;
         RowTable(tables.solids).at[index] = path.interior.words;
         WordTable(tables.passed).at[index] = floatBitsToUint(path.passed);

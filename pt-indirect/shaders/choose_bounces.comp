@@ -23,7 +23,15 @@ bool begin_path(ivec2 p, uint index) {
     path.ray.direction = first.direction;
     path.cone = vec2(s.cone.x, cone_angle(s.cone.y, first.pdf));
     path.flags = 0u;
-    store_ray(index, path);
+    if (is_inside(s.interior)) {
+        path.interior = s.interior;
+        path.throughput = vec3(1.0);
+        path.last_pdf = 0.0;
+        path.passed = 0.0;
+        store_path(index, path);
+    } else {
+        store_ray(index, path);
+    }
     return true;
 }
 

@@ -19,6 +19,7 @@ struct FirstSurface {
     vec3 demodulation;  // what it multiplies color_spec with
     float roughness;    // perceptual, of the smoothest lobe
     mat3 world_from_local; // frame of the G-buffer's normal
+    InteriorList interior; // solids that the surface is in
     vec2 cone;          // of the pixel at the surface: radius, metres, and half angle
 };
 
@@ -52,6 +53,8 @@ FirstSurface load_first_surface(ivec2 p, vec4 position) {
         lobes = load_lobes(surface, footprint, push.lod_scale);
         lobes.clearcoat_roughness = max(lobes.clearcoat_roughness, MIN_ROUGHNESS);
     }
+    s.interior = EMPTY_INTERIOR;
+    if (scene_has(FEATURE_TRANSMISSION)) s.interior = interior_of(imageLoad(ch_interior, p));
     s.bsdf = surface_bsdf(surface, sampled, lobes, -direction, m.ior, 0u);
     s.roughness = lobes.clearcoat > 0.0 ? min(sampled.roughness, lobes.clearcoat_roughness) : sampled.roughness;
     s.albedo = diffuse_albedo(base.rgb, metallic_roughness.x);

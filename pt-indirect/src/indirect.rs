@@ -13,8 +13,7 @@ use std::thread;
 /// it needs few registers, and no thread waits for paths that have ended.
 pub struct IndirectLighting {
     choice: Kernel,
-    /// The first rays, and those that may begin in solids.
-    rays: [Kernel; 2],
+    rays: Kernel,
     /// What rays meet at the last vertex, and before.
     last_lights: Kernel,
     lights: Option<Kernel>,
@@ -40,6 +39,7 @@ impl IndirectLighting {
             channels::BARYCENTRICS,
             channels::THROUGHPUT,
             channels::BOUNCE_THROUGHPUT,
+            channels::INTERIOR,
         ],
         writes: &[channels::COLOR_LF_SH, channels::COLOR_LF_COCG],
         updates: &[channels::COLOR_SPEC],
@@ -67,7 +67,6 @@ impl IndirectLighting {
             let constants = [&variant.unseen().constants()[..], more].concat();
             Kernel::trace::<IndirectPush>(device, code, variant.backend, &constants)
         };
-        let rays = |has_solids: bool| trace(&kernels::BOUNCE_RAYS, &[("has_solids", has_solids.into())]);
         let shading = |last: bool| {
             let constants = [
                 ("last_vertex", last.into()),
@@ -75,6 +74,7 @@ impl IndirectLighting {
                 ("area_sampling", lights.area_sampling.code().into()),
                 ("bvh_importance", lights.bvh_importance.code().into()),
                 ("ris_source", lights.ris_source.code().into()),
+                ("replays_samples", lights.replays.into()),
             ];
             compute(&kernels::BOUNCE_LIGHTS, &constants)
         };
@@ -83,10 +83,8 @@ impl IndirectLighting {
             let last = threads.spawn(|| shading(true));
             let before = (bounces > 1.0).then(|| threads.spawn(|| shading(false)));
             let choice = threads.spawn(|| compute(&kernels::CHOOSE_BOUNCES, &[]));
-            let first = rays(false)?;
-            let later = if transmits { rays(true)? } else { first.clone() };
             let stage = Self {
-                rays: [first, later],
+                rays: trace(&kernels::BOUNCE_RAYS, &[("has_solids", transmits.into())])?,
                 shadow_rays: trace(&kernels::BOUNCE_SHADOW_RAYS, &[])?,
                 glass: has_glass.then(|| trace(&kernels::BOUNCE_GLASS, &[])).transpose()?,
                 sum: compute(&kernels::INDIRECT_LIGHTING, &[])?,
@@ -96,9 +94,13 @@ impl IndirectLighting {
                 bounces: Bounces::new(device, transmits, has_glass),
                 bounce_lights: lights,
             };
-            let [first, later] = &stage.rays;
-            let kernels = [&stage.choice, first, later, &stage.last_lights, &stage.shadow_rays, &stage.sum];
-            Self::IO.check(kernels)?;
+            Self::IO.check([
+                &stage.choice,
+                &stage.rays,
+                &stage.last_lights,
+                &stage.shadow_rays,
+                &stage.sum,
+            ])?;
             Ok(stage)
         })
     }
@@ -130,6 +132,9 @@ impl IndirectLighting {
             let pass = self.pass(frame, inputs, Self::FIRST_PASS, &self.choice, tables, push);
             let pass = pass.streams_written(&tables.origins).streams_written(&tables.directions);
             let pass = pass.streams_written(&tables.firsts).streams_written(&tables.first_directions);
+            // Paths that begin in solids have all of their state.
+            let begun = tables.path().skip(2).filter(|_| !tables.solids().is_empty());
+            let pass = begun.fold(pass, Pass::streams_written);
             pass.streams_written(tables.ray_list(0)).dispatch(threads)?;
 
             // Behind the last vertex rays follow what delta lobes show.
@@ -153,12 +158,11 @@ impl IndirectLighting {
     ) -> Result<()> {
         let vertex = push.vertex;
         let name = |pass: &str| if vertex == 0 { pass.to_owned() } else { format!("{pass} {}", vertex + 1) };
-        let rays = &self.rays[usize::from(vertex > 0)];
-        let pass = self.pass(frame, inputs, &name("bounce rays"), rays, tables, push);
+        let pass = self.pass(frame, inputs, &name("bounce rays"), &self.rays, tables, push);
         let pass = pass.streams(tables.ray_list(vertex)).streams_written(&tables.hits);
         let ray = [&tables.origins, &tables.directions];
         // Rays that begin in solids may be moved on.
-        let moves = vertex > 0 && !tables.solids().is_empty();
+        let moves = !tables.solids().is_empty();
         let pass = match moves {
             true => tables.path().fold(pass, Pass::streams_updated),
             false => ray.into_iter().fold(pass, Pass::streams),
@@ -169,8 +173,8 @@ impl IndirectLighting {
         let pass = self.pass(frame, inputs, &name("bounce lights"), lights, tables, push);
         let mut pass = pass.streams(tables.ray_list(vertex)).streams(&tables.hits);
         let is_end = vertex == push.bounces;
-        // The first ray has a throughput of 1 and begins in no solid.
-        pass = match (vertex == 0, is_end) {
+        // The first ray has a throughput of 1 where it begins in no solid.
+        pass = match (vertex == 0 && !moves, is_end) {
             (true, _) => tables.path().skip(2).fold(pass, Pass::streams_written),
             (false, false) => tables.path().skip(2).fold(pass, Pass::streams_updated),
             (false, true) => tables.path().skip(2).fold(pass, Pass::streams),

@@ -1,4 +1,4 @@
-//! What `sh.glsl` is tested against: the same functions in f64.
+//! What `sh.glsl` is tested against, the same functions in f64; and the light of a surface that a bounce ray meets.
 //!
 //! Real spherical harmonics and the cosine kernel: Ramamoorthi and Hanrahan 2001, "An Efficient Representation for Irradiance
 //! Environment Maps". YCoCg by lifting: Malvar and Sullivan 2003, "YCoCg-R: A Color Space with RGB Reversibility and Low
@@ -52,6 +52,23 @@ impl ShLight {
             DVec3::ZERO
         }
     }
+}
+
+/// Radiance that a Lambertian surface, met by a bounce ray, sends back along it: one light sample of a point light. `normal`: on the ray's side;
+/// `light`: position and candela; `arrives`: whether nothing is between two points.
+pub fn vertex_radiance(
+    position: DVec3,
+    normal: DVec3,
+    albedo: DVec3,
+    light: (DVec3, DVec3),
+    arrives: impl Fn(DVec3, DVec3) -> bool,
+) -> DVec3 {
+    let way = light.0 - position;
+    let cosine = way.normalize().dot(normal);
+    if cosine <= 0.0 || !arrives(position, light.0) {
+        return DVec3::ZERO;
+    }
+    albedo / PI * light.1 * cosine / way.length_squared()
 }
 
 impl Add for ShLight {

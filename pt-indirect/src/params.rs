@@ -123,6 +123,8 @@ pub struct BounceLights {
     pub shadow_mask: u32,
     /// Whether transmissive surfaces tint the light that goes through them.
     pub tinted_glass: bool,
+    /// Whether gradient pixels choose lights by the last frame's tables, which are kept then.
+    pub replays: bool,
 }
 
 impl BounceLights {
@@ -138,6 +140,7 @@ impl BounceLights {
             ris_stratified: true,
             shadow_mask: MASK_OPAQUE,
             tinted_glass: true,
+            replays: false,
         }
     }
 

@@ -3,7 +3,9 @@
 //
 //     bool is_solid(MaterialRecord m)                              its surfaces bound a medium: a Boundary, BSDF_SOLID
 //     Boundary medium_boundary(uint material)                      of a surface of that material
+//     bool is_inside(InteriorList list)                            whether there is any solid
 //     float medium_eta(Crossing c)                                 ior beyond over ior here: Bsdf::eta at a true hit
+//     InteriorList interior_of(uvec4 words)                        a list that was stored without the indices of refraction
 //     float surface_eta(InteriorList list, float ior)              the same for a surface that bounds no medium
 //     vec3 medium_transmittance(InteriorList list, float length)   Beer and Lambert, for `length` inside what is there
 //
@@ -33,6 +35,17 @@ Boundary medium_boundary(uint material) {
     Solid front = VACUUM;
     if (exterior != 0u) front = medium_solid(exterior - 1u);
     return Boundary(medium_solid(materials.at[material].medium), front);
+}
+
+bool is_inside(InteriorList list) { return scene_has(FEATURE_TRANSMISSION) && any(notEqual(list.words, uvec4(0u))); }
+
+InteriorList interior_of(uvec4 words) {
+    InteriorList list = EMPTY_INTERIOR;
+    list.words = words;
+    for (int i = 0; i < 4; i++) {
+        if (words[i] != 0u) list.iors[i] = MaterialTable(scene.materials).at[solid_medium(Solid(words[i], 1.0))].ior;
+    }
+    return list;
 }
 
 float medium_eta(Crossing c) { return c.beyond.ior / c.here.ior; }

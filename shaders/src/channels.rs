@@ -53,6 +53,8 @@ pub mod stored {
     pub const X_UINT: &[Stored] = &[Uint("x", 0)];
     /// Two integers.
     pub const XY_UINT: &[Stored] = &[Uint("x", 0), Uint("y", 1)];
+    /// Four integers.
+    pub const XYZW_UINT: &[Stored] = &[Uint("x", 0), Uint("y", 1), Uint("z", 2), Uint("w", 3)];
     /// One number.
     pub const Z: &[Stored] = &[Float("Z", 0)];
     /// Two numbers.
@@ -263,6 +265,8 @@ crate::image_table! { "";
         "rgb = throughput of the bounce path, a = half cone angle of the pixel.";
     TRANSPARENT: "transparent", Rgba32F, Split, Frame, RGBA, "linear radiance",
         "Premultiplied layer in front of the shaded surface: emission (alpha 0), environment (alpha 1).";
+    INTERIOR: "interior", Rgba32Uint, Split, Frame, XYZW_UINT, "-",
+        "Solids that the way to the shaded surface is inside of, up to four: medium + 1 << 8 | priority; 0: none.";
     COLOR_HF: "color_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo; m",
         "Direct diffuse light: irradiance / pi. a = mean distance of its lights: sum w / sum (w / d) over what arrived, w = luminance; 1e18 = infinitely far, 0 = no light.";
     COLOR_SPEC: "color_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0); m",

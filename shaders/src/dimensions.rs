@@ -56,7 +56,8 @@ dimensions! {
     DIM_NEE_AT: 29, 1, "The proxies of a tile (nee-at). x: which feedback; y: which proxies of the last frame; z, w: a light by its power.";
     DIM_NEE_AT_FEEDBACK: 30, 1, "The light that a pixel keeps as feedback (nee-at). x: whether the new one replaces the old one.";
     DIM_PORTAL: 31, 1, "A direction of the environment through a portal. x: whether, and which portal; y, z: point of it.";
-    DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal.";
+    DIM_REFLECT_REFRACT: 32, MAX_REFLECT_REFRACT, "Reflection or refraction number i of a frame. x: which lobe; y, z: microfacet normal; w: which kind of punctual light.";
+    DIM_HIGHLIGHT: 42, MAX_REFLECT_REFRACT, "The punctual light whose highlight rough glass number i shows. x: which one; z, w: point of it.";
     DIM_LIGHT_STORAGE: 60, 2, "Rounding of stored light, 60: diffuse, 61: specular. x, y, z: red, green, blue.";
     DIM_GRADIENT: 62, 1, "The gradient pixel of a stratum. x: which pixel.";
     DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; 8 and on: candidates.";

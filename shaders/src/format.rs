@@ -21,6 +21,8 @@ pub enum Format {
     R32Uint,
     /// Two 32-bit unsigned integers.
     Rg32Uint,
+    /// Four 32-bit unsigned integers.
+    Rgba32Uint,
     /// One 16-bit unsigned integer.
     R16Uint,
 }
@@ -38,6 +40,7 @@ impl Format {
             Self::Rgba8Unorm => "rgba8",
             Self::R32Uint => "r32ui",
             Self::Rg32Uint => "rg32ui",
+            Self::Rgba32Uint => "rgba32ui",
             Self::R16Uint => "r16ui",
         }
     }
@@ -49,7 +52,7 @@ impl Format {
 
     /// Whether texels are unsigned integers.
     pub const fn is_uint(self) -> bool {
-        matches!(self, Self::R32Uint | Self::Rg32Uint | Self::R16Uint)
+        matches!(self, Self::R32Uint | Self::Rg32Uint | Self::Rgba32Uint | Self::R16Uint)
     }
 
     /// Number of components.
@@ -57,7 +60,7 @@ impl Format {
         match self {
             Self::R32F | Self::R32Uint | Self::R16Uint => 1,
             Self::Rg32F | Self::Rg16Unorm | Self::Rg32Uint => 2,
-            Self::Rgba32F | Self::Rgba16F | Self::Rgba16Unorm | Self::Rgba8Unorm => 4,
+            Self::Rgba32F | Self::Rgba16F | Self::Rgba16Unorm | Self::Rgba8Unorm | Self::Rgba32Uint => 4,
         }
     }
 
@@ -67,7 +70,7 @@ impl Format {
             Self::R16Uint => 2,
             Self::R32F | Self::R32Uint | Self::Rg16Unorm | Self::Rgba8Unorm => 4,
             Self::Rg32F | Self::Rg32Uint | Self::Rgba16F | Self::Rgba16Unorm => 8,
-            Self::Rgba32F => 16,
+            Self::Rgba32F | Self::Rgba32Uint => 16,
         }
     }
 }

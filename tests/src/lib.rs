@@ -98,6 +98,11 @@ impl Frames {
         self.full.images().current(channel).read_u32().unwrap()
     }
 
+    /// All images of the frame.
+    pub fn channels(&self) -> Vec<ChannelId> {
+        self.full.images().ids().collect()
+    }
+
     /// Red, green and blue of a channel of the flat frame.
     pub fn image(&self, channel: ChannelId) -> LinearImage {
         let [width, height] = self.full.images().size();

@@ -174,6 +174,34 @@ fn a_switch_is_seen_at_once() {
     }
 }
 
+/// A light that lights nothing goes on and off: where lights are chosen, also for the surfaces that bounce rays meet, that is another choice. Gradient
+/// pixels make that of the last frame.
+#[test]
+fn bounced_light_is_chosen_as_in_the_last_frame() {
+    let mut scene = builtin("cornell");
+    for material in &mut scene.materials {
+        (material.specular, material.roughness) = (1.0, 0.3);
+    }
+    // Outside of the box, which is closed but for the side of the camera.
+    let path = Motion::rest(Affine3A::from_translation(Vec3::new(0.0, -3.0, -3.0)));
+    let (blink, peak) = (Blink::Square { period_s: 0.2, share: 0.5, phase: 0.0 }, Vec3::splat(50.0));
+    scene.lights.push(Light::point("hidden", Vec3::ZERO, peak).moving(LightMotion { path, peak, blink }));
+    let mut frames = frames(scene, params(1.0));
+    let mut lit = 0;
+    for frame in 0..6 {
+        frames.render(f64::from(frame) * 0.1 + 0.05);
+        for g in gradients(&frames) {
+            for c in 0..2 {
+                let near = (g.now[c] - g.before[c]).abs() <= 1e-4 * g.now[c].max(g.before[c]);
+                assert!(near, "frame {frame}, {}: {:?} {:?}", g.pixel, g.before, g.now);
+            }
+            lit += usize::from(g.now[1] > 0.0);
+        }
+    }
+    frames.finish();
+    assert!(lit > 100, "{lit} gradient pixels have specular light");
+}
+
 /// A sampler that reuses the samples of other pixels cannot take one again: there are no gradient pixels.
 #[test]
 fn samplers_that_cannot_repeat_have_no_gradient_pixels() {

@@ -1,7 +1,13 @@
 //! Indirect light of whole frames: a furnace whose light is known bounce by bounce, and the reference path tracer with paths of the same
 //! length. Numbers of different frames are independent, so the frames' own means give the standard error.
 
+#[path = "indirect/channels.rs"]
+mod channels;
 mod common;
+#[path = "indirect/surfaces.rs"]
+mod surfaces;
+#[path = "indirect/vertex.rs"]
+mod vertex;
 
 use common::{Mean, frames_mean, frames_means, furnace, params, reference_mean};
 use glam::{Affine3A, DVec3, Quat, Vec3};
@@ -280,7 +286,7 @@ fn weak_solids_inside_of_strong_ones_leave_no_trace() {
     );
 }
 
-/// Broken geometry, and a camera inside of glass: the light is finite all the same.
+/// Broken geometry, nodes without extent, and a camera inside of glass: the light is finite all the same.
 #[test]
 fn broken_input_stays_finite() {
     let (mut scene, camera) = lobes();
@@ -300,6 +306,10 @@ fn broken_input_stays_finite() {
         false,
         glass,
     );
+    for scale in [Vec3::new(0.2, 0.0, 0.2), Vec3::ZERO] {
+        let place = pt_scene::visible(Affine3A::from_scale(scale));
+        scene.instances.push(pt_scene::Instance::new("flat", 1, place));
+    }
     let broken = &mut scene.meshes[3];
     broken.tangents.iter_mut().for_each(|t| *t = glam::Vec4::NAN);
     broken.normals[0] = Vec3::ZERO;

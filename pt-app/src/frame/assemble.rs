@@ -8,7 +8,7 @@ use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, StageIo};
 use pt_denoise::{Composite, DenoiseChain, GradientPixels};
-use pt_gbuffer::{PrimaryRays, ReflectRefract};
+use pt_gbuffer::{PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::IndirectLighting;
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
@@ -67,6 +67,7 @@ impl FullFrame {
         if traced.is_some() {
             stages.push(PrimaryRays::IO);
             stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
+            stages.extend(params.gbuffer.searches_motion().then_some(ReplacedMotion::IO));
             stages.extend(params.has_gradient_pixels().then_some(GradientPixels::IO));
             stages.extend(DirectLighting::io(&params.lights));
             stages.extend(indirect.then_some(IndirectLighting::IO));

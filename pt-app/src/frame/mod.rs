@@ -101,9 +101,13 @@ impl FullFrame {
         if let Some(traced) = &self.traced {
             let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
             let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
+            let light_kinds = params.lights.push(0.0).kinds;
             traced.primary.record(frame, &inputs, &gbuffer)?;
             for bounce in 0..gbuffer.reflect_refract {
-                traced.reflect_refract.record(frame, &inputs, &gbuffer, bounce)?;
+                traced.reflect_refract.record(frame, &inputs, &gbuffer, light_kinds, bounce)?;
+            }
+            if let Some(replaced_motion) = &traced.replaced_motion {
+                replaced_motion.record(frame, &inputs, &gbuffer)?;
             }
             if let Some(gradient_pixels) = &traced.gradient_pixels {
                 gradient_pixels.record(frame, &inputs, &params.denoise, params.direct().replays())?;

@@ -5,7 +5,7 @@ use crate::session::join;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Result};
 use pt_denoise::GradientPixels;
-use pt_gbuffer::{PrimaryRays, ReflectRefract};
+use pt_gbuffer::{PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::{GlassShadows, LightRays};
 use pt_lights::{DirectLighting, DirectParams};
@@ -36,6 +36,8 @@ impl Stage {
 pub(super) struct TracedStages {
     pub(super) primary: PrimaryRays,
     pub(super) reflect_refract: ReflectRefract,
+    /// Absent unless knobs ask for it.
+    pub(super) replaced_motion: Option<ReplacedMotion>,
     /// Absent without a denoiser that needs them.
     pub(super) gradient_pixels: Option<GradientPixels>,
     pub(super) direct: DirectLighting,
@@ -61,6 +63,9 @@ impl TracedStages {
             let mut stages = Self {
                 primary: PrimaryRays::new(device, variant)?,
                 reflect_refract: join(reflect_refract)?,
+                replaced_motion: (params.gbuffer.searches_motion())
+                    .then(|| ReplacedMotion::new(device, variant))
+                    .transpose()?,
                 gradient_pixels: gradient_pixels.map(join).transpose()?,
                 direct: join(direct)?,
                 indirect: bounces.map(join).transpose()?,
@@ -86,5 +91,6 @@ pub fn bounce_lights(params: &DirectParams) -> BounceLights {
         ris_stratified: params.ris_stratified,
         shadow_mask: push.mask,
         tinted_glass: params.glass_shadows == GlassShadows::Tinted,
+        replays: params.replays(),
     }
 }

@@ -426,6 +426,7 @@ fn spirv_format(format: pt_shaders::channels::Format) -> spirq::ty::ImageFormat 
         F::Rgba8Unorm => I::Rgba8,
         F::R32Uint => I::R32ui,
         F::Rg32Uint => I::Rg32ui,
+        F::Rgba32Uint => I::Rgba32ui,
         F::R16Uint => I::R16ui,
     }
 }

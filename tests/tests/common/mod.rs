@@ -61,11 +61,15 @@ pub fn frames_means(
     means
 }
 
+/// A scene on the device of the tests.
+pub fn session(device: &TestDevice, scene: &Scene) -> Session {
+    Session::on(device, TraceBackend::Compute, &CameraArgs::default(), scene.clone()).unwrap()
+}
+
 /// The same of the reference path tracer, with paths of at most `bounces` bounces.
 pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u32, spp: u32) -> Mean {
     let device = TestDevice::open();
-    let mut session =
-        Session::on(&device, TraceBackend::Compute, &CameraArgs::default(), scene.clone()).unwrap();
+    let mut session = session(&device, scene);
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
     let params = ReferenceParams { max_bounces: bounces, spp, ..ReferenceParams::default() };
@@ -136,7 +140,7 @@ fn add(
         uv1: vec![Vec2::ZERO; n],
         colors: vec![Vec4::ONE; n],
         triangle_materials: vec![scene.materials.len() as u32; indices.len()],
-        first_masked: indices.len(),
+        first_masked: if material.is_masked() { 0 } else { indices.len() },
         indices,
         ..Mesh::default()
     });

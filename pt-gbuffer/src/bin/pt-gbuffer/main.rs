@@ -1,4 +1,4 @@
-//! Runs the primary rays alone: a scene to its G-buffer. Exit codes: 0 done, 2 usage or environment.
+//! Runs the primary rays, reflection and refraction alone: a scene to its G-buffer. Exit codes: 0 done, 2 usage or environment.
 
 #![forbid(unsafe_code)]
 
@@ -12,7 +12,7 @@ use pt_core::harness::{StageArgs, check_output, save};
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
 use pt_core::{FrameSizes, StageInputs};
-use pt_gbuffer::{GbufferParams, PrimaryRays};
+use pt_gbuffer::{GbufferParams, PrimaryRays, ReflectRefract};
 use pt_image::image_file::{ImageSize, OutputFormat, PixelLayout, write_png};
 use pt_import::LoadOptions;
 use pt_scene::BadTexels;
@@ -22,7 +22,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Traces the primary rays of a scene and writes the G-buffer.
+/// Traces the primary rays of a scene, follows mirrors and glass, and writes the G-buffer.
 #[derive(Parser)]
 #[command(version)]
 struct Args {
@@ -81,18 +81,20 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
 
     let device = args.stage.open_device()?;
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
-    let stage = PrimaryRays::new(&device, params.variant(gpu.variant()))?;
+    let variant = params.variant(gpu.variant());
+    let primary = PrimaryRays::new(&device, variant)?;
+    let reflect_refract = ReflectRefract::new(&device, variant)?;
     let images = ChannelImages::alone(&device, FrameSizes::same(size), &[PrimaryRays::IO])?;
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
         gpu.update(frame, &scene)?;
         let record = FrameRecord::new(camera, camera, size, frame.index(), args.seed);
         uniforms.upload(frame, &record)?;
-        stage.record(
-            frame,
-            &StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images },
-            &params,
-        )
+        let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
+        primary.record(frame, &inputs, &params)?;
+        (0..params.reflect_refract)
+            // The light lists that highlights need are not part of the program.
+            .try_for_each(|bounce| reflect_refract.record(frame, &inputs, &params, 0, bounce))
     })?;
     write!(out, "{times}")?;
     let rate = times.pass("primary rays").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);

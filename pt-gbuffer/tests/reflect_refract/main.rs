@@ -1,180 +1,21 @@
 //! Mirrors and glass against closed forms. Nothing here needs light samples: all light is emission and environment, so that
 //! the channel `transparent` is the radiance of the pixel.
 
-use glam::{Affine3A, DVec2, DVec3, Mat3A, Vec2, Vec3, Vec4};
+mod media;
+mod rig;
+mod through;
+
+use glam::{Affine3A, DVec2, DVec3, Vec2, Vec3};
 use pt_core::channels::field_width;
-use pt_core::frame::Uniforms;
 use pt_core::split::flat_to_split;
-use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Recorder};
-use pt_core::{FrameSizes, StageInputs};
+use pt_gbuffer::GbufferParams;
 use pt_gbuffer::oracle::{self, dielectric};
-use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract};
-use pt_scene::gpu::{GpuScene, camera_record};
-use pt_scene::{Camera, Environment, EnvironmentImage, Instance, Material, Mesh, Projection, Scene};
-use pt_shaders::channels::{self, ChannelId};
-use pt_shaders::records::{CameraRecord, FLAG_REFLECTION, FrameRecord, SKY_DISTANCE, SPLIT_FLAGS};
-
-const SIZE: [u32; 2] = [32, 24];
-const IOR: f64 = 1.5;
-
-/// A rectangle in the plane z = 0 that faces +Z.
-fn rectangle(scene: &mut Scene, half: Vec2, material: Material, place: Affine3A) {
-    let corner = |x: f32, y: f32| (half * Vec2::new(x, y)).extend(0.0);
-    let positions = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    let count = positions.len();
-    scene.meshes.push(Mesh {
-        name: "rectangle".into(),
-        positions,
-        normals: vec![Vec3::Z; count],
-        tangents: vec![Vec4::X; count],
-        uv0: vec![Vec2::ZERO; count],
-        uv1: vec![Vec2::ZERO; count],
-        colors: vec![Vec4::ONE; count],
-        indices: vec![[0, 1, 2], [0, 2, 3]],
-        triangle_materials: vec![scene.materials.len() as u32; 2],
-        first_masked: 2,
-        ..Mesh::default()
-    });
-    scene.materials.push(material);
-    scene.instances.push(Instance::new("rectangle", scene.meshes.len() as u32 - 1, place));
-}
-
-fn glass(solid: bool) -> Material {
-    Material {
-        transmission: 1.0,
-        roughness: 0.0,
-        thickness: f32::from(solid),
-        ior: IOR as f32,
-        ..Material::diffuse("glass", Vec3::ONE)
-    }
-}
-
-/// A wide plate whose front face passes through the origin and is turned by `angle` degrees from +Z towards +X.
-fn plate(material: Material, thickness: f32, angle: f32) -> Scene {
-    let mut scene = Scene::default();
-    let turn = Mat3A::from_rotation_y(angle.to_radians());
-    let side = |about_y: f32, depth: f32| Affine3A {
-        matrix3: turn * Mat3A::from_rotation_y(about_y),
-        translation: turn * glam::Vec3A::new(0.0, 0.0, -depth),
-    };
-    rectangle(&mut scene, Vec2::splat(50.0), material.clone(), side(0.0, 0.0));
-    rectangle(&mut scene, Vec2::splat(50.0), material, side(std::f32::consts::PI, thickness));
-    scene
-}
-
-/// A single sheet, turned likewise.
-fn sheet(material: Material, angle: f32) -> Scene {
-    let mut scene = Scene::default();
-    rectangle(&mut scene, Vec2::splat(50.0), material, Affine3A::from_rotation_y(angle.to_radians()));
-    scene
-}
-
-/// Every ray along -Z.
-fn parallel_rays(eye: Vec3) -> Camera {
-    let camera = Camera::look_at("parallel", eye, eye - Vec3::Z, 1.0);
-    Camera { projection: Projection::Orthographic { ymag: 0.5 }, ..camera }
-}
-
-struct Rig {
-    device: TestDevice,
-    backend: TraceBackend,
-}
-
-/// What the frames left in the channels: one entry a split pixel.
-struct Frames {
-    images: ChannelImages,
-    /// Mean over the frames.
-    radiance: Vec<DVec3>,
-    /// Mean over the frames of the throughput of pixels that hold a surface.
-    shaded: Vec<DVec3>,
-}
-
-impl Frames {
-    fn texels(&self, id: ChannelId) -> Vec<f32> {
-        self.images.current(id).read_f32().unwrap()
-    }
-
-    fn flags(&self) -> Vec<u32> {
-        self.images.current(channels::VIEW_DIRECTION).read_u32().unwrap().chunks(2).map(|c| c[1]).collect()
-    }
-
-    /// Means over the even and the odd field.
-    fn fields(values: &[DVec3]) -> [DVec3; 2] {
-        let width = field_width(SIZE[0]) as usize;
-        let mut sums = [DVec3::ZERO; 2];
-        for (i, value) in values.iter().enumerate() {
-            sums[usize::from(i % (2 * width) >= width)] += *value;
-        }
-        sums.map(|sum| sum / (values.len() / 2) as f64)
-    }
-}
-
-impl Rig {
-    fn new(backend: TraceBackend) -> Option<Self> {
-        let device = TestDevice::open();
-        match backend.missing(&device) {
-            Some(why) => {
-                println!("skipped: {why}");
-                None
-            }
-            None => Some(Self { device, backend }),
-        }
-    }
-
-    fn render(&self, scene: &Scene, cameras: [&Camera; 2], params: &GbufferParams, count: u32) -> Frames {
-        let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
-        let variant = gpu.variant();
-        let primary = PrimaryRays::new(&self.device, variant).unwrap();
-        let stage = ReflectRefract::new(&self.device, variant).unwrap();
-        let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
-        let uniforms = Uniforms::new(&self.device, "frame_uniforms").unwrap();
-        let mut recorder = Recorder::new(&self.device).unwrap();
-        let texels = (2 * field_width(SIZE[0]) * SIZE[1]) as usize;
-        let (mut radiance, mut shaded) = (vec![DVec3::ZERO; texels], vec![DVec3::ZERO; texels]);
-        for index in 0..count {
-            let record = FrameRecord::new(
-                camera_record(cameras[0], SIZE),
-                camera_record(cameras[1], SIZE),
-                SIZE,
-                index,
-                7,
-            );
-            let mut frame = recorder.begin().unwrap();
-            gpu.update(&mut frame, scene).unwrap();
-            uniforms.upload(&mut frame, &record).unwrap();
-            let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
-            primary.record(&mut frame, &inputs, params).unwrap();
-            for bounce in 0..params.reflect_refract {
-                stage.record(&mut frame, &inputs, params, bounce).unwrap();
-            }
-            frame.submit().unwrap();
-            recorder.finish().unwrap();
-            let overlay = images.current(channels::TRANSPARENT).read_f32().unwrap();
-            let throughput = images.current(channels::THROUGHPUT).read_f32().unwrap();
-            let rgb =
-                |v: &[f32], i: usize| DVec3::from_array(std::array::from_fn(|k| f64::from(v[4 * i + k])));
-            for i in 0..texels {
-                radiance[i] += rgb(&overlay, i) / f64::from(count);
-                if overlay[4 * i + 3] == 0.0 {
-                    shaded[i] += rgb(&throughput, i) / f64::from(count);
-                }
-            }
-        }
-        let passes = recorder.pass_table().iter().filter(|p| p.kernel.contains("reflect")).count();
-        assert_eq!(passes as u32, params.reflect_refract, "passes in the table");
-        Frames { images, radiance, shaded }
-    }
-}
-
-fn follow(reflect_refract: u32) -> GbufferParams {
-    GbufferParams { jitter: Jitter::None, reflect_refract, ..Default::default() }
-}
-
-fn near(actual: DVec3, expected: DVec3, tolerance: f64) {
-    assert!((actual - expected).abs().max_element() <= tolerance, "{actual} for {expected}");
-}
+use pt_scene::gpu::camera_record;
+use pt_scene::{Camera, Environment, EnvironmentImage, Material, Scene};
+use pt_shaders::channels;
+use pt_shaders::records::{CameraRecord, FLAG_REFLECTION, SKY_DISTANCE, SPLIT_FLAGS};
+use rig::{Frames, IOR, Rig, SIZE, follow, glass, near, parallel_rays, plate, rectangle, sheet};
 
 /// A mirror that moves, a lamp behind the camera, a camera that moves.
 fn mirror(backend: TraceBackend) {
@@ -382,8 +223,9 @@ fn beyond_the_critical_angle_all_light_is_reflected() {
     let camera = parallel_rays(Vec3::Z * -6.0);
     let frames = rig.render(&scene, [&camera, &camera], &follow(1), 1);
     assert!(frames.flags().iter().all(|&f| f == FLAG_REFLECTION));
+    // In the glass, where the camera is, radiance is n^2 times that outside.
     for pixel in &frames.radiance {
-        near(*pixel, DVec3::ONE, 1e-6);
+        near(*pixel, DVec3::splat(IOR * IOR), 1e-6);
     }
 }
 
