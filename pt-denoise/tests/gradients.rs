@@ -12,7 +12,7 @@ use pt_denoise::oracle::{
     Adaptive, GradientSample, History, LfHistory, Light, accumulate, accumulate_lf, filter_gradients,
     gradients, strata, sums_direct, sums_lf,
 };
-use pt_denoise::{DenoiseParams, Denoiser};
+use pt_denoise::{DenoiseParams, Denoiser, GradientFilter, Stratum};
 use pt_shaders::channels::ChannelId;
 
 fn adaptive(change: impl FnOnce(&mut DenoiseParams)) -> DenoiseParams {
@@ -37,12 +37,12 @@ fn random_light(size: [u32; 2], random: &mut Random) -> Vec<Light> {
 }
 
 /// Some strata have a gradient pixel, some of which have kept their light.
-fn random_samples(size: [u32; 2], light: &[Light], random: &mut Random) -> Vec<GradientSample> {
-    let [across, down] = strata(size);
+fn random_samples(size: [u32; 2], side: usize, light: &[Light], random: &mut Random) -> Vec<GradientSample> {
+    let [across, down] = strata(size, side as u32);
     (0..across * down)
         .map(|s| {
-            let number = (random.bits() % 9) as usize;
-            let at = [3 * (s % across) + number % 3, 3 * (s / across) + number / 3];
+            let number = (random.bits() % (side * side) as u64) as usize;
+            let at = [side * (s % across) + number % side, side * (s / across) + number / side];
             if random.unit() < 0.2 || at[0] >= size[0] as usize || at[1] >= size[1] as usize {
                 return GradientSample::default();
             }
@@ -67,25 +67,34 @@ fn compare<const N: usize>(what: &str, got: &[[f32; N]], want: &[[f64; N]], rela
 
 #[test]
 fn passes_agree_with_the_oracle() {
-    for size in [[1, 1], [4, 5], [17, 8], [31, 16]] {
+    let forms = [(Stratum::Three, GradientFilter::Atrous), (Stratum::Five, GradientFilter::Strided)];
+    let cases = [([1, 1], 0), ([4, 5], 0), ([17, 8], 0), ([17, 8], 1), ([31, 16], 0), ([31, 16], 1)];
+    for (size, form) in cases {
+        let (stratum, filter) = forms[form];
         let mut random = Random(u64::from(size[0]) + 5);
-        let mut bench = Bench::indirect(size, adaptive(|p| p.antilag.gate_noise = 0.5));
+        let mut bench = Bench::indirect(
+            size,
+            adaptive(|p| {
+                p.antilag.gate_noise = 0.5;
+                (p.antilag.stratum, p.antilag.filter) = (stratum, filter);
+            }),
+        );
         let mut previous: Option<(Vec<History>, Vec<LfHistory>)> = None;
         for frame in 0..6u32 {
             bench.params.antilag.iterations = frame % 4;
             let params = bench.params.clone();
             let (pixels, light) = (guide(size, &mut random, frame), random_light(size, &mut random));
-            bench.samples = random_samples(size, &light, &mut random);
+            bench.samples = random_samples(size, stratum.side() as usize, &light, &mut random);
             let y = if frame == 3 { 4.0 } else { 1.0 };
             let lf =
                 |random: &mut Random| [0.1, 0.2, -0.3, 1.0, 0.3, -0.2].map(|v| y * v * random.exponential());
             bench.lf = (0..count(size)).map(|_| lf(&mut random)).collect();
             bench.next(&pixels, &light);
-            let what = format!("{size:?}, frame {frame}");
+            let what = format!("{size:?}, {}, {}, frame {frame}", stratum.name(), filter.name());
 
             let filtered = |mut now: Vec<[f64; 4]>, of_lf: bool| {
                 for level in 0..params.antilag.iterations {
-                    now = filter_gradients(size, &now, level, of_lf);
+                    now = filter_gradients(size, &now, level, of_lf, &params.antilag);
                 }
                 now
             };
@@ -99,10 +108,10 @@ fn passes_agree_with_the_oracle() {
             for (channel, got) in sums.iter().enumerate() {
                 let before = previous.as_ref();
                 let want = match channel {
-                    2 => sums_lf(size, &pixels, &lf, before.map(|(_, lf)| &lf[..]), &params.temporal),
+                    2 => sums_lf(size, &pixels, &lf, before.map(|(_, lf)| &lf[..]), &params),
                     _ => {
                         let before = before.map(|(direct, _)| &direct[..]);
-                        sums_direct(size, &pixels, &light, &bench.samples, before, channel, &params.temporal)
+                        sums_direct(size, &pixels, &light, &bench.samples, before, channel, &params)
                     }
                 };
                 let want = filtered(want, true);
@@ -126,7 +135,7 @@ fn passes_agree_with_the_oracle() {
                 params: &params.antilag,
             });
             let before = previous.as_ref().map(|(direct, _)| &direct[..]);
-            let direct = accumulate(size, &pixels, &light, before, &params.temporal, adaptive);
+            let direct = accumulate(size, &pixels, &light, before, &params.temporal, adaptive, None);
             assert_eq!(bench.lengths(), direct.iter().map(|h| h.length).collect::<Vec<_>>(), "{what}");
             let stored = bench.light(HISTORY_HF, HISTORY_SPEC);
             let rgb = |l: &[f64; 3]| l.map(|v| v as f32);
@@ -301,7 +310,7 @@ fn indirect_light_follows_a_switch() {
 fn changes_stay_where_they_are() {
     let size = [96, 12];
     let mut bench = Bench::new(size, adaptive(|p| p.antilag.iterations = 2));
-    let [across, down] = strata(size);
+    let [across, down] = strata(size, 3);
     for frame in 0..10 {
         let changed = frame == 9;
         let left = |i: usize| i % 96 < 48;

@@ -2,13 +2,15 @@
 //! with the test of history, or the guide of the filter, switched off by its knob.
 
 mod common;
+mod reflections;
 
 use common::*;
 use pt_denoise::oracle::{Guided, Light};
 use pt_denoise::{DenoiseParams, Denoiser};
 use pt_shaders::records::FLAG_PRIMARY;
 
-const FILTERS: [Denoiser; 4] = [Denoiser::Accumulate, Denoiser::Svgf, Denoiser::Asvgf, Denoiser::Atrous];
+const FILTERS: [Denoiser; 5] =
+    [Denoiser::Accumulate, Denoiser::Svgf, Denoiser::Asvgf, Denoiser::Atrous, Denoiser::Recurrent];
 
 fn params(denoiser: Denoiser, change: impl FnOnce(&mut DenoiseParams)) -> DenoiseParams {
     let mut params = DenoiseParams { variant: denoiser, ..DenoiseParams::default() };

@@ -38,7 +38,7 @@ impl<F: Fn(usize, usize) -> f32> Renderer<F> {
     /// Light of a frame, and its gradient pixels.
     pub fn frame(&mut self, frame: usize) -> (Vec<Light>, Vec<GradientSample>) {
         let mut unit: Vec<f32> = (0..count(self.size)).map(|_| (self.draw)(&mut self.random)).collect();
-        let [across, down] = strata(self.size);
+        let [across, down] = strata(self.size, 3);
         let mut samples = vec![GradientSample::default(); across * down];
         let mut repeated = vec![false; count(self.size)];
         for (s, sample) in samples.iter_mut().enumerate().filter(|_| frame > 0) {
