@@ -7,7 +7,8 @@ pub mod renderer;
 use pt_core::pack::pack_unit_vector;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
-use pt_core::{ChannelImages, FrameSizes, Image, Recorder, StageInputs, Uniforms};
+use pt_core::frame::Uniforms;
+use pt_core::{ChannelImages, FrameSizes, Image, Recorder, StageInputs};
 use pt_denoise::images::{MOMENTS, SURFACE};
 use pt_denoise::oracle::{Accumulated, GradientSample, Guided, Light, strata};
 use pt_denoise::{DenoiseChain, DenoiseParams, Denoiser};
@@ -131,12 +132,14 @@ impl Bench {
         }
         colour(COLOR_HF, &|l| l.hf, 0);
         colour(COLOR_SPEC, &|l| l.spec, 1);
-        let everywhere = vec![Vec3::new(1.0, 2.0, 3.0); pixels.len()];
-        let positions = if self.positions.is_empty() { &everywhere } else { &self.positions };
-        let positions = to_split(positions, self.size, Vec3::ZERO);
-        let texel = |(at, p): (&Vec3, &Guided)| [at.x, at.y, at.z, f32::from_bits(p.material)];
-        let values: Vec<f32> = positions.iter().zip(&split).flat_map(texel).collect();
-        self.images.current(SHADING_POSITION).write_f32(&values).unwrap();
+        if has(SHADING_POSITION) {
+            let everywhere = vec![Vec3::new(1.0, 2.0, 3.0); pixels.len()];
+            let positions = if self.positions.is_empty() { &everywhere } else { &self.positions };
+            let positions = to_split(positions, self.size, Vec3::ZERO);
+            let texel = |(at, p): (&Vec3, &Guided)| [at.x, at.y, at.z, f32::from_bits(p.material)];
+            let values: Vec<f32> = positions.iter().zip(&split).flat_map(texel).collect();
+            self.images.current(SHADING_POSITION).write_f32(&values).unwrap();
+        }
         floats(VIEW_DEPTH, &|p| vec![p.depth]);
         floats(MOTION, &|p| p.motion.to_vec());
         floats(METALLIC_ROUGHNESS, &|p| vec![0.3, p.roughness]);
