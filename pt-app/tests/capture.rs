@@ -223,15 +223,18 @@ fn write_bmfr(folder: &Path, transposed: bool, shift_of_frame: impl Fn(u32) -> f
         let x = 0.5 * frame as f32;
         let shown = x + shift_of_frame(frame);
         // Clip = (x - eye, 1.5 y, z, -z) for half a picture of 1 x 2/3 at distance 1.
-        let rows = [[1.0, 0.0, 0.0, -shown], [0.0, 1.5, 0.0, 0.0], [0.0, 0.0, -1.0, -0.2], [0.0, 0.0, -1.0, 0.0]];
+        let rows =
+            [[1.0, 0.0, 0.0, -shown], [0.0, 1.5, 0.0, 0.0], [0.0, 0.0, -1.0, -0.2], [0.0, 0.0, -1.0, 0.0]];
         let of = |r: usize, c: usize| if transposed { rows[c][r] } else { rows[r][c] };
         let row = |r: usize| (0..4).map(|c| format!("{:.4}f", of(r, c))).collect::<Vec<_>>().join(", ");
         let all: Vec<_> = (0..4).map(|r| format!("{{{}}}", row(r))).collect();
         matrices += &format!("{{{}}}, // frame {frame}\n", all.join(", "));
         offsets += "{0.5f, 0.5f}, ";
         let image = |name: &str, pixel: &dyn Fn(u32, u32) -> [f32; 3]| {
-            let pixels: Vec<f32> =
-                (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y])).flat_map(|[x, y]| pixel(x, y)).collect();
+            let pixels: Vec<f32> = (0..size[1])
+                .flat_map(|y| (0..size[0]).map(move |x| [x, y]))
+                .flat_map(|[x, y]| pixel(x, y))
+                .collect();
             let mut out = LayeredImage::new(size[0], size[1]).unwrap();
             out.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &pixels));
             out.write_exr(&folder.join(format!("inputs/{name}{frame}.exr"))).unwrap();
@@ -278,7 +281,8 @@ fn bmfr_frames_become_a_capture() {
         let (motion, depth) = (flat(&image, "motion", "X"), flat(&image, "view_depth", "Z"));
         // The camera went to the right by 1.5 pixels of the wall: what is at a pixel now was farther right.
         assert!((motion[24 * 8 + 5] - 1.5 / 24.0).abs() < 1e-4, "{}", motion[24 * 8 + 5]);
-        let corner = (4.0f32 * 4.0 + (4.0 * 23.0f32 / 24.0).powi(2) + (4.0 * 15.0f32 / 16.0 / 1.5).powi(2)).sqrt();
+        let corner =
+            (4.0f32 * 4.0 + (4.0 * 23.0f32 / 24.0).powi(2) + (4.0 * 15.0f32 / 16.0 / 1.5).powi(2)).sqrt();
         assert!((depth[0] - corner).abs() < 1e-4 && depth[23] == 1e18, "{} {}", depth[0], depth[23]);
         assert_eq!(flat(&image, "transparent", "A")[22..24], [0.0, 1.0]);
     }

@@ -199,9 +199,12 @@ fn closed_forms() {
 #[test]
 fn spherical_harmonics_are_reflected() {
     let device = TestDevice::open();
-    let images =
-        ChannelImages::alone(&device, FrameSizes::same([2, 1]), &[SplitLight::UNFILTERED_INDIRECT, Composite::IO_INDIRECT])
-            .unwrap();
+    let images = ChannelImages::alone(
+        &device,
+        FrameSizes::same([2, 1]),
+        &[SplitLight::UNFILTERED_INDIRECT, Composite::IO_INDIRECT],
+    )
+    .unwrap();
     let stage = Composite::with_indirect(&device).unwrap();
     let fill = |id: ChannelId, values: &[f32]| images.current(id).write_f32(&values.repeat(2)).unwrap();
     for (id, value) in [(COLOR_HF, 0.0), (COLOR_SPEC, 0.0), (TRANSPARENT, 0.0)] {
@@ -220,7 +223,9 @@ fn spherical_harmonics_are_reflected() {
         let params = DenoiseParams { fake_specular: Some(least), ..DenoiseParams::default() };
         let mut recorder = Recorder::new(&device).unwrap();
         let mut frame = recorder.begin().unwrap();
-        stage.record(&mut frame, &StageInputs::new(&images), SplitLight::unfiltered(&images), &params).unwrap();
+        stage
+            .record(&mut frame, &StageInputs::new(&images), SplitLight::unfiltered(&images), &params)
+            .unwrap();
         frame.submit().unwrap();
         let out = images.current(COLOR).read_f32().unwrap();
         [out[0], out[1], out[2]].map(f64::from)
@@ -255,7 +260,10 @@ fn spherical_harmonics_are_reflected() {
         let roughness = (f64::from(roughness) * 65535.0).round() / 65535.0;
         let want = reflected(luma.map(f64::from), rgb, unit(normal), unit(ray), roughness);
         for k in 0..3 {
-            assert!((got[k] - want[k]).abs() < 1e-3 * want[k].abs().max(0.1), "{i}: {got:?}, oracle {want:?}");
+            assert!(
+                (got[k] - want[k]).abs() < 1e-3 * want[k].abs().max(0.1),
+                "{i}: {got:?}, oracle {want:?}"
+            );
             largest = largest.max(want[k]);
         }
     }

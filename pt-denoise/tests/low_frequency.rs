@@ -5,7 +5,9 @@ mod common;
 use common::{Bench, Random, constant, count, guide, noise, normal, wall, wall_pixel};
 use pt_core::pack::unpack_unit_vector;
 use pt_denoise::images::{HISTORY_LF_COCG, HISTORY_LF_SH};
-use pt_denoise::oracle::{Guided, LfHistory, LowFrequency, accumulate_lf, atrous_lf, deflicker, downsample, upsample};
+use pt_denoise::oracle::{
+    Guided, LfHistory, LowFrequency, accumulate_lf, atrous_lf, deflicker, downsample, upsample,
+};
 use pt_denoise::{DenoiseParams, Denoiser};
 
 /// Light without a direction.
@@ -353,11 +355,14 @@ fn light_leaks_less_with_the_guard() {
         (bench.params.lf.leak_guard, bench.params.lf.iterations) = (leak_guard, 1);
         let lf: Vec<_> = (0..count(size)).map(|i| plain(if i % 66 < 33 { 10.0 } else { 0.1 })).collect();
         let out = next(&mut bench, &wall(size), lf);
-        let dark: Vec<f64> = (0..count(size)).filter(|i| i % 66 >= 35).map(|i| f64::from(out[i][3])).collect();
+        let dark: Vec<f64> =
+            (0..count(size)).filter(|i| i % 66 >= 35).map(|i| f64::from(out[i][3])).collect();
         (dark.iter().sum::<f64>() / dark.len() as f64 / 0.1, mean(&out, 3) / 5.05)
     };
     let [(without, energy_without), (with, energy)] = [false, true].map(leaked);
-    println!("R19: light in the dark room {without:.3} -> {with:.3} of its own; energy {energy_without:.4}, {energy:.4}");
+    println!(
+        "R19: light in the dark room {without:.3} -> {with:.3} of its own; energy {energy_without:.4}, {energy:.4}"
+    );
     assert!(without > 1.5 && with < 1.1, "{without} {with}");
     assert!((energy - 1.0).abs() < 0.01, "{energy}");
 }

@@ -64,7 +64,9 @@ fn largest(light: &[Accumulated]) -> f64 {
 
 #[test]
 fn svgf_agrees_with_the_oracle() {
-    for (size, schedule) in SIZES.map(|size| (size, Schedule::Permuted)).into_iter().chain([([29, 17], Schedule::Dilated)]) {
+    for (size, schedule) in
+        SIZES.map(|size| (size, Schedule::Permuted)).into_iter().chain([([29, 17], Schedule::Dilated)])
+    {
         let mut random = Random(size[0].into());
         let mut params = DenoiseParams { variant: Denoiser::Svgf, ..DenoiseParams::default() };
         params.atrous.schedule = schedule;
@@ -233,9 +235,7 @@ fn mirror_images_agree_with_the_oracle() {
                 .map(|((h, l), moments)| History { hf: l.hf, spec: l.spec, moments, ..h })
                 .collect();
             let want = temporal_variance(size, &stored, &bench.params);
-            compare("variance", &bench.light(PONG_HF, PONG_SPEC), &want, |_| {
-                [0.0, 1e-4 * around.powi(2)]
-            });
+            compare("variance", &bench.light(PONG_HF, PONG_SPEC), &want, |_| [0.0, 1e-4 * around.powi(2)]);
             // What the a-trous level made of it.
             let fed = bench.light(HISTORY_HF, HISTORY_SPEC);
             let stored = stored.into_iter().zip(&fed);

@@ -159,18 +159,16 @@ fn reference(path: &Path, size: [u32; 2]) -> Result<Option<Vec<u8>>, BmfrError> 
     let mut out = LayeredImage::new(size[0], size[1])?;
     let layer = pt_image::image_file::Layer::from_interleaved("", &["R", "G", "B"], 3, pixels.as_flattened());
     out.layers.push(layer);
-    encode_exr_parts(&[(String::new(), out)])
-        .map(Some)
-        .map_err(|problem| BmfrError::content(path, problem))
+    encode_exr_parts(&[(String::new(), out)]).map(Some).map_err(|problem| BmfrError::content(path, problem))
 }
 
 /// The first three components of the main layer.
 fn triples(path: &Path, image: &LayeredImage) -> Result<Vec<[f32; 3]>, BmfrError> {
     let component = |names: [&str; 2]| {
         let found = names.iter().find_map(|name| image.channel("", name));
-        found.map(|samples| samples.to_f32()).ok_or_else(|| {
-            BmfrError::content(path, format!("has no component {} or {}", names[0], names[1]))
-        })
+        found
+            .map(|samples| samples.to_f32())
+            .ok_or_else(|| BmfrError::content(path, format!("has no component {} or {}", names[0], names[1])))
     };
     let [r, g, b] = [["R", "X"], ["G", "Y"], ["B", "Z"]].map(component);
     let (r, g, b) = (r?, g?, b?);
@@ -215,8 +213,7 @@ impl Recorded {
         let surfaces: Vec<_> = (0..self.light.len()).map(|i| self.surface(i)).collect();
         let angle = camera.pixel_angle(self.size);
         let words = |of: &dyn Fn(usize) -> Vec<u32>| (0..surfaces.len()).flat_map(of).collect::<Vec<u32>>();
-        let floats =
-            |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<u32>>();
+        let floats = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<u32>>();
         let rgb = |c: [f32; 3], a: f32| floats(&[c[0], c[1], c[2], a]);
         let sky = |i: usize| surfaces[i].is_none();
         let distance = |position: Vec3| position.distance(camera.eye);

@@ -98,7 +98,12 @@ fn still_frames_are_repeated() {
             }
             // Forward projection takes a pixel of the last frame, which may have landed in the stratum beside this one, or have been a gradient pixel.
             let least = if projection == Projection::Forward { 3 } else { 2 };
-            assert!(least * found.len() > strata(), "{scene}, frame {frame}: {} of {}", found.len(), strata());
+            assert!(
+                least * found.len() > strata(),
+                "{scene}, frame {frame}: {} of {}",
+                found.len(),
+                strata()
+            );
             let seeds: Vec<u32> = frames.integers(RNG_SEED).chunks_exact(2).map(|c| c[1]).collect();
             let seeds = to_flat(&seeds, SIZE);
             let mut lit = 0;
@@ -153,7 +158,10 @@ fn repeats_detail(projection: Projection) {
         }
     }
     let mean = taken.iter().sum::<f32>() / taken.len() as f32;
-    println!("R2: {}: relative change {worst:?}, part of the strata with a gradient pixel {mean:.3}", projection.name());
+    println!(
+        "R2: {}: relative change {worst:?}, part of the strata with a gradient pixel {mean:.3}",
+        projection.name()
+    );
     frames.finish();
     assert!(worst.iter().all(|w| *w < 1e-3), "{worst:?}");
 }
@@ -232,8 +240,7 @@ fn the_choice_agrees_with_the_oracle() {
     params.denoise.antilag.pixel = GradientPixel::Brightest;
     let mut frames = frames(builtin("gallery"), params.clone());
     let rgb = |frames: &Frames, id: ChannelId| {
-        let light: Vec<[f32; 3]> =
-            frames.floats(id).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
+        let light: Vec<[f32; 3]> = frames.floats(id).chunks_exact(4).map(|c| [c[0], c[1], c[2]]).collect();
         to_flat(&light, SIZE)
     };
     let all_samples = |frames: &Frames| {

@@ -138,16 +138,17 @@ impl LfSpatial {
         let tiles = [size[0].div_ceil(TILE_SIDE), size[1].div_ceil(TILE_SIDE), 1];
         let mut now = light(images, TILES_LF_SH, TILES_LF_COCG);
         let mut next = light(images, TILES2_LF_SH, TILES2_LF_COCG);
-        let mut level = |name: &str, kernel, source: LowFrequencyLight<'_>, target: LowFrequencyLight<'_>, push| {
-            inputs
-                .pass(frame, name, kernel, &Self::IO)
-                .sample("source_sh", source.sh)
-                .sample("source_cocg", source.cocg)
-                .write("target_sh", target.sh)
-                .write("target_cocg", target.cocg)
-                .push(&push)
-                .dispatch(tiles)
-        };
+        let mut level =
+            |name: &str, kernel, source: LowFrequencyLight<'_>, target: LowFrequencyLight<'_>, push| {
+                inputs
+                    .pass(frame, name, kernel, &Self::IO)
+                    .sample("source_sh", source.sh)
+                    .sample("source_cocg", source.cocg)
+                    .write("target_sh", target.sh)
+                    .write("target_cocg", target.cocg)
+                    .push(&push)
+                    .dispatch(tiles)
+            };
         level("denoise lf downsample", &self.downsample, source, now, constants(1, false))?;
         if params.deflicker.is_some() {
             level("denoise lf deflicker", &self.deflicker, now, next, constants(1, false))?;

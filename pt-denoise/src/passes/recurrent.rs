@@ -47,15 +47,11 @@ pub(crate) struct RecurrentBlur {
 
 impl RecurrentBlur {
     /// What the blur before accumulation accesses besides its target.
-    pub(crate) const BEFORE: StageIo = StageIo {
-        reads: with_guides![COLOR_HF, COLOR_SPEC],
-        ..StageIo::of("denoise recurrent")
-    };
+    pub(crate) const BEFORE: StageIo =
+        StageIo { reads: with_guides![COLOR_HF, COLOR_SPEC], ..StageIo::of("denoise recurrent") };
     /// What the other passes access besides source and target.
-    pub(crate) const IO: StageIo = StageIo {
-        reads: with_guides![SURFACE],
-        ..StageIo::of("denoise recurrent")
-    };
+    pub(crate) const IO: StageIo =
+        StageIo { reads: with_guides![SURFACE], ..StageIo::of("denoise recurrent") };
 
     /// Creates the kernels.
     pub(crate) fn new(device: &Device) -> Result<Self> {

@@ -137,8 +137,7 @@ impl Temporal {
     /// Creates the kernel.
     pub(crate) fn new(device: &Device, form: Form, params: &DenoiseParams) -> Result<Self> {
         let (code, io) = Self::code_and_io(form, &params.temporal);
-        let constants: &[_] =
-            if form == Form::Adaptive { &[params.antilag.stratum_constant()] } else { &[] };
+        let constants: &[_] = if form == Form::Adaptive { &[params.antilag.stratum_constant()] } else { &[] };
         Ok(Self { kernel: declared::<TemporalPush>(device, code, &io, constants)?, io })
     }
 

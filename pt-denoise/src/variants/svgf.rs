@@ -21,10 +21,8 @@ impl Svgf {
 
     /// `adaptive`: of the adaptive form.
     pub(super) fn io(params: &DenoiseParams, adaptive: bool) -> Vec<StageIo> {
-        const TARGETS: StageIo = writing(
-            "denoise a-trous",
-            &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC],
-        );
+        const TARGETS: StageIo =
+            writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]);
         let mut all = if adaptive { AntilagDirect::IO.to_vec() } else { Vec::new() };
         let temporal = Temporal::io(Self::form(adaptive), &params.temporal);
         all.extend([temporal, Variance::TEMPORAL_IO, Atrous::IO, TARGETS]);

@@ -4,10 +4,10 @@
 
 pub mod renderer;
 
+use pt_core::frame::Uniforms;
 use pt_core::pack::pack_unit_vector;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
-use pt_core::frame::Uniforms;
 use pt_core::{ChannelImages, FrameSizes, Image, Recorder, StageInputs};
 use pt_denoise::images::{MOMENTS, SURFACE};
 use pt_denoise::oracle::{Accumulated, GradientSample, Guided, Light, strata};
@@ -59,7 +59,20 @@ impl Bench {
         let frame = FrameRecord::new(camera_at(Vec3::ZERO), camera_at(Vec3::ZERO), size, 0, 0);
         let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
         let (samples, filtered_lf, hits, positions) = Default::default();
-        Self { device, images, chain, params, size, lf, samples, filtered_lf, hits, positions, frame, uniforms }
+        Self {
+            device,
+            images,
+            chain,
+            params,
+            size,
+            lf,
+            samples,
+            filtered_lf,
+            hits,
+            positions,
+            frame,
+            uniforms,
+        }
     }
 
     pub fn of(size: [u32; 2], denoiser: Denoiser) -> Self {

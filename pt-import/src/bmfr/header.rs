@@ -32,7 +32,6 @@ pub(super) fn read(path: &Path) -> Result<Vec<View>, BmfrError> {
     read_views(&String::from_utf8_lossy(&bytes)).map_err(|problem| BmfrError::content(path, problem))
 }
 
-
 /// The numbers of the initialiser of an array.
 fn numbers(text: &str, name: &str) -> Result<Vec<f64>, String> {
     let missing = || format!("has no array {name} = {{...}};");
@@ -74,7 +73,10 @@ mod tests {
     fn arrays_are_read_and_others_are_refused() {
         let matrix = "{{1.0f, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, -1.5e0f, 0}, /* the last; row */ {0, 0, 0, 1}}";
         let offsets = "const float pixel_offsets[1][2] = {{0.5f, 0.25f}};";
-        let good = format!("// of 1 frame\nconst float camera_matrices[1][4][4] = {{{}}};\n{offsets}", matrix.replace("; row", ""));
+        let good = format!(
+            "// of 1 frame\nconst float camera_matrices[1][4][4] = {{{}}};\n{offsets}",
+            matrix.replace("; row", "")
+        );
         let views = read_views(&good).unwrap();
         assert_eq!((views.len(), views[0].matrix[10], views[0].offset), (1, -1.5, [0.5, 0.25]));
         for (text, wanted) in [

@@ -33,7 +33,8 @@ pub fn check() -> Result<()> {
 
 #[cfg(feature = "oidn")]
 fn device() -> Result<oidn::Device> {
-    oidn::Device::new().map_err(|error| anyhow::anyhow!("--variant oidn: Open Image Denoise does not start: {error}"))
+    oidn::Device::new()
+        .map_err(|error| anyhow::anyhow!("--variant oidn: Open Image Denoise does not start: {error}"))
 }
 
 /// Denoises the radiance; milliseconds that the filter took, without setting it up.

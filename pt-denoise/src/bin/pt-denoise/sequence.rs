@@ -5,9 +5,9 @@ use crate::{Args, oidn};
 use anyhow::{Context, Result, ensure};
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::capture::{keys, read_layer};
+use pt_core::frame::Uniforms;
 use pt_core::harness::Spread;
 use pt_core::split::to_flat;
-use pt_core::frame::Uniforms;
 use pt_core::{ChannelImages, Device, FramePlan, FrameSizes, Recorder, StageInputs, StageIo};
 use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser};
 use pt_image::atomic_file::{check_writable, write_atomic};
@@ -138,8 +138,7 @@ impl Sequence<'_> {
         let composite = Composite::for_light(self.device, indirect)?;
         let measured = if self.references.is_empty() { &[][..] } else { &[Seen::IO] };
         let guides = if by_oidn { &[oidn::GUIDES][..] } else { &[] };
-        let stages: Vec<StageIo> =
-            [chain.io(), &[Composite::io_for(indirect)], measured, guides].concat();
+        let stages: Vec<StageIo> = [chain.io(), &[Composite::io_for(indirect)], measured, guides].concat();
         let mut images = ChannelImages::alone(self.device, FrameSizes::same(size), &stages)?;
         let given: Vec<ChannelId> =
             FramePlan::new(FrameSizes::same(size)).missing(&stages).into_iter().collect();
