@@ -7,7 +7,7 @@
 mod camera;
 mod header;
 
-use camera::{Camera, Convention};
+use camera::Camera;
 use glam::Vec3;
 use pt_core::capture::folder::{CaptureWriter, FolderError, Index};
 use pt_core::capture::layer_of;
