@@ -56,8 +56,8 @@ knobs! {
         pub scale_overlay: f32 = 1.0, in 0.0..=10.0;
         /// Diffuse albedo of all surfaces, instead of their own.
         pub fixed_albedo: Option<f32> = None, in 0.0..=1.0;
-        /// Surfaces of at least this roughness reflect indirect diffuse light as its spherical harmonics have it; none do without a value. It stands for bounce rays
-        /// that are not traced (`indirect.specular_fade`), and adds light where they are.
+        /// Surfaces of at least this roughness reflect indirect diffuse light as its spherical harmonics have it, and none do without a value; it stands for bounce
+        /// rays that are not traced (`indirect.specular_fade`), and adds light where they are.
         pub fake_specular: Option<f32> = None, in 0.0..=1.0;
         /// What is seen where a camera ray meets no surface.
         pub background: Background = Background::Environment => structural;

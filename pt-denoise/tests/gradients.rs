@@ -327,3 +327,48 @@ fn changes_stay_where_they_are() {
     assert!(far.iter().filter(|i| !repeated(**i)).all(|i| lengths[*i] == 10), "{lengths:?}");
     assert!((0..count(size)).filter(|i| i % 96 < 48 - 9).all(|i| lengths[i] <= 2), "{lengths:?}");
 }
+
+/// Strata and filters of gradients beside each other: error in the first frames after a light in one half of the picture has gone out, and part of the history that is left where
+/// nothing changes.
+#[test]
+fn filters_and_strata_compared() {
+    let size = [60, 30];
+    for (stratum, filter, iterations) in [
+        (Stratum::Three, GradientFilter::Atrous, 3),
+        (Stratum::Three, GradientFilter::Strided, 2),
+        (Stratum::Five, GradientFilter::Atrous, 2),
+        (Stratum::Five, GradientFilter::Strided, 1),
+    ] {
+        let brightness = |frame: usize, i: usize| if frame < SWITCH || i % 60 >= 30 { 1.0 } else { 0.2 };
+        let mut renderer = Renderer::new(size, brightness).with_strata(stratum.side());
+        let mut bench = Bench::new(
+            size,
+            adaptive(|p| {
+                (p.antilag.stratum, p.antilag.filter, p.antilag.iterations) = (stratum, filter, iterations);
+            }),
+        );
+        let (mut error, mut kept, mut still) = (0.0, 0.0, 0.0);
+        for frame in 0..SWITCH + 4 {
+            let (light, samples) = renderer.frame(frame);
+            bench.samples = samples;
+            let out = hf(&bench.next(&wall(size), &light));
+            let part = |of: &dyn Fn(usize) -> bool, value: &dyn Fn(usize) -> f64| {
+                let inside: Vec<usize> = (0..count(size)).filter(|i| of(*i)).collect();
+                inside.iter().map(|i| value(*i)).sum::<f64>() / inside.len() as f64
+            };
+            let lengths = bench.lengths();
+            if frame + 1 == SWITCH {
+                still = part(&|_| true, &|i| f64::from(lengths[i])) / frame as f64;
+            } else if frame >= SWITCH {
+                error += part(&|i| i % 60 < 24, &|i| f64::from((out[i] - 0.2).abs()) / 0.2) / 4.0;
+                kept += part(&|i| i % 60 >= 48, &|i| f64::from(lengths[i])) / (4.0 * frame as f64);
+            }
+        }
+        println!(
+            "strata {}, {} filter of {iterations}: error after the change {error:.3}; history kept: before it {still:.3}, far from it {kept:.3}",
+            stratum.name(),
+            filter.name()
+        );
+        assert!(error < 0.6 && still > 0.8 && kept > 0.5, "{error} {still} {kept}");
+    }
+}

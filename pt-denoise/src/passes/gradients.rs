@@ -142,7 +142,12 @@ impl Gradients {
             let variance =
                 if self.compared == Compared::Pixels { 1.0 } else { filter.variance_factor(level) };
             inputs
-                .pass(frame, &format!("denoise {name} filter {level}"), &self.filter, &StageIo::of(name))
+                .pass(
+                    frame,
+                    &format!("denoise {name} {} {level}", filter.pass_name()),
+                    &self.filter,
+                    &StageIo::of(name),
+                )
                 .sample("source", now)
                 .write("target", next)
                 .push(&Self::constants(inputs, params, filter.step(level), variance))
@@ -235,6 +240,14 @@ impl AntilagIndirect {
 }
 
 impl GradientFilter {
+    /// What its passes are called.
+    const fn pass_name(self) -> &'static str {
+        match self {
+            Self::Atrous => "a-trous",
+            Self::Strided => "strided",
+        }
+    }
+
     /// Taps to each side.
     pub(crate) const fn radius(self) -> i32 {
         match self {
