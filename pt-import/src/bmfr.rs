@@ -136,7 +136,8 @@ fn sidecar(number: u32, frame: &Recorded, camera: &Camera, before: &Camera) -> S
         time_step: None,
         camera: (&camera.record()).into(),
         camera_previous: (&before.record()).into(),
-        params: serde_json::Value::Object(serde_json::Map::new()),
+        // The light is of one kind: bounces are part of it.
+        params: serde_json::json!({ "indirect": { "bounces": 0.0 } }),
         device: String::new(),
         driver: String::new(),
         backend: String::new(),
