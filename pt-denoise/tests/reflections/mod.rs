@@ -209,7 +209,8 @@ const SEEDS: u64 = 5;
 fn glass_error(split: bool, period: usize, frames: usize) -> [f64; 2] {
     const REFLECTANCE: f32 = 0.3;
     let width = SIZE[0] as usize;
-    let band = |i: usize, shift: usize| if (i % width + shift) / period % 2 == 0 { 2.0f32 } else { 0.5 };
+    let band =
+        |i: usize, shift: usize| if ((i % width + shift) / period).is_multiple_of(2) { 2.0f32 } else { 0.5 };
     let reflected = |i: usize| band(i, 0);
     let refracted = |i: usize| band(i, period / 2);
     let is_reflecting = |i: usize| (i % width + i / width).is_multiple_of(2);
