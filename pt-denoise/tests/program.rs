@@ -233,7 +233,7 @@ fn variants_run_side_by_side_on_a_sequence() {
         sorted.sort_unstable();
         assert_eq!(sorted, contract);
         let energy = row["energy_ratio"].as_f64().unwrap();
-        // The noise of the wall is a lattice, with which few taps of a disk alias.
+        // The recorded hit distances are the light itself: dark pixels are blurred less, which the sum shows.
         let most = if row["variant"] == "recurrent" { 0.2 } else { 0.05 };
         assert!((energy - 1.0).abs() < most, "{row}");
         assert!(row["detail_ratio"].as_f64().unwrap() >= 0.0, "{row}");
@@ -247,7 +247,9 @@ fn variants_run_side_by_side_on_a_sequence() {
         for key in ["temporal_pixel", "temporal_block"] {
             // The first frame of a variant has none before it; what stands still does not change.
             let value = row[key].as_f64();
-            assert!(if i % 3 == 0 { value.is_none() } else { value.unwrap() < 1e-3 }, "{key}: {row}");
+            // Its disks turn from frame to frame.
+            let most = if row["variant"] == "recurrent" { 1e-2 } else { 1e-3 };
+            assert!(if i % 3 == 0 { value.is_none() } else { value.unwrap() < most }, "{key}: {row}");
         }
     }
     for (i, row) in rows.iter().enumerate() {
