@@ -16,6 +16,8 @@ fn main() {
         LfPush::glsl(),
         GradientPush::glsl(),
         GradientPixelsPush::glsl(),
+        RecurrentPush::glsl(),
+        SpecularMotion::glsl(),
     ];
     pt_shaders::compiler::Kernels::new()
         .header("composite_push.glsl", CompositePush::glsl())

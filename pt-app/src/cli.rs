@@ -3,7 +3,7 @@
 #[cfg(feature = "codecs")]
 use crate::commands::bake;
 use crate::commands::{
-    bench, capture, compare, info, knobs, merge, passes, reference, render, replay, scenes, sheet,
+    bench, capture, compare, import, info, knobs, merge, passes, reference, render, replay, scenes, sheet,
 };
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -48,6 +48,8 @@ pub enum Command {
     Capture(Box<capture::CaptureArgs>),
     /// Run the rest of the frame on recorded frames, without a scene.
     Replay(replay::ReplayArgs),
+    /// Make a capture of frames that another renderer recorded.
+    Import(import::ImportArgs),
     /// Path trace the ground truth of a scene, without bias.
     Reference(Box<reference::ReferenceArgs>),
     /// Join slices of one render of `pt reference`.
@@ -76,6 +78,7 @@ impl Cli {
             Command::Render(args) => render::run(args, out),
             Command::Capture(args) => capture::run(args, out),
             Command::Replay(args) => replay::run(args, out),
+            Command::Import(args) => import::run(args, out),
             Command::Reference(args) => reference::run(args, out),
             Command::Merge(args) => merge::run(args, out),
             #[cfg(feature = "codecs")]

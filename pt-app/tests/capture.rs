@@ -211,3 +211,105 @@ fn the_python_example_reads_a_capture() {
         "{text}"
     );
 }
+
+/// Three frames of a wall of albedo 0.5 under noise, in the layout of the BMFR data set; the camera moves by 1.5 pixels a frame. `shift_of_frame`: how far its matrix is
+/// off.
+fn write_bmfr(folder: &Path, transposed: bool, shift_of_frame: impl Fn(u32) -> f32) {
+    use pt_image::image_file::Layer;
+    let (size, distance) = ([24u32, 16u32], 4.0f32);
+    std::fs::create_dir_all(folder.join("inputs")).unwrap();
+    let (mut matrices, mut offsets) = (String::new(), String::new());
+    for frame in 0..3u32 {
+        let x = 0.5 * frame as f32;
+        let shown = x + shift_of_frame(frame);
+        // Clip = (x - eye, 1.5 y, z, -z) for half a picture of 1 x 2/3 at distance 1.
+        let rows =
+            [[1.0, 0.0, 0.0, -shown], [0.0, 1.5, 0.0, 0.0], [0.0, 0.0, -1.0, -0.2], [0.0, 0.0, -1.0, 0.0]];
+        let of = |r: usize, c: usize| if transposed { rows[c][r] } else { rows[r][c] };
+        let row = |r: usize| (0..4).map(|c| format!("{:.4}f", of(r, c))).collect::<Vec<_>>().join(", ");
+        let all: Vec<_> = (0..4).map(|r| format!("{{{}}}", row(r))).collect();
+        matrices += &format!("{{{}}}, // frame {frame}\n", all.join(", "));
+        offsets += "{0.5f, 0.5f}, ";
+        let image = |name: &str, pixel: &dyn Fn(u32, u32) -> [f32; 3]| {
+            let pixels: Vec<f32> = (0..size[1])
+                .flat_map(|y| (0..size[0]).map(move |x| [x, y]))
+                .flat_map(|[x, y]| pixel(x, y))
+                .collect();
+            let mut out = LayeredImage::new(size[0], size[1]).unwrap();
+            out.layers.push(Layer::from_interleaved("", &["R", "G", "B"], 3, &pixels));
+            out.write_exr(&folder.join(format!("inputs/{name}{frame}.exr"))).unwrap();
+        };
+        // The last column is sky.
+        let is_wall = |x: u32| x + 1 < size[0];
+        let noise = |x: u32, y: u32| {
+            ((x + 24 * y + 400 * frame).wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 23) as f32
+        };
+        image("color", &|x, y| if is_wall(x) { [noise(x, y); 3] } else { [3.0; 3] });
+        image("albedo", &|x, _| if is_wall(x) { [0.5; 3] } else { [1.0; 3] });
+        image("shading_normal", &|x, _| if is_wall(x) { [0.0, 0.0, 1.0] } else { [0.0; 3] });
+        image("world_position", &|px, py| {
+            let u = 2.0 * (px as f32 + 0.5) / size[0] as f32 - 1.0;
+            let v = 1.0 - 2.0 * (py as f32 + 0.5) / size[1] as f32;
+            if is_wall(px) { [x + distance * u, distance * v / 1.5, -distance] } else { [0.0; 3] }
+        });
+        image("reference", &|x, _| if is_wall(x) { [0.5; 3] } else { [3.0; 3] });
+    }
+    let text = format!(
+        "// matrices\nconst float camera_matrices[3][4][4] = {{\n{matrices}}};\nconst float pixel_offsets[3][2] = {{{offsets}}};\n"
+    );
+    std::fs::write(folder.join("camera_matrices.h"), text).unwrap();
+}
+
+/// Frames of another renderer become a capture that can be denoised; what they lack is named.
+#[test]
+fn bmfr_frames_become_a_capture() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().display();
+    let flat = |image: &LayeredImage, layer: &str, name: &str| image.channel(layer, name).unwrap().to_f32();
+    for transposed in [false, true] {
+        let (from, to) = (format!("{dir}/bmfr{transposed}"), format!("{dir}/capture{transposed}"));
+        write_bmfr(Path::new(&from), transposed, |_| 0.0);
+        run(&format!("import bmfr {from} -o {to}"));
+        let capture = CaptureFolder::open(Path::new(&to)).unwrap();
+        assert_eq!(capture.range(), 0..3);
+        assert!(capture.index.frames.iter().all(|frame| frame.reference.is_some()));
+        let frame = capture.frame(1).unwrap();
+        let record = frame.sidecar.record();
+        assert!((record.camera.world_from_view.w_axis.x - 0.5).abs() < 1e-5, "{:?}", record.camera);
+        assert!((record.camera.half_extent.y - 1.0 / 1.5).abs() < 1e-5, "{:?}", record.camera);
+        let image = frame.into_image();
+        let (motion, depth) = (flat(&image, "motion", "X"), flat(&image, "view_depth", "Z"));
+        // The camera went to the right by 1.5 pixels of the wall: what is at a pixel now was farther right.
+        assert!((motion[24 * 8 + 5] - 1.5 / 24.0).abs() < 1e-4, "{}", motion[24 * 8 + 5]);
+        let corner =
+            (4.0f32 * 4.0 + (4.0 * 23.0f32 / 24.0).powi(2) + (4.0 * 15.0f32 / 16.0 / 1.5).powi(2)).sqrt();
+        assert!((depth[0] - corner).abs() < 1e-4 && depth[23] == 1e18, "{} {}", depth[0], depth[23]);
+        assert_eq!(flat(&image, "transparent", "A")[22..24], [0.0, 1.0]);
+    }
+    let to = format!("{dir}/capturefalse");
+    run(&format!("replay {to} --from denoise --set denoise.variant=svgf -o {dir}/out.exr"));
+    let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
+    let red = flat(&out, "", "R");
+    let wall: Vec<f32> = (0..24 * 16).filter(|i| i % 24 < 20).map(|i| red[i]).collect();
+    let mean = wall.iter().sum::<f32>() / wall.len() as f32;
+    let deviation = (wall.iter().map(|v| (v - mean).powi(2)).sum::<f32>() / wall.len() as f32).sqrt();
+    // Light of mean 1 on albedo 0.5; the input deviates by 0.29.
+    assert!((mean - 0.5).abs() < 0.03 && deviation < 0.08, "{mean} +- {deviation}");
+    assert!((red[23] - 3.0).abs() < 0.1, "the sky is seen: {}", red[23]);
+
+    let missing = pt(&format!("replay {to} --from denoise --set denoise.variant=asvgf -o {dir}/out.exr"));
+    assert!(missing.as_ref().is_err_and(|e| e.contains("gradient_sample")), "{missing:?}");
+    let moved = format!("{dir}/moved");
+    write_bmfr(Path::new(&moved), false, |frame| if frame == 1 { 2.0 } else { 0.0 });
+    let lost = format!("{dir}/lost");
+    write_bmfr(Path::new(&lost), false, |_| 0.0);
+    std::fs::remove_file(format!("{lost}/inputs/albedo1.exr")).unwrap();
+    for (from, wanted) in [
+        (moved.as_str(), "the matrix of frame 1 does not fit world_position"),
+        (lost.as_str(), "albedo1.exr"),
+        (folder.path().to_str().unwrap(), "no color0.exr"),
+    ] {
+        let refused = pt(&format!("import bmfr {from} -o {from}_out"));
+        assert!(refused.as_ref().is_err_and(|e| e.contains(wanted) && e.lines().count() == 1), "{refused:?}");
+    }
+}

@@ -1,16 +1,11 @@
 // How much of a history the change of the light makes worthless: Schied, Peters and Dachsbacher 2018, "Gradient Estimation for Real-Time Adaptive
 // Temporal Filtering", section 4.3. The kernel declares `push` as TemporalPush. Gradients are those that gradient_atrous.comp has filtered.
 #include "channels.glsl"
-
-// Pixels of the flat frame along a side of a stratum, which has one gradient pixel.
-const int STRATUM_SIDE = 3;
-
+#include "history.glsl"
+#include "stratum.glsl"
 
 // Whether the light of a pixel is the sample of the last frame, taken again.
-bool is_repeated(ivec2 pixel) {
-    ivec2 within = pixel % STRATUM_SIDE;
-    return imageLoad(ch_gradient_sample, pixel / STRATUM_SIDE).x == float(1 + within.y * STRATUM_SIDE + within.x);
-}
+bool is_repeated(ivec2 pixel) { return imageLoad(ch_gradient_sample, pixel / stratum_side).x == gradient_number(pixel); }
 
 float relative(float change, float greatest) { return greatest > 0.0 ? clamp(change / greatest, 0.0, 1.0) : 0.0; }
 
@@ -24,10 +19,4 @@ vec2 antilag(vec4 g) {
 float antilag_of_sums(vec4 sums, float k) {
     float change = max(abs(sums.x - sums.y) - push.gate_noise * sqrt(max(max(sums.z, sums.w), 0.0)), 0.0);
     return min(k * relative(change, max(sums.x, sums.y)), 1.0);
-}
-
-// Length of a history that is left: n (1 - a)^10, rounded down.
-uint kept_frames(uint frames, float lag) {
-    float kept = 1.0 - lag, second = kept * kept, fourth = second * second;
-    return uint(float(frames) * (fourth * fourth * second));
 }

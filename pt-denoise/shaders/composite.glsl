@@ -1,6 +1,7 @@
 // Turns demodulated light into radiance. Extent: split frame.
 //   color = ((hf + lf) * albedo + spec * max(0.01, F0)) * throughput, then the transparent layer "over" it.
-// lf, with INDIRECT alone: irradiance / pi of the low-frequency light at the pixel's normal.
+// lf, with INDIRECT alone: irradiance / pi of the low-frequency light at the pixel's normal. Its specular reflection is added to spec where the surface is rough
+// enough, if a knob asks for it.
 // Where there is no surface only the transparent layer counts. A pixel of a transparent background, where the camera ray itself meets no
 // surface, is 0 in all channels: no flag in alpha says that it is empty.
 #include "channels.glsl"
@@ -8,6 +9,7 @@
 #include "constants.glsl"
 #include "reflectance.glsl"
 #ifdef INDIRECT
+#include "bsdf/ggx.glsl"
 #include "math.glsl"
 #include "pack.glsl"
 #include "sh.glsl"
@@ -31,6 +33,34 @@ vec3 low_frequency(ivec2 p) {
 #endif
 }
 
+// Specular reflection over F0 of the light that the spherical harmonics hold, as if it came from one direction. l = 1 over l = 0 says which, and how sharply: light from
+// all sides has a ratio of 0, where the mirror direction and a lobe as wide as that of roughness 1 stand for it; uniform light of radiance L then gives L at normal
+// incidence.
+vec3 reflected_low_frequency(ivec2 p) {
+#ifdef INDIRECT
+    float roughness = imageLoad(ch_metallic_roughness, p).y;
+    vec4 luma = texelFetch(light_lf_sh, p, 0);
+    if (push.fake_specular > 1.0 || roughness < push.fake_specular || !(luma.w > 0.0)) return vec3(0.0);
+    vec3 n = unpack_unit_vector(imageLoad(ch_normal, p).x), d = unpack_unit_vector(imageLoad(ch_view_direction, p).x);
+    vec3 directed = luma.xyz * (SH_Y0 / (SH_Y1 * luma.w));
+    float sharpness = min(length(directed), 1.0);
+    vec3 l = normalize(mix(reflect(d, n), directed / max(length(directed), 1e-6), sharpness));
+    float alpha = square(max(mix(1.0, roughness, sharpness), 0.01));
+    float n_l = dot(n, l), n_v = -dot(n, d);
+    if (!(n_l > 0.0) || !(n_v > 0.0)) return vec3(0.0);
+    // Isotropic: the z axis is the normal, and x and y need only have the right lengths.
+    vec3 v = vec3(sqrt(max(1.0 - n_v * n_v, 0.0)), 0.0, n_v), to_light = vec3(sqrt(max(1.0 - n_l * n_l, 0.0)), 0.0, n_l);
+    vec3 h = normalize(l - d);
+    float n_h = clamp(dot(n, h), 0.0, 1.0);
+    vec3 half_vector = vec3(sqrt(1.0 - n_h * n_h), 0.0, n_h);
+    float whole = luma.w / SH_Y0;
+    vec3 light = max(rgb_from_ycocg(vec3(whole, texelFetch(light_lf_cocg, p, 0).xy)), vec3(0.0));
+    return light * (ggx_d(alpha, half_vector) * ggx_visibility(vec2(alpha), v, to_light) * n_l);
+#else
+    return vec3(0.0);
+#endif
+}
+
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(ch_color)))) return;
@@ -48,7 +78,8 @@ void main() {
         float metallic = imageLoad(ch_metallic_roughness, p).x;
         vec3 albedo = push.use_albedo != 0u ? vec3(push.albedo) : diffuse_albedo(base.rgb, metallic);
         vec3 diffuse = (texelFetch(light_hf, p, 0).rgb * push.scale_hf + low_frequency(p)) * albedo;
-        vec3 specular = texelFetch(light_spec, p, 0).rgb * demodulation(base, metallic) * push.scale_spec;
+        vec3 reflected = texelFetch(light_spec, p, 0).rgb + reflected_low_frequency(p);
+        vec3 specular = reflected * demodulation(base, metallic) * push.scale_spec;
         color = (diffuse + specular) * imageLoad(ch_throughput, p).rgb;
     }
     vec4 overlay = imageLoad(ch_transparent, p);

@@ -8,8 +8,8 @@ layout(push_constant, scalar) uniform Push { TemporalPush push; };
 #include "reprojection.glsl"
 #include "sums.glsl"
 
-shared vec4 terms_hf[24 * 9];
-shared vec4 terms_spec[24 * 9];
+shared vec4 terms_hf[GROUP_SIDE * GROUP_SIDE];
+shared vec4 terms_spec[GROUP_SIDE * GROUP_SIDE];
 
 void compare(ivec2 pixel, out vec4 hf, out vec4 spec) {
     hf = vec4(0.0);
@@ -25,7 +25,7 @@ void compare(ivec2 pixel, out vec4 hf, out vec4 spec) {
     float weights = 0.0, frames = 0.0;
     for (int k = 0; k < 4; ++k) {
         if (taps.weight[k] == 0.0) continue;
-        uint n = imageLoad(im_surface_prev, taps.at[k]).y;
+        uint n = history_frames(imageLoad(im_surface_prev, taps.at[k]).y);
         if (n == 0u) continue;
         moments += taps.weight[k] * imageLoad(im_moments_prev, taps.at[k]);
         frames += taps.weight[k] * float(n);
@@ -49,9 +49,9 @@ void main() {
     if (!stores_stratum(stratum)) return;
     hf = vec4(0.0);
     spec = vec4(0.0);
-    for (int i = 0; i < 9; ++i) {
-        hf += terms_hf[thread_of(gl_LocalInvocationIndex, i)];
-        spec += terms_spec[thread_of(gl_LocalInvocationIndex, i)];
+    for (int i = 0; i < stratum_side * stratum_side; ++i) {
+        hf += terms_hf[thread_of(int(gl_LocalInvocationIndex), i)];
+        spec += terms_spec[thread_of(int(gl_LocalInvocationIndex), i)];
     }
     imageStore(im_sums_hf, stratum, hf);
     imageStore(im_sums_spec, stratum, spec);

@@ -1,13 +1,14 @@
-// How much indirect diffuse light has changed. Its samples are not repeated: its luma is compared with that of the history. Extent: strata of 3 x 3 pixels of
+// How much indirect diffuse light has changed. Its samples are not repeated: its luma is compared with that of the history. Extent: strata of
 // the flat frame.
 #include "denoise_records.glsl"
 
 layout(push_constant, scalar) uniform Push { TemporalPush push; };
+#include "stratum.glsl"
 #include "lf_light.glsl"
 #include "reprojection.glsl"
 #include "sums.glsl"
 
-shared vec4 terms[24 * 9];
+shared vec4 terms[GROUP_SIDE * GROUP_SIDE];
 
 vec4 compare(ivec2 pixel) {
     if (!inside(pixel)) return vec4(0.0);
@@ -37,6 +38,6 @@ void main() {
     ivec2 stratum;
     if (!stores_stratum(stratum)) return;
     vec4 sum = vec4(0.0);
-    for (int i = 0; i < 9; ++i) sum += terms[thread_of(gl_LocalInvocationIndex, i)];
+    for (int i = 0; i < stratum_side * stratum_side; ++i) sum += terms[thread_of(int(gl_LocalInvocationIndex), i)];
     imageStore(im_sums_lf, stratum, sum);
 }

@@ -1,23 +1,33 @@
-// Chooses gradient pixels before the light is computed: Schied, Peters and Dachsbacher 2018, section 4.2. Of each stratum of 3 x 3 pixels of the flat
-// frame one pixel gets the surface and the random seed of the last frame: the lighting stages then take its light samples again. The surface is the
-// same point of the object, where it is now (backward projection: the pixel is where the motion of its own surface comes from). A pixel that
-// was a gradient pixel in the last frame is none again: its seed is that of the frame before. Extent: strata.
+// Chooses gradient pixels before the light is computed: Schied, Peters and Dachsbacher 2018, section 4.2. Of each stratum of the flat frame one pixel gets the
+// surface and the random seed of the last frame: the lighting stages then take its light samples again. The surface is the same point of the object,
+// where it is now. A pixel that was a gradient pixel in the last frame is none again: its seed is that of the frame before. Extent: strata.
+//
+// Backward projection: the pixel is where the motion of its own surface comes from. Forward projection: a random pixel of each stratum of the last frame is
+// sought in this frame; a stratum takes one of those that lie in it. They are found without atomics: the stratum looks at those of the 3 x 3 strata around the place
+// where the motion of its middle comes from.
 #include "surface.glsl"
 #include "denoise_records.glsl"
 #include "frame.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { GradientPixelsPush push; };
+#include "camera.glsl"
 #include "light_sample.glsl"
 #include "reprojection.glsl"
 #include "rng.glsl"
+#include "stratum.glsl"
 
 struct Candidate { ivec2 at; ivec2 from; int number; vec2 luminance; float score; };
 
-bool was_gradient_pixel(ivec2 tap) {
-    ivec2 within = tap % 3;
-    return imageLoad(ch_gradient_sample_prev, tap / 3).x == float(1 + within.y * 3 + within.x);
+const Candidate NO_CANDIDATE = Candidate(ivec2(0), ivec2(0), -1, vec2(0.0), -1.0);
+
+bool was_gradient_pixel(ivec2 tap) { return imageLoad(ch_gradient_sample_prev, tap / stratum_side).x == gradient_number(tap); }
+
+uint random_of(ivec2 stratum) {
+    return random4_bits(uvec2(uint(stratum.x) | uint(stratum.y) << 16u, frame.frame_index), DIM_GRADIENT, frame.seed).x;
 }
+
+int pixels_of_stratum() { return stratum_side * stratum_side; }
 
 // Light of the last frame.
 bool light_before(ivec2 from, out vec2 luminances_before) {
@@ -26,12 +36,18 @@ bool light_before(ivec2 from, out vec2 luminances_before) {
     return is_light(hf) && is_light(spec);
 }
 
+// Where the point of the object is now that a pixel showed in the last frame.
+vec3 position_now(ivec2 from) {
+    uvec2 visible = imageLoad(ch_visibility_prev, from).xy;
+    return load_surface(visible.x, visible.y, imageLoad(ch_barycentrics_prev, from).xy).position;
+}
+
 // The surface that the pixel showed in the last frame, where it is now, with its random seed.
 void take_over(Candidate c) {
     uvec2 visible = imageLoad(ch_visibility_prev, c.from).xy;
     vec2 barycentrics = imageLoad(ch_barycentrics_prev, c.from).xy;
     vec4 before = imageLoad(ch_shading_position_prev, c.from);
-    vec3 now = load_surface(visible.x, visible.y, barycentrics).position;
+    vec3 now = position_now(c.from);
     uvec2 direction = imageLoad(ch_view_direction_prev, c.from).xy;
     vec4 camera = frame.camera.world_from_view[3];
     // Where nothing moves, the direction of the last frame is the same to the bit.
@@ -51,15 +67,20 @@ void take_over(Candidate c) {
     imageStore(ch_view_direction, c.at, uvec4(direction, 0u, 0u));
 }
 
-void main() {
-    ivec2 stratum = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(stratum, (ivec2(push.size) + 2) / 3))) return;
-    uint random = random4_bits(uvec2(uint(stratum.x) | uint(stratum.y) << 16u, frame.frame_index), DIM_GRADIENT, frame.seed).x;
-    Candidate best = Candidate(ivec2(0), ivec2(0), -1, vec2(0.0), -1.0);
-    for (int i = 0; i < 9; ++i) {
+// Keeps the brighter one; without scores the first one.
+void consider(inout Candidate best, Candidate c) {
+    if (!light_before(c.from, c.luminance)) return;
+    c.score = push.brightest != 0u ? c.luminance.x + c.luminance.y : 0.0;
+    if (c.score > best.score) best = c;
+}
+
+Candidate backward(ivec2 stratum) {
+    int first = int(random_of(stratum) % uint(pixels_of_stratum()));
+    Candidate best = NO_CANDIDATE;
+    for (int i = 0; i < pixels_of_stratum(); ++i) {
         // From a random one on, so that of several that are alike each may be chosen.
-        int number = (i + int(random % 9u)) % 9;
-        ivec2 pixel = stratum * 3 + ivec2(number % 3, number / 3);
+        int number = (i + first) % pixels_of_stratum();
+        ivec2 pixel = stratum_pixel(stratum, number);
         if (!inside(pixel)) continue;
         ivec2 at = flat_to_split(pixel, field_width());
         uint flags = imageLoad(ch_view_direction, at).y;
@@ -67,13 +88,62 @@ void main() {
         if (!r.valid) continue;
         ivec2 tap = ivec2(floor(r.place + 0.5));
         if (!shows_surface(r, pixel, tap) || was_gradient_pixel(tap)) continue;
-        Candidate c = Candidate(at, flat_to_split(tap, field_width()), number, vec2(0.0), 0.0);
-        if (!light_before(c.from, c.luminance)) continue;
+        consider(best, Candidate(at, flat_to_split(tap, field_width()), number, vec2(0.0), -1.0));
         // The first one is as random as any.
-        if (push.brightest != 0u) c.score = c.luminance.x + c.luminance.y;
-        if (c.score > best.score) best = c;
-        if (push.brightest == 0u) break;
+        if (push.brightest == 0u && best.number >= 0) break;
     }
+    return best;
+}
+
+// The pixel that shows the surface of pixel `tap` of the last frame, if it lies in the stratum. Paths over mirrors and glass have no projection.
+bool lands_in(ivec2 stratum, ivec2 tap, out Candidate c) {
+    c = NO_CANDIDATE;
+    c.from = flat_to_split(tap, field_width());
+    uint word = imageLoad(im_surface_prev, c.from).x;
+    if (word == 0u || was_gradient_pixel(tap) || imageLoad(ch_view_direction_prev, c.from).y != FLAG_PRIMARY) return false;
+    vec3 place = project(frame.camera, position_now(c.from));
+    vec2 at = place.xy * vec2(push.size);
+    if (!is_finite(place) || any(greaterThan(abs(at), vec2(1e6)))) return false;
+    ivec2 pixel = ivec2(floor(at));
+    if (!inside(pixel) || pixel / stratum_side != stratum) return false;
+    c.at = flat_to_split(pixel, field_width());
+    uint flags = imageLoad(ch_view_direction, c.at).y;
+    // Something else may be in front of it now.
+    float tolerance = push.depth * place.z + 2.0 / max(imageLoad(ch_motion, c.at).w, 1e-18);
+    vec3 before = unpack_unit_vector(imageLoad(ch_vertex_normal_prev, c.from).x);
+    if (surface_word(c.at, flags) != word || !(abs(imageLoad(ch_view_depth, c.at).x - place.z) <= tolerance)) return false;
+    c.number = int(gradient_number(pixel)) - 1;
+    return dot(unpack_unit_vector(imageLoad(ch_vertex_normal, c.at).x), before) >= push.normal;
+}
+
+Candidate forward(ivec2 stratum) {
+    Candidate best = NO_CANDIDATE;
+    ivec2 middle = min(stratum_pixel(stratum, pixels_of_stratum() / 2), ivec2(push.size) - 1);
+    ivec2 at = flat_to_split(middle, field_width());
+    uint flags = imageLoad(ch_view_direction, at).y;
+    Reprojection r = reproject(middle, at, surface_word(at, flags), flags);
+    if (!r.valid) return best;
+    ivec2 was = ivec2(floor(r.place + 0.5)) / stratum_side;
+    int first = int(random_of(stratum) % 9u);
+    for (int i = 0; i < 9; ++i) {
+        int k = (i + first) % 9;
+        ivec2 other = was + ivec2(k % 3, k / 3) - 1;
+        if (any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, stratum_count()))) continue;
+        ivec2 tap = stratum_pixel(other, int(random_of(other) % uint(pixels_of_stratum())));
+        Candidate c;
+        if (!inside(tap) || !lands_in(stratum, tap, c)) continue;
+        consider(best, c);
+        if (push.brightest == 0u && best.number >= 0) break;
+    }
+    return best;
+}
+
+void main() {
+    ivec2 stratum = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(stratum, stratum_count()))) return;
+    Candidate best;
+    if (push.forward != 0u) best = forward(stratum);
+    else best = backward(stratum);
     if (best.number >= 0) take_over(best);
     imageStore(ch_gradient_sample, stratum, vec4(float(best.number + 1), best.luminance, 0.0));
 }

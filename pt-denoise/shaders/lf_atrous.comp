@@ -13,6 +13,12 @@ layout(set = 2, binding = 3, rgba32f) uniform writeonly image2D target_cocg;
 // Binomial, of sum 1 over 3 x 3 taps.
 const float KERNEL[2] = float[2](0.5, 0.25);
 
+// Far brighter light is that of another room. The same both ways, so that it keeps the sum.
+float leak_guard(float p, float q) {
+    float least = min(p, q), greatest = max(p, q);
+    return greatest > 0.0 ? clamp(1.5 - 0.25 * greatest / max(least, 1e-20), 0.0, 1.0) : 1.0;
+}
+
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(tile, tile_count()))) return;
@@ -31,6 +37,7 @@ void main() {
             float weight = lf_weight(p, lf_guide(pixel), pixel - anchor, push.depth, push.normal);
             weight *= KERNEL[abs(offset.x)] * KERNEL[abs(offset.y)];
             vec4 luma = texelFetch(source_sh, other, 0);
+            if (push.guard != 0u) weight *= leak_guard(own.luma.w, luma.w);
             add(change, ShLight(luma - own.luma, c.xy - own.chroma), weight);
         }
         add(own, change, 1.0);

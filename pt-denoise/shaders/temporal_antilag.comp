@@ -1,2 +1,4 @@
 #define ANTILAG 1
+#define VIRTUAL 0
+#define SOURCE 0
 #include "temporal.glsl"

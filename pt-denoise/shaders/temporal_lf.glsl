@@ -40,7 +40,7 @@ void main() {
     }
 #if ANTILAG
     bool repeated = is_repeated(pixel) && frames > 0.0;
-    float lag = antilag_of_sums(texelFetch(sums_lf, pixel / STRATUM_SIDE, 0), push.antilag_lf);
+    float lag = antilag_of_sums(texelFetch(sums_lf, pixel / stratum_side, 0), push.antilag_lf);
     frames = float(kept_frames(uint(frames), lag));
 #else
     const float lag = 0.0;

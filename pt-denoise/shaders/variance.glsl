@@ -7,6 +7,7 @@
 #include "denoise_images.glsl"
 #include "denoise_records.glsl"
 #include "edge_stopping.glsl"
+#include "history.glsl"
 #include "light_sample.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
@@ -29,7 +30,7 @@ int field_width() { return (int(push.size.x) + 1) / 2; }
 
 LightSample accumulated_light(ivec2 at, bool surface) {
 #if TEMPORAL
-    bool known = surface && imageLoad(im_surface, at).y > 0u;
+    bool known = surface && history_frames(imageLoad(im_surface, at).y) > 0u;
     return LightSample(texelFetch(source_hf, at, 0).rgb, texelFetch(source_spec, at, 0).rgb, known);
 #else
     return load_light(at, surface);
@@ -88,8 +89,8 @@ vec2 spatial_variance(int centre) {
 
 #if TEMPORAL
 // Of a mean of n samples, or of an exponential mean of that weight.
-vec2 temporal_variance(vec4 moments, uint n) {
-    vec2 share = max(vec2(1.0 / float(n)), vec2(push.alpha_hf, push.alpha_spec) / (2.0 - vec2(push.alpha_hf, push.alpha_spec)));
+vec2 temporal_variance(vec4 moments, uvec2 n) {
+    vec2 share = max(1.0 / vec2(n), vec2(push.alpha_hf, push.alpha_spec) / (2.0 - vec2(push.alpha_hf, push.alpha_spec)));
     vec2 biased = max(moments.yw - moments.xz * moments.xz, 0.0);
     return biased * share / max(1.0 - share, 0.5);
 }
@@ -110,8 +111,11 @@ void main() {
     if (tile_normal[centre] != 0u) {
         light = accumulated_light(at, true);
 #if TEMPORAL
-        uint n = imageLoad(im_surface, at).y;
-        variance = n >= push.min_length ? temporal_variance(imageLoad(im_moments, at), n) : spatial_variance(centre);
+        uint word = imageLoad(im_surface, at).y;
+        uvec2 n = uvec2(history_frames(word), specular_frames(word));
+        bvec2 is_long = greaterThanEqual(n, uvec2(push.min_length));
+        variance = all(is_long) ? vec2(0.0) : spatial_variance(centre);
+        if (any(is_long)) variance = mix(variance, temporal_variance(imageLoad(im_moments, at), max(n, uvec2(1u))), is_long);
 #else
         variance = spatial_variance(centre);
         if (push.firefly > 0.0) {

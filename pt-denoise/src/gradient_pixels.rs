@@ -3,7 +3,7 @@
 use crate::DenoiseParams;
 use crate::images::SURFACE;
 use crate::kernels;
-use crate::records::{GradientPixel, GradientPixelsPush};
+use crate::records::{GradientPixel, GradientPixelsPush, Projection};
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo};
 use pt_shaders::channels::{
@@ -11,7 +11,7 @@ use pt_shaders::channels::{
     NORMAL, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION, VISIBILITY,
 };
 
-/// Gives one pixel of each 3 x 3 the surface and the random seed of the last frame, so that the lighting stages after it compute the same sample
+/// Gives one pixel of each stratum the surface and the random seed of the last frame, so that the lighting stages after it compute the same sample
 /// with this frame's lights. It needs the scene, and the history of [`crate::Denoiser::Asvgf`].
 pub struct GradientPixels {
     kernel: Kernel,
@@ -56,8 +56,9 @@ impl GradientPixels {
     ///
     /// # Errors
     /// When the device refuses it.
-    pub fn new(device: &Device, variant: TraceVariant) -> Result<Self> {
-        let constants = [("scene_features", variant.scene_features.into())];
+    pub fn new(device: &Device, variant: TraceVariant, params: &DenoiseParams) -> Result<Self> {
+        let constants =
+            [("scene_features", variant.scene_features.into()), params.antilag.stratum_constant()];
         let kernel = Kernel::compute::<GradientPixelsPush>(device, &kernels::GRADIENT_PIXELS, &constants)?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
@@ -83,10 +84,12 @@ impl GradientPixels {
             normal: params.temporal.normal_cosine(),
             reset: (!images.has_history() || !replays).into(),
             brightest: u32::from(params.antilag.pixel == GradientPixel::Brightest),
+            forward: u32::from(params.antilag.projection == Projection::Forward),
         };
+        let side = params.antilag.stratum.side();
         inputs.pass(frame, "gradient pixels", &self.kernel, &Self::IO).push(&push).dispatch([
-            size[0].div_ceil(3),
-            size[1].div_ceil(3),
+            size[0].div_ceil(side),
+            size[1].div_ceil(side),
             1,
         ])
     }

@@ -2,7 +2,7 @@
 
 pt_shaders::stage_images! { "denoise";
     SURFACE: "surface", Rg32Uint, Split, Frame, XY_UINT, "-; frames",
-        "x = what surface and path were seen (0: none), y = number of frames in the history; 0 = there is none.";
+        "x = what surface and path were seen (0: none), y = number of frames in the history; 0 = there is none. Upper 16 bits of y: 0, or frames of specular light where it has others (65535: none).";
     MOMENTS: "moments", Rgba32F, Split, Frame, XYZW, "linear radiance, and its square",
         "Means of luminance and squared luminance: of the diffuse channel, then of the specular one.";
     HISTORY_HF: "history_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
@@ -30,11 +30,12 @@ pt_shaders::stage_images! { "denoise";
     FILTERED_LF_SH: "filtered_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
         "Filtered indirect diffuse light, as color_lf_sh.";
     FILTERED_LF_COCG: "filtered_lf_cocg", Rg32F, Split, Frame, XY, "irradiance / albedo", "As color_lf_cocg.";
+    // Strata of 3 x 3 or of 5 x 5 pixels; the latter fill a part.
     GRADIENTS: "gradients", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance",
         "Change of the luminance of gradient pixels and the greater of both luminances: of the diffuse channel, then of the specular one.";
     GRADIENTS2: "gradients2", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance", "As gradients, between two passes.";
     SUMS_HF: "sums_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
-        "Sums of the luminance of diffuse light over 3 x 3 pixels: x = this frame, y = the history, z and w = variance of their difference, by this frame and by the history.";
+        "Sums of the luminance of diffuse light over strata: x = this frame, y = the history, z and w = variance of their difference, by this frame and by the history.";
     SUMS2_HF: "sums2_hf", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",
         "As sums_hf, between two passes.";
     SUMS_SPEC: "sums_spec", Rgba32F, SplitPart(3), Frame, XYZW, "linear radiance, and its square",

@@ -26,8 +26,8 @@ use pt_shaders::channels::{
 use pt_shaders::records::Background;
 use records::CompositePush;
 
-pub use passes::{AntilagParams, AtrousParams, LfParams, TemporalParams};
-pub use records::{Denoiser, GradientPixel};
+pub use passes::{AntilagParams, AtrousParams, LfParams, RecurrentParams, TemporalParams};
+pub use records::{Denoiser, GradientFilter, GradientPixel, Projection, Schedule, SpecularMotion, Stratum};
 pub use variants::DenoiseChain;
 
 knobs! {
@@ -44,6 +44,8 @@ knobs! {
         pub atrous: AtrousParams;
         /// The filter of indirect diffuse light.
         pub lf: LfParams;
+        /// The recurrent blur.
+        pub recurrent: RecurrentParams;
         /// Factor on the diffuse channel.
         pub scale_hf: f32 = 1.0, in 0.0..=10.0;
         /// Factor on the indirect diffuse channel.
@@ -54,6 +56,9 @@ knobs! {
         pub scale_overlay: f32 = 1.0, in 0.0..=10.0;
         /// Diffuse albedo of all surfaces, instead of their own.
         pub fixed_albedo: Option<f32> = None, in 0.0..=1.0;
+        /// Surfaces of at least this roughness reflect indirect diffuse light as its spherical harmonics have it, and none do without a value; it stands for bounce
+        /// rays that are not traced (`indirect.specular_fade`), and adds light where they are.
+        pub fake_specular: Option<f32> = None, in 0.0..=1.0;
         /// What is seen where a camera ray meets no surface.
         pub background: Background = Background::Environment => structural;
     }
@@ -152,6 +157,7 @@ impl Composite {
             use_albedo: u32::from(params.fixed_albedo.is_some()),
             albedo: params.fixed_albedo.unwrap_or(0.0),
             transparent_background: u32::from(params.background == Background::Transparent),
+            fake_specular: params.fake_specular.unwrap_or(2.0),
         })
         .dispatch(inputs.split_threads())
     }

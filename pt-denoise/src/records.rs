@@ -14,6 +14,69 @@ named_enum! {
 }
 
 named_enum! {
+    /// Pixels of a stratum, which has one gradient pixel.
+    pub enum Stratum {
+        /// 3 x 3: gradients at a third of the resolution.
+        Three = "3x3",
+        /// 5 x 5: fewer pixels take an old light sample, and gradients are coarser.
+        Five = "5x5",
+    }
+}
+
+impl Stratum {
+    /// Pixels along a side.
+    #[allow(dead_code, reason = "build scripts need the GLSL alone")]
+    pub const fn side(self) -> u32 {
+        match self {
+            Self::Three => 3,
+            Self::Five => 5,
+        }
+    }
+}
+
+named_enum! {
+    /// Which way gradient pixels are found.
+    pub enum Projection {
+        /// From this frame's pixels to where the motion of their surfaces comes from.
+        Backward = "backward",
+        /// From random pixels of the last frame to where their surfaces are now.
+        Forward = "forward",
+    }
+}
+
+named_enum! {
+    /// The filter over gradients.
+    pub enum GradientFilter {
+        /// 3 x 3 taps, twice as far apart in each level.
+        Atrous = "atrous",
+        /// 5 x 5 taps, three times as far apart in each level.
+        Strided = "strided",
+    }
+}
+
+named_enum! {
+    /// What the history of specular light follows.
+    pub enum SpecularMotion: "SPECULAR_MOTION" {
+        /// The surface.
+        Surface = "surface",
+        /// The mirror image behind it, at the distance of what the surface reflects.
+        Virtual = "virtual",
+        /// The mirror image where the last frame had one at that distance, else the surface.
+        Better = "better",
+    }
+}
+
+named_enum! {
+    /// In which order the pixels of an a-trous level are filtered.
+    pub enum Schedule {
+        /// Pixels whose taps are the same are filtered together (Dolp, Hanika and Dachsbacher 2024).
+        Permuted = "permuted",
+        /// Neighbours are filtered together (Dammertz et al. 2010).
+        Dilated = "dilated",
+    }
+}
+
+named_enum! {
     /// How the light channels are denoised.
     pub enum Denoiser {
         /// Not at all.
@@ -26,6 +89,10 @@ named_enum! {
         Asvgf = "asvgf",
         /// The a-trous filter of svgf alone, over each frame by itself.
         Atrous = "atrous",
+        /// Blurs whose output is the history of the next frame (Zhdanov 2021, "ReBLUR").
+        Recurrent = "recurrent",
+        /// Intel Open Image Denoise, of each frame by itself; in the program pt-denoise alone, built with the feature oidn.
+        Oidn = "oidn",
     }
 }
 
@@ -46,6 +113,8 @@ gpu_struct! {
         pub albedo: f32,
         /// 1 = pixels whose camera ray meets no surface are empty.
         pub transparent_background: u32,
+        /// Least roughness of surfaces that reflect indirect diffuse light; above 1: none.
+        pub fake_specular: f32,
     }
 }
 
@@ -76,6 +145,10 @@ gpu_struct! {
         pub antilag_lf: f32,
         /// See `AntilagParams::gate_noise`.
         pub gate_noise: f32,
+        /// `SPECULAR_MOTION_*`.
+        pub specular: u32,
+        /// See `TemporalParams::parallax`; 0 = none.
+        pub parallax: f32,
         /// Greatest length of a history.
         pub max_length: u32,
         /// 1 = there is no history.
@@ -124,7 +197,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `lf_downsample.comp`, `lf_atrous.comp` and `lf_upsample.comp`; see `LfParams`.
+    /// Push constants of the kernels `lf_*.comp`; see `LfParams`.
     pub struct LfPush {
         /// Full frame in pixels.
         pub size: UVec2,
@@ -134,11 +207,15 @@ gpu_struct! {
         pub depth: f32,
         /// See `LfParams::normal`.
         pub normal: f32,
+        /// See `LfParams::deflicker`.
+        pub limit: f32,
+        /// See `LfParams::leak_guard`.
+        pub guard: u32,
     }
 }
 
 gpu_struct! {
-    /// Push constants of `gradient.comp` and `gradient_atrous.comp`; see `AntilagParams`.
+    /// Push constants of `gradient.comp` and `gradient_filter.comp`; see `AntilagParams`.
     pub struct GradientPush {
         /// Full frame in pixels.
         pub size: UVec2,
@@ -164,5 +241,25 @@ gpu_struct! {
         pub reset: u32,
         /// 1 = the brightest pixel of the last frame, 0 = any.
         pub brightest: u32,
+        /// 1 = from the last frame's pixels.
+        pub forward: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `recurrent_*.comp` and `history_fix.comp`; see `RecurrentParams`.
+    pub struct RecurrentPush {
+        /// Full frame in pixels.
+        pub size: UVec2,
+        /// Greatest radius, pixels.
+        pub radius: f32,
+        /// See `AtrousParams::depth`.
+        pub depth: f32,
+        /// See `AtrousParams::normal`.
+        pub normal: f32,
+        /// See `AtrousParams::lobe`.
+        pub lobe: f32,
+        /// See `RecurrentParams::fix_frames`.
+        pub fix_frames: u32,
     }
 }

@@ -7,13 +7,13 @@ use pt_core::pack::pack_unit_vector;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, Recorder};
 use pt_core::{FrameSizes, SplitLight, StageInputs};
-use pt_denoise::oracle::{Pixel, composite};
+use pt_denoise::oracle::{Pixel, composite, reflected};
 use pt_denoise::{Composite, DenoiseParams};
 use pt_shaders::channels::{
     BASE_COLOR, COLOR, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, METALLIC_ROUGHNESS,
     NORMAL, SHADING_POSITION, THROUGHPUT, TRANSPARENT, VIEW_DIRECTION,
 };
-use pt_shaders::glam::Vec3;
+use pt_shaders::glam::{DVec3, Vec3};
 use pt_shaders::records::Background;
 
 /// The normal of all pixels.
@@ -193,4 +193,79 @@ fn closed_forms() {
             assert!((g - w).abs() < 1e-4, "{colors:?}, expected {expected:?}");
         }
     }
+}
+
+/// The specular reflection of spherical harmonics against the oracle; uniform light of radiance 1 gives 1 at normal incidence, and surfaces below the threshold reflect nothing.
+#[test]
+fn spherical_harmonics_are_reflected() {
+    let device = TestDevice::open();
+    let images = ChannelImages::alone(
+        &device,
+        FrameSizes::same([2, 1]),
+        &[SplitLight::UNFILTERED_INDIRECT, Composite::IO_INDIRECT],
+    )
+    .unwrap();
+    let stage = Composite::with_indirect(&device).unwrap();
+    let fill = |id: ChannelId, values: &[f32]| images.current(id).write_f32(&values.repeat(2)).unwrap();
+    for (id, value) in [(COLOR_HF, 0.0), (COLOR_SPEC, 0.0), (TRANSPARENT, 0.0)] {
+        fill(id, &[value; 4]);
+    }
+    fill(THROUGHPUT, &[1.0, 1.0, 1.0, 0.0]);
+    // A metal, which has no diffuse light.
+    fill(BASE_COLOR, &[1.0; 4]);
+    fill(SHADING_POSITION, &[1.0, 2.0, 3.0, f32::from_bits(1)]);
+    let run = |luma: [f32; 4], chroma: [f32; 2], normal: Vec3, ray: Vec3, roughness: f32, least: f32| {
+        fill(COLOR_LF_SH, &luma);
+        images.current(COLOR_LF_COCG).write_f32(&chroma.repeat(2)).unwrap();
+        fill(METALLIC_ROUGHNESS, &[1.0, roughness]);
+        images.current(NORMAL).write_u32(&[pack_unit_vector(normal); 2]).unwrap();
+        images.current(VIEW_DIRECTION).write_u32(&[pack_unit_vector(ray), 1].repeat(2)).unwrap();
+        let params = DenoiseParams { fake_specular: Some(least), ..DenoiseParams::default() };
+        let mut recorder = Recorder::new(&device).unwrap();
+        let mut frame = recorder.begin().unwrap();
+        stage
+            .record(&mut frame, &StageInputs::new(&images), SplitLight::unfiltered(&images), &params)
+            .unwrap();
+        frame.submit().unwrap();
+        let out = images.current(COLOR).read_f32().unwrap();
+        [out[0], out[1], out[2]].map(f64::from)
+    };
+    let (up, down) = (Vec3::Z, Vec3::NEG_Z);
+    // Uniform radiance 1: the integral over all directions is 4 pi.
+    let uniform = [0.0, 0.0, 0.0, 4.0 * std::f32::consts::PI * 0.282_094_8];
+    let white = run(uniform, [0.0; 2], up, down, 0.6, 0.0);
+    assert!(white.iter().all(|v| (v - 1.0).abs() < 1e-3), "{white:?}");
+    assert_eq!(run(uniform, [0.0; 2], up, down, 0.4, 0.5), [0.0; 3], "below the threshold");
+    let mut largest = 0.0f64;
+    for i in 0..24 {
+        let v = |k: u32| ((i * 7 + k * 13) % 11) as f32 / 11.0 - 0.4;
+        let normal = Vec3::new(v(0), v(1), 1.0).normalize();
+        let ray = Vec3::new(v(2), v(3), -0.8).normalize();
+        let direction = Vec3::new(v(4), v(5), 0.5).normalize();
+        let sharpness = (i % 5) as f32 / 4.0;
+        let y = 2.0 + v(6);
+        let luma = (direction * 0.488_602_5 * y * sharpness).extend(0.282_094_8 * y).to_array();
+        let chroma = [0.5 * v(7), 0.5 * v(8)];
+        let roughness = 0.3 + 0.1 * (i % 7) as f32;
+        let got = run(luma, chroma, normal, ray, roughness, 0.2);
+        let rgb = {
+            let [co, cg] = chroma.map(f64::from);
+            let t = f64::from(y) - 0.5 * cg;
+            let b = t - 0.5 * co;
+            [b + co, cg + t, b]
+        };
+        let stored = pt_core::pack::unpack_unit_vector;
+        let unit = |d: Vec3| -> DVec3 { stored(pack_unit_vector(d)).as_dvec3().normalize() };
+        // 16-bit unorm.
+        let roughness = (f64::from(roughness) * 65535.0).round() / 65535.0;
+        let want = reflected(luma.map(f64::from), rgb, unit(normal), unit(ray), roughness);
+        for k in 0..3 {
+            assert!(
+                (got[k] - want[k]).abs() < 1e-3 * want[k].abs().max(0.1),
+                "{i}: {got:?}, oracle {want:?}"
+            );
+            largest = largest.max(want[k]);
+        }
+    }
+    assert!(largest > 0.5, "something is reflected: {largest}");
 }

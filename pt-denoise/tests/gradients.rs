@@ -12,7 +12,7 @@ use pt_denoise::oracle::{
     Adaptive, GradientSample, History, LfHistory, Light, accumulate, accumulate_lf, filter_gradients,
     gradients, strata, sums_direct, sums_lf,
 };
-use pt_denoise::{DenoiseParams, Denoiser};
+use pt_denoise::{DenoiseParams, Denoiser, GradientFilter, Stratum};
 use pt_shaders::channels::ChannelId;
 
 fn adaptive(change: impl FnOnce(&mut DenoiseParams)) -> DenoiseParams {
@@ -37,12 +37,12 @@ fn random_light(size: [u32; 2], random: &mut Random) -> Vec<Light> {
 }
 
 /// Some strata have a gradient pixel, some of which have kept their light.
-fn random_samples(size: [u32; 2], light: &[Light], random: &mut Random) -> Vec<GradientSample> {
-    let [across, down] = strata(size);
+fn random_samples(size: [u32; 2], side: usize, light: &[Light], random: &mut Random) -> Vec<GradientSample> {
+    let [across, down] = strata(size, side as u32);
     (0..across * down)
         .map(|s| {
-            let number = (random.bits() % 9) as usize;
-            let at = [3 * (s % across) + number % 3, 3 * (s / across) + number / 3];
+            let number = (random.bits() % (side * side) as u64) as usize;
+            let at = [side * (s % across) + number % side, side * (s / across) + number / side];
             if random.unit() < 0.2 || at[0] >= size[0] as usize || at[1] >= size[1] as usize {
                 return GradientSample::default();
             }
@@ -67,25 +67,34 @@ fn compare<const N: usize>(what: &str, got: &[[f32; N]], want: &[[f64; N]], rela
 
 #[test]
 fn passes_agree_with_the_oracle() {
-    for size in [[1, 1], [4, 5], [17, 8], [31, 16]] {
+    let forms = [(Stratum::Three, GradientFilter::Atrous), (Stratum::Five, GradientFilter::Strided)];
+    let cases = [([1, 1], 0), ([4, 5], 0), ([17, 8], 0), ([17, 8], 1), ([31, 16], 0), ([31, 16], 1)];
+    for (size, form) in cases {
+        let (stratum, filter) = forms[form];
         let mut random = Random(u64::from(size[0]) + 5);
-        let mut bench = Bench::indirect(size, adaptive(|p| p.antilag.gate_noise = 0.5));
+        let mut bench = Bench::indirect(
+            size,
+            adaptive(|p| {
+                p.antilag.gate_noise = 0.5;
+                (p.antilag.stratum, p.antilag.filter) = (stratum, filter);
+            }),
+        );
         let mut previous: Option<(Vec<History>, Vec<LfHistory>)> = None;
         for frame in 0..6u32 {
             bench.params.antilag.iterations = frame % 4;
             let params = bench.params.clone();
             let (pixels, light) = (guide(size, &mut random, frame), random_light(size, &mut random));
-            bench.samples = random_samples(size, &light, &mut random);
+            bench.samples = random_samples(size, stratum.side() as usize, &light, &mut random);
             let y = if frame == 3 { 4.0 } else { 1.0 };
             let lf =
                 |random: &mut Random| [0.1, 0.2, -0.3, 1.0, 0.3, -0.2].map(|v| y * v * random.exponential());
             bench.lf = (0..count(size)).map(|_| lf(&mut random)).collect();
             bench.next(&pixels, &light);
-            let what = format!("{size:?}, frame {frame}");
+            let what = format!("{size:?}, {}, {}, frame {frame}", stratum.name(), filter.name());
 
             let filtered = |mut now: Vec<[f64; 4]>, of_lf: bool| {
                 for level in 0..params.antilag.iterations {
-                    now = filter_gradients(size, &now, level, of_lf);
+                    now = filter_gradients(size, &now, level, of_lf, &params.antilag);
                 }
                 now
             };
@@ -99,10 +108,10 @@ fn passes_agree_with_the_oracle() {
             for (channel, got) in sums.iter().enumerate() {
                 let before = previous.as_ref();
                 let want = match channel {
-                    2 => sums_lf(size, &pixels, &lf, before.map(|(_, lf)| &lf[..]), &params.temporal),
+                    2 => sums_lf(size, &pixels, &lf, before.map(|(_, lf)| &lf[..]), &params),
                     _ => {
                         let before = before.map(|(direct, _)| &direct[..]);
-                        sums_direct(size, &pixels, &light, &bench.samples, before, channel, &params.temporal)
+                        sums_direct(size, &pixels, &light, &bench.samples, before, channel, &params)
                     }
                 };
                 let want = filtered(want, true);
@@ -126,7 +135,7 @@ fn passes_agree_with_the_oracle() {
                 params: &params.antilag,
             });
             let before = previous.as_ref().map(|(direct, _)| &direct[..]);
-            let direct = accumulate(size, &pixels, &light, before, &params.temporal, adaptive);
+            let direct = accumulate(size, &pixels, &light, before, &params.temporal, adaptive, None);
             assert_eq!(bench.lengths(), direct.iter().map(|h| h.length).collect::<Vec<_>>(), "{what}");
             let stored = bench.light(HISTORY_HF, HISTORY_SPEC);
             let rgb = |l: &[f64; 3]| l.map(|v| v as f32);
@@ -301,7 +310,7 @@ fn indirect_light_follows_a_switch() {
 fn changes_stay_where_they_are() {
     let size = [96, 12];
     let mut bench = Bench::new(size, adaptive(|p| p.antilag.iterations = 2));
-    let [across, down] = strata(size);
+    let [across, down] = strata(size, 3);
     for frame in 0..10 {
         let changed = frame == 9;
         let left = |i: usize| i % 96 < 48;
@@ -317,4 +326,49 @@ fn changes_stay_where_they_are() {
     let repeated = |i: usize| i % 96 % 3 == 1 && i / 96 % 3 == 1;
     assert!(far.iter().filter(|i| !repeated(**i)).all(|i| lengths[*i] == 10), "{lengths:?}");
     assert!((0..count(size)).filter(|i| i % 96 < 48 - 9).all(|i| lengths[i] <= 2), "{lengths:?}");
+}
+
+/// Strata and filters of gradients beside each other: error in the first frames after a light in one half of the picture has gone out, and part of the history that is left where
+/// nothing changes.
+#[test]
+fn filters_and_strata_compared() {
+    let size = [60, 30];
+    for (stratum, filter, iterations) in [
+        (Stratum::Three, GradientFilter::Atrous, 3),
+        (Stratum::Three, GradientFilter::Strided, 2),
+        (Stratum::Five, GradientFilter::Atrous, 2),
+        (Stratum::Five, GradientFilter::Strided, 1),
+    ] {
+        let brightness = |frame: usize, i: usize| if frame < SWITCH || i % 60 >= 30 { 1.0 } else { 0.2 };
+        let mut renderer = Renderer::new(size, brightness).with_strata(stratum.side());
+        let mut bench = Bench::new(
+            size,
+            adaptive(|p| {
+                (p.antilag.stratum, p.antilag.filter, p.antilag.iterations) = (stratum, filter, iterations);
+            }),
+        );
+        let (mut error, mut kept, mut still) = (0.0, 0.0, 0.0);
+        for frame in 0..SWITCH + 4 {
+            let (light, samples) = renderer.frame(frame);
+            bench.samples = samples;
+            let out = hf(&bench.next(&wall(size), &light));
+            let part = |of: &dyn Fn(usize) -> bool, value: &dyn Fn(usize) -> f64| {
+                let inside: Vec<usize> = (0..count(size)).filter(|i| of(*i)).collect();
+                inside.iter().map(|i| value(*i)).sum::<f64>() / inside.len() as f64
+            };
+            let lengths = bench.lengths();
+            if frame + 1 == SWITCH {
+                still = part(&|_| true, &|i| f64::from(lengths[i])) / frame as f64;
+            } else if frame >= SWITCH {
+                error += part(&|i| i % 60 < 24, &|i| f64::from((out[i] - 0.2).abs()) / 0.2) / 4.0;
+                kept += part(&|i| i % 60 >= 48, &|i| f64::from(lengths[i])) / (4.0 * frame as f64);
+            }
+        }
+        println!(
+            "strata {}, {} filter of {iterations}: error after the change {error:.3}; history kept: before it {still:.3}, far from it {kept:.3}",
+            stratum.name(),
+            filter.name()
+        );
+        assert!(error < 0.6 && still > 0.8 && kept > 0.5, "{error} {still} {kept}");
+    }
 }

@@ -5,7 +5,9 @@ mod common;
 use common::{Bench, Random, constant, count, guide, noise, normal, wall, wall_pixel};
 use pt_core::pack::unpack_unit_vector;
 use pt_denoise::images::{HISTORY_LF_COCG, HISTORY_LF_SH};
-use pt_denoise::oracle::{Guided, LfHistory, LowFrequency, accumulate_lf, atrous_lf, downsample, upsample};
+use pt_denoise::oracle::{
+    Guided, LfHistory, LowFrequency, accumulate_lf, atrous_lf, deflicker, downsample, upsample,
+};
 use pt_denoise::{DenoiseParams, Denoiser};
 
 /// Light without a direction.
@@ -63,6 +65,9 @@ fn passes_agree_with_the_oracle() {
         let mut random = Random(u64::from(size[0]) + 11);
         let mut bench = bench(size, Denoiser::Svgf);
         bench.params.temporal.alpha_lf = 0.3;
+        if size[0] > 10 {
+            (bench.params.lf.deflicker, bench.params.lf.leak_guard) = (Some(1.2), true);
+        }
         let mut previous: Option<Vec<LfHistory>> = None;
         for frame in 0..6u32 {
             bench.params.lf.iterations = frame % 5;
@@ -80,6 +85,9 @@ fn passes_agree_with_the_oracle() {
             compare(&format!("{size:?}, {frame}, history"), &history, &want, 2e-6);
             let known: Vec<_> = history.iter().zip(&now).map(|(l, h)| (h.length > 0).then_some(*l)).collect();
             let mut tiles = downsample(size, &pixels, &known, &params.lf);
+            if let Some(limit) = params.lf.deflicker {
+                tiles = deflicker(size, &tiles, limit.into());
+            }
             for level in 0..params.lf.iterations {
                 tiles = atrous_lf(size, &pixels, &tiles, level, &params.lf);
             }
@@ -319,4 +327,42 @@ fn lengths_are_apart() {
     let lengths = bench.flat(bench.images.current(HISTORY_LF_COCG));
     assert!(lengths.iter().all(|c| c[2] == 2.0 && c[3] == 1.0), "{:?}", lengths[0]);
     assert!(bench.lengths().iter().all(|n| *n == 4));
+}
+
+/// One tile in forty is far brighter than its surroundings: what blinks from frame to frame is limited, and the sum is smaller by that.
+#[test]
+fn deflicker_limits_single_bright_tiles() {
+    let size = [66, 48];
+    let spread = |deflicker: Option<f32>| {
+        let mut random = Random(15);
+        let mut bench = bench(size, Denoiser::Atrous);
+        bench.params.lf.deflicker = deflicker;
+        let lf: Vec<_> = (0..count(size)).map(|_| plain(random.sparse(200))).collect();
+        let out = next(&mut bench, &wall(size), lf);
+        (mean(&out, 3), variance(&out, 3).sqrt())
+    };
+    let [(mean_without, without), (mean_with, with)] = [None, Some(2.0)].map(spread);
+    println!("deflicker: deviation {without:.3} -> {with:.3}, mean {mean_without:.3} -> {mean_with:.3}");
+    assert!(with < 0.7 * without && mean_with < mean_without, "{without} {with}");
+}
+
+/// R19: a thin wall between a bright and a dark room, both with the same distance and normal in the picture: the guard keeps the light where it is, and its sum.
+#[test]
+fn light_leaks_less_with_the_guard() {
+    let size = [66, 48];
+    let leaked = |leak_guard: bool| {
+        let mut bench = bench(size, Denoiser::Atrous);
+        (bench.params.lf.leak_guard, bench.params.lf.iterations) = (leak_guard, 1);
+        let lf: Vec<_> = (0..count(size)).map(|i| plain(if i % 66 < 33 { 10.0 } else { 0.1 })).collect();
+        let out = next(&mut bench, &wall(size), lf);
+        let dark: Vec<f64> =
+            (0..count(size)).filter(|i| i % 66 >= 35).map(|i| f64::from(out[i][3])).collect();
+        (dark.iter().sum::<f64>() / dark.len() as f64 / 0.1, mean(&out, 3) / 5.05)
+    };
+    let [(without, energy_without), (with, energy)] = [false, true].map(leaked);
+    println!(
+        "R19: light in the dark room {without:.3} -> {with:.3} of its own; energy {energy_without:.4}, {energy:.4}"
+    );
+    assert!(without > 1.5 && with < 1.1, "{without} {with}");
+    assert!((energy - 1.0).abs() < 0.01, "{energy}");
 }

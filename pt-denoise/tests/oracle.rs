@@ -2,12 +2,15 @@
 
 mod common;
 
-use common::{Bench, Random, count, guide};
+use common::{Bench, Random, camera_at, count, guide};
 use pt_denoise::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
 use pt_denoise::oracle::{
-    Accumulated, History, Light, accumulate, atrous, spatial_variance, temporal_variance,
+    Accumulated, Guided, History, Light, Lit, Reflections, accumulate, atrous, blur, fix_history,
+    spatial_variance, temporal_variance,
 };
-use pt_denoise::{DenoiseParams, Denoiser};
+use pt_denoise::{DenoiseParams, Denoiser, Schedule, SpecularMotion};
+use pt_shaders::glam::Vec3;
+use pt_shaders::records::FrameRecord;
 
 const SIZES: [[u32; 2]; 4] = [[1, 1], [3, 2], [17, 5], [29, 17]];
 
@@ -61,9 +64,12 @@ fn largest(light: &[Accumulated]) -> f64 {
 
 #[test]
 fn svgf_agrees_with_the_oracle() {
-    for size in SIZES {
+    for (size, schedule) in
+        SIZES.map(|size| (size, Schedule::Permuted)).into_iter().chain([([29, 17], Schedule::Dilated)])
+    {
         let mut random = Random(size[0].into());
         let mut params = DenoiseParams { variant: Denoiser::Svgf, ..DenoiseParams::default() };
+        params.atrous.schedule = schedule;
         // All of its branches within a few frames.
         (params.temporal.alpha_hf, params.temporal.alpha_spec) = (0.2, 0.3);
         params.atrous.min_length = 3;
@@ -75,7 +81,7 @@ fn svgf_agrees_with_the_oracle() {
             let (pixels, light) = (guide(size, &mut random, frame), samples(size, &mut random));
             bench.next(&pixels, &light);
             let mut now =
-                accumulate(size, &pixels, &light, previous.as_deref(), &bench.params.temporal, None);
+                accumulate(size, &pixels, &light, previous.as_deref(), &bench.params.temporal, None, None);
             let lengths: Vec<u32> = now.iter().map(|h| h.length).collect();
             assert_eq!(bench.lengths(), lengths, "{size:?}, frame {frame}");
             let iterations = bench.params.atrous.iterations;
@@ -149,6 +155,158 @@ fn frames_by_themselves_agree_with_the_oracle() {
             let (top, variance) =
                 (largest(source), source.iter().flat_map(|l| l.variance).fold(0.0, f64::max));
             compare("level", target, &want, |_| [1e-3 * top, 2e-3 * variance]);
+        }
+    }
+}
+
+/// Histories of specular light along the motion of mirror images.
+#[test]
+fn mirror_images_agree_with_the_oracle() {
+    let size = [29, 17];
+    for (specular, parallax) in [
+        (SpecularMotion::Virtual, None),
+        (SpecularMotion::Better, Some(3.0)),
+        (SpecularMotion::Surface, Some(0.5)),
+    ] {
+        let mut random = Random(41);
+        let mut params = DenoiseParams { variant: Denoiser::Svgf, ..DenoiseParams::default() };
+        (params.temporal.specular, params.temporal.parallax) = (specular, parallax);
+        params.atrous.iterations = 1;
+        params.atrous.min_length = 3;
+        params.atrous.feedback = true;
+        let mut bench = Bench::new(size, params);
+        let mut previous: Option<(Vec<History>, Vec<f32>)> = None;
+        let mut apart = 0;
+        for frame in 0..6u32 {
+            let (pixels, light) = (guide(size, &mut random, frame), samples(size, &mut random));
+            let eye = |frame: u32| Vec3::new(0.02 * frame as f32, 0.0, 0.0);
+            bench.frame =
+                FrameRecord::new(camera_at(eye(frame)), camera_at(eye(frame.max(1) - 1)), size, frame, 0);
+            let place = |(i, pixel): (usize, &Guided)| {
+                let [x, y] = [(i % 29) as f32 / 14.5 - 1.0, 1.0 - (i / 29) as f32 / 8.5];
+                eye(frame) + Vec3::new(x, y, -1.0).normalize() * pixel.depth
+            };
+            bench.positions = pixels.iter().enumerate().map(place).collect();
+            let hit = |random: &mut Random| if random.unit() < 0.2 { 0.0 } else { 2.0 + 0.2 * random.unit() };
+            bench.hits = (0..count(size)).map(|_| [1.0, hit(&mut random)]).collect();
+            let hits: Vec<f32> = bench.hits.iter().map(|hit| hit[1]).collect();
+            // The kernel takes hit distances of known samples alone.
+            let known = |(i, hit): (usize, &f32)| {
+                let l = &light[i];
+                let is_light = l.hf.iter().chain(&l.spec).all(|v| (0.0..=1e15).contains(v));
+                if is_light && pixels[i].material != 0 { *hit } else { 0.0 }
+            };
+            let own: Vec<f32> = hits.iter().enumerate().map(known).collect();
+            bench.next(&pixels, &light);
+            let none = Vec::new();
+            let before = previous.as_ref();
+            let reflections = Reflections {
+                frame: &bench.frame,
+                positions: &bench.positions,
+                hits: &own,
+                hits_before: before.map_or(&none, |(_, hits)| hits),
+            };
+            let histories = before.map(|(histories, _)| &histories[..]);
+            let now = accumulate(
+                size,
+                &pixels,
+                &light,
+                histories,
+                &bench.params.temporal,
+                None,
+                before.map(|_| &reflections),
+            );
+            let what = format!("{}, frame {frame}", specular.name());
+            assert_eq!(bench.lengths(), now.iter().map(|h| h.length).collect::<Vec<_>>(), "{what}");
+            let lengths: Vec<u32> = now.iter().map(|h| h.spec_length).collect();
+            assert_eq!(bench.specular_lengths(), lengths, "{what}");
+            apart += now.iter().filter(|h| h.length != h.spec_length).count();
+            let want: Vec<_> =
+                now.iter().map(|h| Accumulated { hf: h.hf, spec: h.spec, variance: [0.0; 2] }).collect();
+            let ping = bench.light(PING_HF, PING_SPEC);
+            // Places in fp32: 1e-6 of a weight of neighbours that differ by all that they are.
+            let around = largest(&want);
+            compare(&what, &ping, &want, |_| [2e-5 * around, 0.0]);
+            let moments = bench.moments();
+            let stored: Vec<_> = now
+                .into_iter()
+                .zip(&ping)
+                .zip(moments)
+                .map(|((h, l), moments)| History { hf: l.hf, spec: l.spec, moments, ..h })
+                .collect();
+            let want = temporal_variance(size, &stored, &bench.params);
+            compare("variance", &bench.light(PONG_HF, PONG_SPEC), &want, |_| [0.0, 1e-4 * around.powi(2)]);
+            // What the a-trous level made of it.
+            let fed = bench.light(HISTORY_HF, HISTORY_SPEC);
+            let stored = stored.into_iter().zip(&fed);
+            previous = Some((stored.map(|(h, l)| History { hf: l.hf, spec: l.spec, ..h }).collect(), hits));
+        }
+        assert!(apart > 20, "{}: specular light has histories of its own: {apart}", specular.name());
+    }
+}
+
+fn lit(light: &[Accumulated]) -> Vec<Lit> {
+    let one = |colour, hit: f64| (hit >= 0.0).then_some((colour, hit));
+    light.iter().map(|l| [one(l.hf, l.variance[0]), one(l.spec, l.variance[1])]).collect()
+}
+
+/// Few taps may be rounded to another pixel.
+fn compare_lit(what: &str, got: &[Lit], want: &[Lit]) {
+    let top = want.iter().flatten().flatten().flat_map(|(colour, _)| *colour).fold(1e-6, f64::max);
+    let differs = |(a, b): (&Lit, &Lit)| {
+        (0..2).any(|c| match (a[c], b[c]) {
+            (Some((a, h)), Some((b, k))) => {
+                (0..3).any(|k| (a[k] - b[k]).abs() > 1e-3 * top) || (h - k).abs() > 1e-4 * k.abs().max(1.0)
+            }
+            (a, b) => a.is_some() != b.is_some(),
+        })
+    };
+    let others = got.iter().zip(want).filter(|pair| differs(*pair)).count();
+    assert!(500 * others <= got.len().max(500), "{what}: {others} of {} differ", got.len());
+}
+
+#[test]
+fn recurrent_blurs_agree_with_the_oracle() {
+    for size in [[1, 1], [17, 5], [29, 17]] {
+        let mut random = Random(size[0].into());
+        let mut params = DenoiseParams { variant: Denoiser::Recurrent, ..DenoiseParams::default() };
+        params.recurrent.fix_radius = 6.0;
+        params.recurrent.fix_frames = 3;
+        // What is limited in between is not seen here.
+        params.temporal.firefly = None;
+        let mut bench = Bench::new(size, params);
+        for frame in 0..5u32 {
+            let (pixels, light) = (guide(size, &mut random, frame), samples(size, &mut random));
+            let hit = |random: &mut Random| if random.unit() < 0.2 { 0.0 } else { 3.0 * random.unit() };
+            bench.hits = (0..count(size)).map(|_| [hit(&mut random), hit(&mut random)]).collect();
+            bench.next(&pixels, &light);
+            let frames: Vec<[u32; 2]> = bench.lengths().into_iter().map(|n| [n, n]).collect();
+            let params = bench.params.clone();
+            let what = format!("{size:?}, frame {frame}");
+            let [fixed, history, out] = [
+                bench.light(PING_HF, PING_SPEC),
+                bench.light(HISTORY_HF, HISTORY_SPEC),
+                bench.light(PONG_HF, PONG_SPEC),
+            ]
+            .map(|light| lit(&light));
+            if frame == 0 {
+                let raw = |(i, l): (usize, &Light)| -> Lit {
+                    let known = l.hf.iter().chain(&l.spec).all(|v| (0.0..=1e15).contains(v));
+                    let wide = |c: [f32; 3]| c.map(f64::from);
+                    let [a, b] = bench.hits[i].map(f64::from);
+                    match known && pixels[i].material != 0 {
+                        true => [Some((wide(l.hf), a)), Some((wide(l.spec), b))],
+                        false => [None, None],
+                    }
+                };
+                let raw: Vec<Lit> = light.iter().enumerate().map(raw).collect();
+                let before = blur(size, &pixels, &raw, None, params.recurrent.pre_radius, &params);
+                compare_lit(&what, &fixed, &fix_history(size, &pixels, &before, &frames, &params));
+            }
+            let want = blur(size, &pixels, &fixed, Some(&frames), params.recurrent.radius, &params);
+            compare_lit(&format!("{what}, blur"), &history, &want);
+            let want = blur(size, &pixels, &history, Some(&frames), params.recurrent.post_radius, &params);
+            compare_lit(&format!("{what}, post-blur"), &out, &want);
         }
     }
 }

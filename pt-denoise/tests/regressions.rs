@@ -2,13 +2,15 @@
 //! with the test of history, or the guide of the filter, switched off by its knob.
 
 mod common;
+mod reflections;
 
 use common::*;
 use pt_denoise::oracle::{Guided, Light};
 use pt_denoise::{DenoiseParams, Denoiser};
 use pt_shaders::records::FLAG_PRIMARY;
 
-const FILTERS: [Denoiser; 4] = [Denoiser::Accumulate, Denoiser::Svgf, Denoiser::Asvgf, Denoiser::Atrous];
+const FILTERS: [Denoiser; 5] =
+    [Denoiser::Accumulate, Denoiser::Svgf, Denoiser::Asvgf, Denoiser::Atrous, Denoiser::Recurrent];
 
 fn params(denoiser: Denoiser, change: impl FnOnce(&mut DenoiseParams)) -> DenoiseParams {
     let mut params = DenoiseParams { variant: denoiser, ..DenoiseParams::default() };
@@ -67,6 +69,40 @@ fn noise_falls_and_energy_stays() {
             assert!(fall > 15.0, "{what}: {fall}");
         }
     }
+}
+
+/// The recurrent blur under noise: means over disks keep the energy of a flat wall, and a shadow whose light comes from near by stays sharp.
+#[test]
+fn the_recurrent_blur_smooths_and_keeps_edges() {
+    let size = [64, 48];
+    let mut random = Random(21);
+    let mut bench = Bench::of(size, Denoiser::Recurrent);
+    let (mut out, mut input) = (Vec::new(), [0.0; 2]);
+    for _ in 0..16 {
+        let light = noise(size, || random.exponential());
+        input = statistics(hf(&light));
+        out = bench.next(&wall(size), &light);
+    }
+    let [mean, variance] = statistics(hf(&out));
+    println!("recurrent: energy {mean:.4}, variance falls {:.0} times", input[1] / variance);
+    assert!((mean - 1.0).abs() < 0.02 && input[1] / variance > 100.0, "{mean}, {variance}");
+
+    let edge = |hit: f32| {
+        // The wide means of short histories are the same for both.
+        let mut bench = Bench::new(size, params(Denoiser::Recurrent, |p| p.recurrent.fix_frames = 1));
+        bench.hits = vec![[hit; 2]; count(size)];
+        let light: Vec<_> = (0..count(size)).map(|i| grey(if i % 64 < 32 { 1.0 } else { 0.0 })).collect();
+        let mut out = Vec::new();
+        for _ in 0..8 {
+            out = hf(&bench.next(&wall(size), &light));
+        }
+        (0..48).map(|y| f64::from(out[y * 64 + 34])).sum::<f64>() / 48.0
+    };
+    let [near, far] = [0.05, 30.0].map(edge);
+    println!(
+        "recurrent: light two pixels beyond an edge: {near:.3} where it comes from near by, {far:.3} from far away"
+    );
+    assert!(near < 0.02 && far > 0.1, "{near}, {far}");
 }
 
 /// R7: what the filter in space alone does to the energy of single bright pixels.

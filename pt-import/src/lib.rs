@@ -16,6 +16,7 @@ pub mod bake;
     allow(dead_code, reason = "only the encoder of baked textures needs all of it")
 )]
 mod baked_folder;
+pub mod bmfr;
 mod check;
 #[cfg(feature = "codecs")]
 mod compression;

@@ -276,7 +276,7 @@ crate::image_table! { "";
     COLOR_LF_COCG: "color_lf_cocg", Rg32F, Split, Frame, XY, "irradiance / albedo",
         "Indirect diffuse light: chroma without a direction, x = Co, y = Cg.";
     GRADIENT_SAMPLE: "gradient_sample", Rgba32F, SplitPart(3), Frame, XYZW, "-; linear radiance",
-        "Gradient pixel of each 3 x 3 pixels of the flat frame: x = 1 + its number (0: there is none), y, z = luminance of its diffuse and specular light in the last frame.";
+        "Gradient pixel of each 3 x 3 pixels of the flat frame (of 5 x 5 with denoise.antilag.stratum=5x5, in a part of the image): x = 1 + its number (0: there is none), y, z = luminance of its diffuse and specular light in the last frame.";
     COLOR: "color", Rgba32F, Split, Frame, RGBA, "linear radiance",
         "Composited radiance, a = checkerboard flags.";
     FLAT_COLOR: "flat_color", Rgba32F, Flat, Frame, RGBA, "linear radiance",

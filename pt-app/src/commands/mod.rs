@@ -5,6 +5,7 @@ pub mod bake;
 pub mod bench;
 pub mod capture;
 pub mod compare;
+pub mod import;
 pub mod info;
 pub mod knobs;
 pub mod merge;

@@ -57,8 +57,9 @@ impl TracedStages {
                     .spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect.bounces))
             });
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
-            let gradient_pixels =
-                params.has_gradient_pixels().then(|| threads.spawn(|| GradientPixels::new(device, variant)));
+            let gradient_pixels = params
+                .has_gradient_pixels()
+                .then(|| threads.spawn(|| GradientPixels::new(device, variant, &params.denoise)));
             let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
             let mut stages = Self {
                 primary: PrimaryRays::new(device, variant)?,

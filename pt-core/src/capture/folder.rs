@@ -126,9 +126,22 @@ impl CaptureWriter {
         for (_, image) in histories {
             parts.merge(image);
         }
+        self.add_images(&parts.into_list(), sidecar, reference)
+    }
+
+    /// Records a frame whose images no device holds: layers as [`super::layer_of`] makes them, one part for each image size.
+    ///
+    /// # Errors
+    /// A file that can't be written; then the frames before it stay.
+    pub fn add_images(
+        &mut self,
+        parts: &[(String, LayeredImage)],
+        sidecar: &Sidecar,
+        reference: Option<&[u8]>,
+    ) -> Result<(), FolderError> {
         let number = sidecar.frame;
         let exr = format!("frame_{number:06}.exr");
-        let bytes = encode_exr_parts(&parts.into_list()).map_err(|problem| self.content(&exr, problem))?;
+        let bytes = encode_exr_parts(parts).map_err(|problem| self.content(&exr, problem))?;
         let sidecar_text =
             serde_json::to_string_pretty(sidecar).map_err(|e| self.content(&exr, e.to_string()))?;
         let entry = FrameEntry {

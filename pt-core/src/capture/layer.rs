@@ -76,6 +76,12 @@ pub fn read_layer(images: &ChannelImages, id: ChannelId) -> Result<(Layer, [u32;
         let texels: Vec<&[u32]> = words.chunks_exact(width).collect();
         words = to_flat(&texels, images.size()).concat();
     }
+    Ok((layer_of(id, &words), layer_size(images, id)))
+}
+
+/// A layer of an image that no device holds: `words` of its texels in the order of the layer, as many a texel as its format has components; floats as their bits.
+pub fn layer_of(id: ChannelId, words: &[u32]) -> Layer {
+    let width = id.channel().format.components() as usize;
     let word = |k: usize| words.iter().skip(k).step_by(width).copied();
     let mut components = Vec::new();
     let mut push = |name: &str, samples| components.push(Channel { name: name.into(), samples });
@@ -93,7 +99,7 @@ pub fn read_layer(images: &ChannelImages, id: ChannelId) -> Result<(Layer, [u32;
             }
         }
     }
-    Ok((Layer { name: id.full_name(), channels: components }, layer_size(images, id)))
+    Layer { name: id.full_name(), channels: components }
 }
 
 /// The texels as one word a component: integers, or the bits of floats.

@@ -1,6 +1,7 @@
 //! The composite on the CPU: what `composite.comp` is tested against.
 
 use crate::DenoiseParams;
+use pt_shaders::glam::DVec3;
 use pt_shaders::records::{Background, FLAG_PRIMARY};
 use std::f64::consts::PI;
 
@@ -25,6 +26,25 @@ pub struct Pixel {
     pub throughput: [f32; 3],
     /// Premultiplied layer in front.
     pub transparent: [f32; 4],
+}
+
+/// Specular reflection over F0 of light in spherical harmonics, as if it came from one direction. `luma`, `rgb`: the whole light in spherical harmonics, and its colour as an
+/// integral over directions; `normal`, `ray`: unit vectors, the latter into the surface.
+pub fn reflected(luma: [f64; 4], rgb: [f64; 3], normal: DVec3, ray: DVec3, roughness: f64) -> [f64; 3] {
+    let directed = DVec3::new(luma[0], luma[1], luma[2]) / luma[3] / 3f64.sqrt();
+    let sharpness = directed.length().min(1.0);
+    let mirrored = ray - 2.0 * ray.dot(normal) * normal;
+    let light = mirrored.lerp(directed.normalize_or_zero(), sharpness).normalize();
+    let alpha = (1.0 + (roughness - 1.0) * sharpness).max(0.01).powi(2);
+    let (n_l, n_v) = (normal.dot(light), -normal.dot(ray));
+    if luma[3] <= 0.0 || n_l <= 0.0 || n_v <= 0.0 {
+        return [0.0; 3];
+    }
+    let n_h = normal.dot((light - ray).normalize());
+    let distribution = alpha.powi(2) / (PI * (n_h * n_h * (alpha * alpha - 1.0) + 1.0).powi(2));
+    let root = |c: f64| (alpha * alpha + (1.0 - alpha * alpha) * c * c).sqrt();
+    let visibility = 0.5 / (n_l * root(n_v) + n_v * root(n_l));
+    rgb.map(|v| v.max(0.0) * distribution * visibility * n_l)
 }
 
 /// Diffuse albedo.

@@ -1,12 +1,11 @@
-//! `gradient.comp`, `gradient_lf.comp`, `gradient_atrous.comp` and `antilag.glsl`.
+//! `gradient.comp`, `gradient_direct.comp`, `gradient_lf.comp`, `gradient_filter.comp` and `antilag.glsl`.
 
 use super::frame::{Guided, Light, luminance, usable};
 use super::low_frequency::{LfHistory, LowFrequency, is_light};
 use super::temporal::{History, taps};
-use crate::passes::variance_factor;
-use crate::{AntilagParams, TemporalParams};
+use crate::{AntilagParams, DenoiseParams, GradientFilter, TemporalParams};
 
-/// A gradient pixel: what `gradient_sample` says of a stratum of 3 x 3 pixels.
+/// A gradient pixel: what `gradient_sample` says of a stratum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GradientSample {
     /// 1 + number of the pixel in the stratum; 0: there is none.
@@ -15,23 +14,25 @@ pub struct GradientSample {
     pub luminance: [f32; 2],
 }
 
-/// Strata along both axes.
-pub fn strata(size: [u32; 2]) -> [usize; 2] {
-    size.map(|side| side.div_ceil(3) as usize)
+/// Strata of `side` pixels along both axes.
+pub fn strata(size: [u32; 2], side: u32) -> [usize; 2] {
+    size.map(|pixels| pixels.div_ceil(side) as usize)
 }
 
 /// The pixel with a number of a stratum, if it is in the picture.
-pub(super) fn pixel_of(size: [u32; 2], stratum: usize, number: usize) -> Option<usize> {
-    let across = strata(size)[0];
-    let at = [3 * (stratum % across) + number % 3, 3 * (stratum / across) + number / 3];
+pub(super) fn pixel_of(size: [u32; 2], side: u32, stratum: usize, number: usize) -> Option<usize> {
+    let (across, side) = (strata(size, side)[0], side as usize);
+    let at = [side * (stratum % across) + number % side, side * (stratum / across) + number / side];
     let inside = at[0] < size[0] as usize && at[1] < size[1] as usize;
     inside.then(|| at[1] * size[0] as usize + at[0])
 }
 
 /// Stratum and number of a pixel.
-pub(super) fn stratum_of(size: [u32; 2], i: usize) -> (usize, u32) {
+pub(super) fn stratum_of(size: [u32; 2], side: u32, i: usize) -> (usize, u32) {
     let [x, y] = [i % size[0] as usize, i / size[0] as usize];
-    (y / 3 * strata(size)[0] + x / 3, (y % 3 * 3 + x % 3) as u32)
+    let across = strata(size, side)[0];
+    let side = side as usize;
+    (y / side * across + x / side, (y % side * side + x % side) as u32)
 }
 
 /// Change and greatest luminance of the gradient pixels: of diffuse, then of specular light.
@@ -44,7 +45,7 @@ pub fn gradients(
 ) -> Vec<[f64; 4]> {
     let one = |(stratum, sample): (usize, &GradientSample)| {
         let number = sample.number.checked_sub(1)?;
-        let i = pixel_of(size, stratum, number as usize)?;
+        let i = pixel_of(size, params.stratum.side(), stratum, number as usize)?;
         // A gradient pixel has a surface.
         let pixel = Guided { material: 1, ..pixels[i] };
         let now = usable(&pixel, &light[i])?.map(luminance);
@@ -65,8 +66,10 @@ struct Before {
 
 /// Sums over strata of a light in this frame and in the history, and the variance of their difference, by the squares of the differences and by the moments of the
 /// history. `now`: of a pixel; `before`: of a pixel of the last frame; `alpha`: least weight of a frame.
+#[allow(clippy::too_many_arguments, reason = "of one light and the other")]
 fn sums<'a>(
     size: [u32; 2],
+    side: u32,
     pixels: &[Guided],
     now: &dyn Fn(usize) -> Option<f64>,
     previous: &dyn Fn(usize) -> &'a Guided,
@@ -74,10 +77,10 @@ fn sums<'a>(
     alpha: f32,
     params: &TemporalParams,
 ) -> Vec<[f64; 4]> {
-    let [across, down] = strata(size);
+    let [across, down] = strata(size, side);
     let one = |stratum: usize| {
         let mut sum = [0.0; 4];
-        for i in (0..9).filter_map(|number| pixel_of(size, stratum, number)) {
+        for i in (0..(side * side) as usize).filter_map(|number| pixel_of(size, side, stratum, number)) {
             let Some(now) = now(i) else { continue };
             let taps = taps(size, i, &pixels[i], previous, params);
             let known: Vec<_> = taps.iter().filter_map(|&(w, j)| Some((w, before(j)?))).collect();
@@ -107,11 +110,13 @@ pub fn sums_direct(
     samples: &[GradientSample],
     previous: Option<&[History]>,
     channel: usize,
-    params: &TemporalParams,
+    params: &DenoiseParams,
 ) -> Vec<[f64; 4]> {
     let Some(previous) = previous else { return vec![[0.0; 4]; samples.len()] };
+    let side = params.antilag.stratum.side();
+    let params = &params.temporal;
     let now = |i: usize| {
-        let (stratum, number) = stratum_of(size, i);
+        let (stratum, number) = stratum_of(size, side, i);
         let repeated = samples[stratum].number == number + 1;
         usable(&pixels[i], &light[i]).filter(|_| !repeated).map(|l| luminance(l[channel]))
     };
@@ -121,7 +126,7 @@ pub fn sums_direct(
         (was.length > 0).then(|| Before { mean, second, frames: was.length.into() })
     };
     let alpha = [params.alpha_hf, params.alpha_spec][channel];
-    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, alpha, params)
+    sums(size, side, pixels, &now, &|j| &previous[j].pixel, &before, alpha, params)
 }
 
 /// Sums of the luma of indirect diffuse light.
@@ -130,28 +135,45 @@ pub fn sums_lf(
     pixels: &[Guided],
     light: &[LowFrequency],
     previous: Option<&[LfHistory]>,
-    params: &TemporalParams,
+    params: &DenoiseParams,
 ) -> Vec<[f64; 4]> {
-    let Some(previous) = previous else { return vec![[0.0; 4]; strata(size).iter().product()] };
+    let side = params.antilag.stratum.side();
+    let params = &params.temporal;
+    let Some(previous) = previous else { return vec![[0.0; 4]; strata(size, side).iter().product()] };
     let now = |i: usize| (pixels[i].material != 0 && is_light(&light[i])).then(|| light[i][3]);
     let before = |j: usize| {
         let was = &previous[j];
         let frames = was.length.into();
         (was.length > 0).then(|| Before { mean: was.light[3], second: was.second, frames })
     };
-    sums(size, pixels, &now, &|j| &previous[j].pixel, &before, params.alpha_lf, params)
+    sums(size, side, pixels, &now, &|j| &previous[j].pixel, &before, params.alpha_lf, params)
 }
 
 /// One level of the filter; `of_sums`: the third and fourth component are variances.
-pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_sums: bool) -> Vec<[f64; 4]> {
-    let [across, down] = strata(size).map(|n| n as i64);
+pub fn filter_gradients(
+    size: [u32; 2],
+    gradients: &[[f64; 4]],
+    level: u32,
+    of_sums: bool,
+    params: &AntilagParams,
+) -> Vec<[f64; 4]> {
+    let [across, down] = strata(size, params.stratum.side()).map(|n| n as i64);
+    let (taps, step): (&[f64], i64) = match params.filter {
+        GradientFilter::Atrous => (&[0.5, 0.25], 1 << level),
+        GradientFilter::Strided => (&[0.375, 0.25, 0.0625], 3i64.pow(level)),
+    };
+    let reach = taps.len() as i64 - 1;
+    let weight = |x: i64, y: i64| taps[x.unsigned_abs() as usize] * taps[y.unsigned_abs() as usize];
+    let offsets: Vec<[i64; 2]> =
+        (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y])).collect();
+    let all_squares: f64 = offsets.iter().map(|&[x, y]| weight(x, y).powi(2)).sum();
     let one = |stratum: usize| {
         let own = [stratum as i64 % across, stratum as i64 / across];
         let (mut sum, mut total, mut squares) = ([0.0; 4], 0.0, 0.0);
-        for [x, y] in (0..9i64).map(|k| [k % 3 - 1, k / 3 - 1]) {
-            let at = [own[0] + (x << level), own[1] + (y << level)];
+        for &[x, y] in &offsets {
+            let at = [own[0] + x * step, own[1] + y * step];
             if (0..across).contains(&at[0]) && (0..down).contains(&at[1]) {
-                let w = 0.25 / f64::from(1 << (x.abs() + y.abs()));
+                let w = weight(x, y);
                 let tap = gradients[(at[1] * across + at[0]) as usize];
                 sum.iter_mut().zip(tap).for_each(|(sum, v)| *sum += w * v);
                 total += w;
@@ -160,9 +182,8 @@ pub fn filter_gradients(size: [u32; 2], gradients: &[[f64; 4]], level: u32, of_s
         }
         let mut mean = sum.map(|v| v / total);
         if of_sums {
-            // Of all nine taps the squares have the sum (3 / 8)^2.
-            let border = squares / (total * total) / 0.375f64.powi(2);
-            let factor = (f64::from(variance_factor(level)) * border).min(1.0);
+            let border = squares / (total * total) / all_squares;
+            let factor = (f64::from(params.filter.variance_factor(level)) * border).min(1.0);
             mean[2] *= factor;
             mean[3] *= factor;
         }
@@ -214,7 +235,7 @@ pub struct Adaptive<'a> {
 impl Adaptive<'_> {
     /// How much a pixel forgets of diffuse and specular light, and whether its light is the last frame's sample, taken again.
     pub(super) fn direct(&self, size: [u32; 2], i: usize) -> ([f32; 2], bool) {
-        let (stratum, number) = stratum_of(size, i);
+        let (stratum, number) = stratum_of(size, self.params.stratum.side(), i);
         let of_pixels = antilag(self.gradients[stratum], self.params);
         let of_sums = |c: usize| {
             antilag_of_sums(self.sums[c][stratum], [self.params.hf, self.params.spec][c], self.params)
@@ -224,7 +245,7 @@ impl Adaptive<'_> {
 
     /// The same of indirect diffuse light.
     pub(super) fn indirect(&self, size: [u32; 2], i: usize) -> (f32, bool) {
-        let (stratum, number) = stratum_of(size, i);
+        let (stratum, number) = stratum_of(size, self.params.stratum.side(), i);
         let lag = antilag_of_sums(self.sums[2][stratum], self.params.lf, self.params);
         (lag, self.samples[stratum].number == number + 1)
     }

@@ -1,4 +1,4 @@
-//! `temporal_lf.comp`, `lf_downsample.comp`, `lf_atrous.comp` and `lf_upsample.comp`.
+//! `temporal_lf.comp`, `lf_downsample.comp`, `lf_deflicker.comp`, `lf_atrous.comp` and `lf_upsample.comp`.
 
 use super::frame::{Guided, cosine, depth_weight, same_path};
 use super::gradients::{Adaptive, kept_frames};
@@ -144,6 +144,31 @@ pub fn downsample(
     (0..across * down).map(tile).collect()
 }
 
+/// Tiles whose luma is limited to a multiple of the mean of those around.
+pub fn deflicker(size: [u32; 2], tiles: &[Tile], limit: f64) -> Vec<Tile> {
+    let [across, down] = tile_counts(size).map(|n| n as i64);
+    let one = |t: usize| {
+        let (anchor, own) = tiles[t]?;
+        let around: Vec<f64> = (0..9)
+            .filter(|k| *k != 4)
+            .filter_map(|k| {
+                let at = [t as i64 % across + k % 3 - 1, t as i64 / across + k / 3 - 1];
+                let inside = (0..across).contains(&at[0]) && (0..down).contains(&at[1]);
+                inside.then(|| tiles[(at[1] * across + at[0]) as usize].map(|(_, light)| light[3]))?
+            })
+            .collect();
+        let mean = around.iter().sum::<f64>() / around.len().max(1) as f64;
+        let bright = !around.is_empty() && own[3] > limit * mean;
+        Some((anchor, if bright { scaled(own, limit * mean / own[3]) } else { own }))
+    };
+    (0..tiles.len()).map(one).collect()
+}
+
+/// Weight of a pair of which one is far brighter.
+fn leak_guard(p: f64, q: f64) -> f64 {
+    if p.max(q) > 0.0 { (1.5 - 0.25 * p.max(q) / p.min(q).max(1e-20)).clamp(0.0, 1.0) } else { 1.0 }
+}
+
 /// One level of the filter over tiles.
 pub fn atrous_lf(
     size: [u32; 2],
@@ -164,7 +189,10 @@ pub fn atrous_lf(
             }
             let Some((other, light)) = tiles[at[1] as usize * across + at[0] as usize] else { continue };
             let kernel = 0.25 / f64::from(1 << (x.abs() + y.abs()));
-            let w = kernel * weight(size, pixels, anchor, other, params);
+            let mut w = kernel * weight(size, pixels, anchor, other, params);
+            if params.leak_guard && level + 1 == params.iterations {
+                w *= leak_guard(own[3], light[3]);
+            }
             add(&mut sum, &light, w);
             add(&mut sum, &own, -w);
         }

@@ -3,15 +3,23 @@
 mod atrous;
 mod composite;
 mod frame;
+mod gradient_pixels;
 mod gradients;
 mod low_frequency;
+mod recurrent;
+mod reflections;
 mod temporal;
 mod variance;
 
 pub use atrous::atrous;
-pub use composite::{Pixel, composite, diffuse_albedo, specular_f0};
+pub use composite::{Pixel, composite, diffuse_albedo, reflected, specular_f0};
 pub use frame::{Accumulated, Guided, Light, Rgb};
+pub use gradient_pixels::{Seen, brightest_candidates};
 pub use gradients::{Adaptive, GradientSample, filter_gradients, gradients, strata, sums_direct, sums_lf};
-pub use low_frequency::{LfHistory, LowFrequency, Tile, accumulate_lf, atrous_lf, downsample, upsample};
+pub use low_frequency::{
+    LfHistory, LowFrequency, Tile, accumulate_lf, atrous_lf, deflicker, downsample, upsample,
+};
+pub use recurrent::{Lit, blur, fix_history};
+pub use reflections::Reflections;
 pub use temporal::{History, accumulate};
 pub use variance::{spatial_variance, temporal_variance};

@@ -16,11 +16,13 @@ pub fn temporal_variance(size: [u32; 2], histories: &[History], params: &Denoise
         .collect();
     let variance = |i: usize| {
         luminances[i]?;
-        let History { length, moments, .. } = histories[i];
-        if length < params.atrous.min_length {
-            return Some(around(size, i, &pixels, &luminances, params));
-        }
+        let History { length, spec_length, moments, .. } = histories[i];
+        let around = around(size, i, &pixels, &luminances, params);
         Some([0, 1].map(|channel| {
+            let length = [length, spec_length][channel];
+            if length < params.atrous.min_length {
+                return around[channel];
+            }
             let alpha = f64::from([params.temporal.alpha_hf, params.temporal.alpha_spec][channel]);
             let share = (1.0 / f64::from(length)).max(alpha / (2.0 - alpha));
             let [mean, square] = [moments[2 * channel], moments[2 * channel + 1]];

@@ -1,8 +1,9 @@
 //! The edge-avoiding a-trous filter.
 
+use super::declared;
 use crate::images::GEOMETRY;
 use crate::kernels;
-use crate::records::AtrousPush;
+use crate::records::{AtrousPush, Schedule};
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
 use pt_shaders::channels::NORMAL;
 
@@ -26,6 +27,8 @@ knobs! {
         pub lobe: f32 = 0.5, in 0.01..=10.0, unit "radians";
         /// Length from which on the variance comes from the history rather than from the pixels around.
         pub min_length: u32 = 4, in 2..=64, unit "frames", source "Schied et al. 2017, section 4.2";
+        /// In which order the pixels of a level are filtered; the result is the same.
+        pub schedule: Schedule = Schedule::Permuted, source "Dolp, Hanika and Dachsbacher 2024" => structural;
     }
 }
 
@@ -35,6 +38,7 @@ const GROUP: [u32; 2] = [16, 8];
 /// One kernel for all levels.
 pub(crate) struct Atrous {
     kernel: Kernel,
+    schedule: Schedule,
 }
 
 impl Atrous {
@@ -42,10 +46,12 @@ impl Atrous {
     pub(crate) const IO: StageIo = StageIo { reads: &[NORMAL, GEOMETRY], ..StageIo::of("denoise a-trous") };
 
     /// Creates the kernel.
-    pub(crate) fn new(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<AtrousPush>(device, &kernels::ATROUS, &[])?;
-        Self::IO.check([&kernel])?;
-        Ok(Self { kernel })
+    pub(crate) fn new(device: &Device, schedule: Schedule) -> Result<Self> {
+        let code = match schedule {
+            Schedule::Permuted => &kernels::ATROUS,
+            Schedule::Dilated => &kernels::ATROUS_DILATED,
+        };
+        Ok(Self { kernel: declared::<AtrousPush>(device, code, &Self::IO, &[])?, schedule })
     }
 
     /// Adds all levels to the frame and returns the last one's output. `source` is what the first level reads, with variances in alpha;
@@ -74,7 +80,13 @@ impl Atrous {
                 luminance_spec: params.luminance_spec,
                 lobe: params.lobe,
             };
-            let threads = [0, 1].map(|i| size[i].div_ceil(step).div_ceil(GROUP[i]) * step * GROUP[i]);
+            let threads = match self.schedule {
+                // Whole groups for each of the lattices that a level consists of.
+                Schedule::Permuted => {
+                    [0, 1].map(|i| size[i].div_ceil(step).div_ceil(GROUP[i]) * step * GROUP[i])
+                }
+                Schedule::Dilated => size,
+            };
             inputs
                 .pass(frame, &format!("denoise a-trous {level}"), &self.kernel, &Self::IO)
                 .sample("source_hf", source.hf)

@@ -1,18 +1,17 @@
 //! How much the light has changed since the last frame.
 
+use super::declared;
 use super::temporal::push;
 use crate::DenoiseParams;
 use crate::images::{
     GRADIENTS, GRADIENTS2, HISTORY_LF_COCG, HISTORY_LF_SH, MOMENTS, SUMS_HF, SUMS_LF, SUMS_SPEC, SUMS2_HF,
-    SUMS2_LF, SUMS2_SPEC, SURFACE,
+    SUMS2_LF, SUMS2_SPEC,
 };
 use crate::kernels;
-use crate::records::{GradientPixel, GradientPush, TemporalPush};
+use crate::records::{GradientFilter, GradientPixel, GradientPush, Projection, Stratum, TemporalPush};
+use pt_core::kernel::Constant;
 use pt_core::{Device, Frame, Image, Kernel, Result, StageInputs, StageIo, knobs};
-use pt_shaders::channels::{
-    COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE, MOTION, SHADING_POSITION,
-    VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
-};
+use pt_shaders::channels::{COLOR_HF, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE};
 
 knobs! {
     /// Knobs of adaptive temporal filtering (`asvgf`).
@@ -32,11 +31,21 @@ knobs! {
         /// Which pixel of 3 x 3 is the gradient pixel; the brightest one shows changes where little light arrives, but hides lights that go on, and makes
         /// `off` and `accumulate` too bright on a capture.
         pub pixel: GradientPixel = GradientPixel::Random;
+        /// Which way gradient pixels are found.
+        pub projection: Projection = Projection::Backward, source "Schied, Peters and Dachsbacher 2018, section 4.2";
+        /// Pixels of a stratum.
+        pub stratum: Stratum = Stratum::Three, source "Schied, Peters and Dachsbacher 2018, section 4.2" => structural;
+        /// The filter over the gradients.
+        pub filter: GradientFilter = GradientFilter::Atrous, source "Schied, Peters and Dachsbacher 2018, section 4.3" => structural;
     }
 }
 
-/// Pixels of the flat frame along a side of a stratum.
-const STRATUM_SIDE: u32 = 3;
+impl AntilagParams {
+    /// The specialisation constant of kernels that know strata.
+    pub(crate) fn stratum_constant(&self) -> (&'static str, Constant) {
+        ("stratum_side", Constant::Int(self.stratum.side() as i32))
+    }
+}
 
 /// Filtered gradients of direct light.
 #[derive(Clone, Copy)]
@@ -69,21 +78,24 @@ struct Gradients {
 }
 
 impl Gradients {
-    fn new(device: &Device, compared: Compared) -> Result<Self> {
+    fn new(device: &Device, compared: Compared, params: &AntilagParams) -> Result<Self> {
+        let constants = [params.stratum_constant()];
         let (change, io) = match compared {
             Compared::Pixels => {
-                (Kernel::compute::<GradientPush>(device, &kernels::GRADIENT, &[])?, AntilagDirect::PIXELS)
+                let io = AntilagDirect::PIXELS;
+                (declared::<GradientPush>(device, &kernels::GRADIENT, &io, &constants)?, io)
             }
-            Compared::Direct => (
-                Kernel::compute::<TemporalPush>(device, &kernels::GRADIENT_DIRECT, &[])?,
-                AntilagDirect::SUMS,
-            ),
+            Compared::Direct => {
+                let io = AntilagDirect::SUMS;
+                (declared::<TemporalPush>(device, &kernels::GRADIENT_DIRECT, &io, &constants)?, io)
+            }
             Compared::Indirect => {
-                (Kernel::compute::<TemporalPush>(device, &kernels::GRADIENT_LF, &[])?, AntilagIndirect::SUMS)
+                let io = AntilagIndirect::SUMS;
+                (declared::<TemporalPush>(device, &kernels::GRADIENT_LF, &io, &constants)?, io)
             }
         };
-        io.check([&change])?;
-        let filter = Kernel::compute::<GradientPush>(device, &kernels::GRADIENT_ATROUS, &[])?;
+        let constants = [params.stratum_constant(), ("radius", Constant::Int(params.filter.radius()))];
+        let filter = Kernel::compute::<GradientPush>(device, &kernels::GRADIENT_FILTER, &constants)?;
         Ok(Self { compared, change, filter, io })
     }
 
@@ -92,17 +104,16 @@ impl Gradients {
     }
 
     /// One thread per stratum.
-    fn strata(inputs: &StageInputs<'_>) -> [u32; 3] {
-        let size = inputs.images.size();
-        [size[0].div_ceil(STRATUM_SIDE), size[1].div_ceil(STRATUM_SIDE), 1]
+    fn strata(inputs: &StageInputs<'_>, params: &DenoiseParams) -> [u32; 3] {
+        let [x, y] = inputs.images.size().map(|side| side.div_ceil(params.antilag.stratum.side()));
+        [x, y, 1]
     }
 
     /// Threads of the pass that compares: sums take one for each pixel, so that the four pixels of the history are sought side by side.
-    fn threads(&self, inputs: &StageInputs<'_>) -> [u32; 3] {
-        let [x, y, z] = Self::strata(inputs);
+    fn threads(&self, inputs: &StageInputs<'_>, params: &DenoiseParams) -> [u32; 3] {
         match self.compared {
-            Compared::Pixels => [x, y, z],
-            Compared::Direct | Compared::Indirect => [STRATUM_SIDE * x, STRATUM_SIDE * y, z],
+            Compared::Pixels => Self::strata(inputs, params),
+            Compared::Direct | Compared::Indirect => inputs.flat_threads(),
         }
     }
 
@@ -113,7 +124,7 @@ impl Gradients {
             Compared::Pixels => pass.push(&Self::constants(inputs, params, 1, 1.0)),
             Compared::Direct | Compared::Indirect => pass.push(&push(params, inputs.images)),
         }
-        .dispatch(self.threads(inputs))
+        .dispatch(self.threads(inputs, params))
     }
 
     /// Adds the levels of the filter over the first image and returns the filtered one.
@@ -127,13 +138,20 @@ impl Gradients {
         let name = images[0].channel().name;
         let [mut now, mut next] = images.map(|id| inputs.images.current(id));
         for level in 0..params.antilag.iterations {
-            let variance = if self.compared == Compared::Pixels { 1.0 } else { variance_factor(level) };
+            let filter = params.antilag.filter;
+            let variance =
+                if self.compared == Compared::Pixels { 1.0 } else { filter.variance_factor(level) };
             inputs
-                .pass(frame, &format!("denoise {name} a-trous {level}"), &self.filter, &StageIo::of(name))
+                .pass(
+                    frame,
+                    &format!("denoise {name} {} {level}", filter.pass_name()),
+                    &self.filter,
+                    &StageIo::of(name),
+                )
                 .sample("source", now)
                 .write("target", next)
-                .push(&Self::constants(inputs, params, 1 << level, variance))
-                .dispatch(Self::strata(inputs))?;
+                .push(&Self::constants(inputs, params, filter.step(level), variance))
+                .dispatch(Self::strata(inputs, params))?;
             std::mem::swap(&mut now, &mut next);
         }
         Ok(now)
@@ -153,17 +171,8 @@ impl AntilagDirect {
         ..StageIo::of("denoise gradients")
     };
     const SUMS: StageIo = StageIo {
-        reads: &[
-            COLOR_HF,
-            COLOR_SPEC,
-            SHADING_POSITION,
-            VERTEX_NORMAL,
-            VIEW_DEPTH,
-            VIEW_DIRECTION,
-            MOTION,
-            GRADIENT_SAMPLE,
-        ],
-        reads_previous: &[VERTEX_NORMAL, VIEW_DEPTH, SURFACE, MOMENTS],
+        reads: with_surfaces![COLOR_HF, COLOR_SPEC; GRADIENT_SAMPLE],
+        reads_previous: with_surfaces_before![MOMENTS],
         writes: &[SUMS_HF, SUMS_SPEC],
         ..StageIo::of("denoise sums")
     };
@@ -175,8 +184,8 @@ impl AntilagDirect {
     ];
 
     /// Creates the kernels.
-    pub(crate) fn new(device: &Device) -> Result<Self> {
-        let of = |compared| Gradients::new(device, compared);
+    pub(crate) fn new(device: &Device, params: &AntilagParams) -> Result<Self> {
+        let of = |compared| Gradients::new(device, compared, params);
         Ok(Self { pixels: of(Compared::Pixels)?, sums: of(Compared::Direct)? })
     }
 
@@ -204,16 +213,8 @@ pub(crate) struct AntilagIndirect {
 
 impl AntilagIndirect {
     const SUMS: StageIo = StageIo {
-        reads: &[
-            COLOR_LF_SH,
-            COLOR_LF_COCG,
-            SHADING_POSITION,
-            VERTEX_NORMAL,
-            VIEW_DEPTH,
-            VIEW_DIRECTION,
-            MOTION,
-        ],
-        reads_previous: &[VERTEX_NORMAL, VIEW_DEPTH, SURFACE, HISTORY_LF_SH, HISTORY_LF_COCG],
+        reads: with_surfaces![COLOR_LF_SH, COLOR_LF_COCG],
+        reads_previous: with_surfaces_before![HISTORY_LF_SH, HISTORY_LF_COCG],
         writes: &[SUMS_LF],
         ..StageIo::of("denoise sums lf")
     };
@@ -222,8 +223,8 @@ impl AntilagIndirect {
         [Self::SUMS, StageIo { writes: &[SUMS2_LF], ..StageIo::of("denoise sums lf") }];
 
     /// Creates the kernels.
-    pub(crate) fn new(device: &Device) -> Result<Self> {
-        Ok(Self { sums: Gradients::new(device, Compared::Indirect)? })
+    pub(crate) fn new(device: &Device, params: &AntilagParams) -> Result<Self> {
+        Ok(Self { sums: Gradients::new(device, Compared::Indirect, params)? })
     }
 
     /// Adds the passes to the frame and returns the filtered sums.
@@ -238,10 +239,52 @@ impl AntilagIndirect {
     }
 }
 
-/// What level `level` of the filter makes of the variance of independent strata. Levels 0 to l together are a triangle of half width m = 2^(l + 1)
-/// along each axis, whose squared weights have the sum (2 m^2 + 1) / (3 m^3); this is the quotient of two such sums, for both axes.
-pub(crate) fn variance_factor(level: u32) -> f32 {
-    let sum = |half_width: f64| (2.0 * half_width * half_width + 1.0) / (3.0 * half_width.powi(3));
-    let half_width = f64::from(2u32 << level);
-    (sum(half_width) / sum(half_width / 2.0)).powi(2) as f32
+impl GradientFilter {
+    /// What its passes are called.
+    const fn pass_name(self) -> &'static str {
+        match self {
+            Self::Atrous => "a-trous",
+            Self::Strided => "strided",
+        }
+    }
+
+    /// Taps to each side.
+    pub(crate) const fn radius(self) -> i32 {
+        match self {
+            Self::Atrous => 1,
+            Self::Strided => 2,
+        }
+    }
+
+    /// Distance of the taps of a level, strata.
+    pub(crate) const fn step(self, level: u32) -> u32 {
+        match self {
+            Self::Atrous => 1 << level,
+            Self::Strided => 3u32.pow(level),
+        }
+    }
+
+    /// What a level makes of the variance of independent strata, after the levels before it: the quotient of two sums of squared weights, that of all levels up to it
+    /// and that of those before, for both axes.
+    pub(crate) fn variance_factor(self, level: u32) -> f32 {
+        let squares = |kernel: &[f64]| kernel.iter().map(|w| w * w).sum::<f64>();
+        let before = self.kernel_of_levels(level);
+        (squares(&self.kernel_of_levels(level + 1)) / squares(&before)).powi(2) as f32
+    }
+
+    /// Weights along an axis of so many levels together.
+    fn kernel_of_levels(self, levels: u32) -> Vec<f64> {
+        let taps: &[f64] = match self {
+            Self::Atrous => &[0.25, 0.5, 0.25],
+            Self::Strided => &[0.0625, 0.25, 0.375, 0.25, 0.0625],
+        };
+        (0..levels).fold(vec![1.0], |kernel, level| {
+            let step = self.step(level) as usize;
+            let mut wider = vec![0.0; kernel.len() + (taps.len() - 1) * step];
+            for (i, tap) in taps.iter().enumerate() {
+                kernel.iter().enumerate().for_each(|(k, w)| wider[k + i * step] += tap * w);
+            }
+            wider
+        })
+    }
 }

@@ -1,9 +1,10 @@
 //! Indirect diffuse light: its history, and its filter at a third of the resolution.
 
+use super::declared;
 use super::temporal::push;
 use crate::DenoiseParams;
 use crate::images::{
-    FILTERED_LF_COCG, FILTERED_LF_SH, HISTORY_LF_COCG, HISTORY_LF_SH, SURFACE, TILES_LF_COCG, TILES_LF_SH,
+    FILTERED_LF_COCG, FILTERED_LF_SH, HISTORY_LF_COCG, HISTORY_LF_SH, TILES_LF_COCG, TILES_LF_SH,
     TILES2_LF_COCG, TILES2_LF_SH,
 };
 use crate::kernels;
@@ -11,10 +12,7 @@ use crate::records::{LfPush, TemporalPush};
 use pt_core::{
     ChannelImages, Device, Frame, Image, Kernel, LowFrequencyLight, Result, StageInputs, StageIo, knobs,
 };
-use pt_shaders::channels::{
-    COLOR_LF_COCG, COLOR_LF_SH, ChannelId, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL,
-    VIEW_DEPTH, VIEW_DIRECTION,
-};
+use pt_shaders::channels::{ChannelId, MOTION, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION};
 
 knobs! {
     /// Knobs of the filter of indirect diffuse light, at a third of the resolution.
@@ -25,6 +23,12 @@ knobs! {
         pub depth: f32 = 1.0, in 0.01..=100.0, source "Schied et al. 2017, eq. 3";
         /// Exponent on the cosine between the vertex normals.
         pub normal: f32 = 8.0, in 1.0..=1024.0, source "Schied et al. 2017, eq. 4";
+        /// Before the levels, the luma of a tile is limited to this many times the mean of the tiles around it, and what exceeds the limit is lost; none is no
+        /// limit.
+        pub deflicker: Option<f32> = None, in 1.0..=100.0;
+        /// Whether the last level takes less from tiles that are more than twice as bright or as dark, against leaks through thin walls, and nothing from those six times
+        /// as bright; the sum of the light stays.
+        pub leak_guard: bool = false;
     }
 }
 
@@ -40,43 +44,23 @@ pub(crate) struct LfTemporal {
 impl LfTemporal {
     /// The images that it accesses.
     pub(crate) const IO: StageIo = StageIo {
-        reads: &[
-            COLOR_LF_SH,
-            COLOR_LF_COCG,
-            SHADING_POSITION,
-            VERTEX_NORMAL,
-            VIEW_DEPTH,
-            VIEW_DIRECTION,
-            MOTION,
-        ],
-        reads_previous: &[VERTEX_NORMAL, VIEW_DEPTH, SURFACE, HISTORY_LF_SH, HISTORY_LF_COCG],
+        reads: with_surfaces![COLOR_LF_SH, COLOR_LF_COCG],
+        reads_previous: with_surfaces_before![HISTORY_LF_SH, HISTORY_LF_COCG],
         writes: &[HISTORY_LF_SH, HISTORY_LF_COCG],
         ..StageIo::of("denoise temporal lf")
     };
     /// The same of the kernel that follows changes of the light.
-    pub(crate) const IO_ANTILAG: StageIo = StageIo {
-        reads: &[
-            COLOR_LF_SH,
-            COLOR_LF_COCG,
-            SHADING_POSITION,
-            VERTEX_NORMAL,
-            VIEW_DEPTH,
-            VIEW_DIRECTION,
-            MOTION,
-            GRADIENT_SAMPLE,
-        ],
-        ..Self::IO
-    };
+    pub(crate) const IO_ANTILAG: StageIo =
+        StageIo { reads: with_surfaces![COLOR_LF_SH, COLOR_LF_COCG; GRADIENT_SAMPLE], ..Self::IO };
 
     /// Creates the kernel; `antilag`: it follows changes of the light.
-    pub(crate) fn new(device: &Device, antilag: bool) -> Result<Self> {
-        let (code, io) = match antilag {
-            true => (&kernels::TEMPORAL_LF_ANTILAG, Self::IO_ANTILAG),
-            false => (&kernels::TEMPORAL_LF, Self::IO),
+    pub(crate) fn new(device: &Device, antilag: bool, params: &DenoiseParams) -> Result<Self> {
+        let constants = [params.antilag.stratum_constant()];
+        let (code, io, constants) = match antilag {
+            true => (&kernels::TEMPORAL_LF_ANTILAG, Self::IO_ANTILAG, &constants[..]),
+            false => (&kernels::TEMPORAL_LF, Self::IO, &[][..]),
         };
-        let kernel = Kernel::compute::<TemporalPush>(device, code, &[])?;
-        io.check([&kernel])?;
-        Ok(Self { kernel, io })
+        Ok(Self { kernel: declared::<TemporalPush>(device, code, &io, constants)?, io })
     }
 
     /// Adds its pass to the frame and returns the history. `sums`: of a kernel that follows changes of the light.
@@ -104,6 +88,7 @@ fn light(images: &ChannelImages, sh: ChannelId, cocg: ChannelId) -> LowFrequency
 /// The filter in space: to tiles of 3 x 3 pixels, a-trous over these, and back to all pixels.
 pub(crate) struct LfSpatial {
     downsample: Kernel,
+    deflicker: Kernel,
     atrous: Kernel,
     upsample: Kernel,
 }
@@ -125,10 +110,11 @@ impl LfSpatial {
     pub(crate) fn new(device: &Device) -> Result<Self> {
         let kernel = |code| Kernel::compute::<LfPush>(device, code, &[]);
         let downsample = kernel(&kernels::LF_DOWNSAMPLE)?;
+        let deflicker = kernel(&kernels::LF_DEFLICKER)?;
         let atrous = kernel(&kernels::LF_ATROUS)?;
         let upsample = kernel(&kernels::LF_UPSAMPLE)?;
         Self::IO.check([&downsample, &atrous, &upsample])?;
-        Ok(Self { downsample, atrous, upsample })
+        Ok(Self { downsample, deflicker, atrous, upsample })
     }
 
     /// Adds its passes to the frame and returns the filtered light.
@@ -141,28 +127,36 @@ impl LfSpatial {
     ) -> Result<LowFrequencyLight<'a>> {
         let images = inputs.images;
         let size = images.size();
-        let constants =
-            |step: u32| LfPush { size: size.into(), step, depth: params.depth, normal: params.normal };
+        let constants = |step: u32, guard: bool| LfPush {
+            size: size.into(),
+            step,
+            depth: params.depth,
+            normal: params.normal,
+            limit: params.deflicker.unwrap_or(f32::INFINITY),
+            guard: guard.into(),
+        };
         let tiles = [size[0].div_ceil(TILE_SIDE), size[1].div_ceil(TILE_SIDE), 1];
         let mut now = light(images, TILES_LF_SH, TILES_LF_COCG);
         let mut next = light(images, TILES2_LF_SH, TILES2_LF_COCG);
-        inputs
-            .pass(frame, "denoise lf downsample", &self.downsample, &Self::IO)
-            .sample("source_sh", source.sh)
-            .sample("source_cocg", source.cocg)
-            .write("target_sh", now.sh)
-            .write("target_cocg", now.cocg)
-            .push(&constants(1))
-            .dispatch(tiles)?;
-        for level in 0..params.iterations {
-            inputs
-                .pass(frame, &format!("denoise lf a-trous {level}"), &self.atrous, &Self::IO)
-                .sample("source_sh", now.sh)
-                .sample("source_cocg", now.cocg)
-                .write("target_sh", next.sh)
-                .write("target_cocg", next.cocg)
-                .push(&constants(1 << level))
-                .dispatch(tiles)?;
+        let mut level =
+            |name: &str, kernel, source: LowFrequencyLight<'_>, target: LowFrequencyLight<'_>, push| {
+                inputs
+                    .pass(frame, name, kernel, &Self::IO)
+                    .sample("source_sh", source.sh)
+                    .sample("source_cocg", source.cocg)
+                    .write("target_sh", target.sh)
+                    .write("target_cocg", target.cocg)
+                    .push(&push)
+                    .dispatch(tiles)
+            };
+        level("denoise lf downsample", &self.downsample, source, now, constants(1, false))?;
+        if params.deflicker.is_some() {
+            level("denoise lf deflicker", &self.deflicker, now, next, constants(1, false))?;
+            std::mem::swap(&mut now, &mut next);
+        }
+        for i in 0..params.iterations {
+            let guard = params.leak_guard && i + 1 == params.iterations;
+            level(&format!("denoise lf a-trous {i}"), &self.atrous, now, next, constants(1 << i, guard))?;
             std::mem::swap(&mut now, &mut next);
         }
         inputs
@@ -171,7 +165,7 @@ impl LfSpatial {
             .sample("source_cocg", source.cocg)
             .sample("tiles_sh", now.sh)
             .sample("tiles_cocg", now.cocg)
-            .push(&constants(1))
+            .push(&constants(1, false))
             .dispatch(inputs.flat_threads())?;
         Ok(light(images, FILTERED_LF_SH, FILTERED_LF_COCG))
     }

@@ -1,15 +1,14 @@
 //! Temporal accumulation.
 
+use super::declared;
 use super::gradients::DirectGradients;
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, MOMENTS, SURFACE};
 use crate::kernels;
-use crate::records::{GradientPixel, TemporalPush};
+use crate::records::{GradientPixel, SpecularMotion, TemporalPush};
 use pt_core::{ChannelImages, Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
-use pt_shaders::channels::{
-    COLOR_HF, COLOR_SPEC, GRADIENT_SAMPLE, MOTION, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH,
-    VIEW_DIRECTION,
-};
+use pt_shaders::ShaderCode;
+use pt_shaders::channels::COLOR_SPEC;
 
 knobs! {
     /// Knobs of temporal accumulation.
@@ -30,6 +29,11 @@ knobs! {
         /// A sample is limited to this many times what history and the pixels around hold, the brightest of them left out, and what exceeds the
         /// limit is lost; none is no limit.
         pub firefly: Option<f32> = Some(1e5), in 1.0..=1e6;
+        /// What the history of specular light follows; mirror images need a pinhole or thin-lens camera, and pixels that show a surface directly.
+        pub specular: SpecularMotion = SpecularMotion::Surface, source "Zhdanov 2021, chapter 49" => structural;
+        /// Where the history of specular light follows the surface, it is forgotten as far as the reflection has turned, in units of the lobe alpha =
+        /// roughness^2; none keeps it.
+        pub parallax: Option<f32> = None, in 0.01..=100.0, unit "radians", source "Zhdanov 2021, chapter 49" => structural;
     }
 }
 
@@ -37,6 +41,11 @@ impl TemporalParams {
     /// Cosine of the greatest angle between normals.
     pub(crate) fn normal_cosine(&self) -> f32 {
         self.normal.to_radians().cos()
+    }
+
+    /// Whether the kernel needs to know where mirror images were.
+    pub(crate) fn follows_images(&self) -> bool {
+        self.specular != SpecularMotion::Surface || self.parallax.is_some()
     }
 
     /// Limit of a sample over what is expected, as kernels take it.
@@ -61,6 +70,8 @@ pub(super) fn push(params: &DenoiseParams, images: &ChannelImages) -> TemporalPu
         antilag_spec: antilag.spec,
         antilag_lf: antilag.lf,
         gate_noise: antilag.gate_noise,
+        specular: temporal.specular.code(),
+        parallax: temporal.parallax.unwrap_or(0.0),
         max_length: MAX_LENGTH,
         reset: (!images.has_history()).into(),
     }
@@ -68,6 +79,17 @@ pub(super) fn push(params: &DenoiseParams, images: &ChannelImages) -> TemporalPu
 
 /// Greatest length of a history, frames. Larger than the inverse of any sensible least weight; fp32 holds it exactly.
 pub(crate) const MAX_LENGTH: u32 = 4096;
+
+/// Which light is accumulated, and how its history is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Form {
+    /// Of the lighting stages.
+    Plain,
+    /// The same; history follows changes of the light.
+    Adaptive,
+    /// Of the pass before, with hit distances in alpha.
+    Filtered,
+}
 
 /// This frame's light into the history along the motion of the surfaces.
 pub(crate) struct Temporal {
@@ -77,43 +99,55 @@ pub(crate) struct Temporal {
 
 impl Temporal {
     /// The images that it accesses besides its target.
-    pub(crate) const IO: StageIo = StageIo {
-        reads: &[COLOR_HF, COLOR_SPEC, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION, MOTION],
-        reads_previous: &[VERTEX_NORMAL, VIEW_DEPTH, SURFACE, MOMENTS, HISTORY_HF, HISTORY_SPEC],
+    const PLAIN: StageIo = StageIo {
+        reads: with_surfaces![COLOR_HF, COLOR_SPEC],
+        reads_previous: with_surfaces_before![MOMENTS, HISTORY_HF, HISTORY_SPEC],
         writes: &[SURFACE, MOMENTS],
         ..StageIo::of("denoise temporal")
     };
-    /// The same of the kernel that follows changes of the light.
-    pub(crate) const IO_ANTILAG: StageIo = StageIo {
-        reads: &[
-            COLOR_HF,
-            COLOR_SPEC,
-            SHADING_POSITION,
-            VERTEX_NORMAL,
-            VIEW_DEPTH,
-            VIEW_DIRECTION,
-            MOTION,
-            GRADIENT_SAMPLE,
-        ],
-        ..Self::IO
+    const ADAPTIVE: StageIo =
+        StageIo { reads: with_surfaces![COLOR_HF, COLOR_SPEC; GRADIENT_SAMPLE], ..Self::PLAIN };
+    const FILTERED: StageIo = StageIo { reads: with_surfaces![], ..Self::PLAIN };
+    /// The same where specular history follows mirror images.
+    const VIRTUAL: StageIo = StageIo {
+        reads: with_surfaces![COLOR_HF, COLOR_SPEC; METALLIC_ROUGHNESS, BOUNCE_THROUGHPUT],
+        reads_previous: with_surfaces_before![MOMENTS, HISTORY_HF, HISTORY_SPEC, COLOR_SPEC],
+        ..Self::PLAIN
+    };
+    const VIRTUAL_ADAPTIVE: StageIo = StageIo {
+        reads: with_surfaces![COLOR_HF, COLOR_SPEC; METALLIC_ROUGHNESS, BOUNCE_THROUGHPUT, GRADIENT_SAMPLE],
+        ..Self::VIRTUAL
     };
 
-    /// Creates the kernel; `antilag`: it follows changes of the light.
-    pub(crate) fn new(device: &Device, antilag: bool) -> Result<Self> {
-        let (code, io) = match antilag {
-            true => (&kernels::TEMPORAL_ANTILAG, Self::IO_ANTILAG),
-            false => (&kernels::TEMPORAL, Self::IO),
-        };
-        let kernel = Kernel::compute::<TemporalPush>(device, code, &[])?;
-        io.check([&kernel])?;
-        Ok(Self { kernel, io })
+    fn code_and_io(form: Form, params: &TemporalParams) -> (&'static ShaderCode, StageIo) {
+        match (form, params.follows_images()) {
+            (Form::Plain, false) => (&kernels::TEMPORAL, Self::PLAIN),
+            (Form::Adaptive, false) => (&kernels::TEMPORAL_ANTILAG, Self::ADAPTIVE),
+            (Form::Plain, true) => (&kernels::TEMPORAL_VIRTUAL, Self::VIRTUAL),
+            (Form::Adaptive, true) => (&kernels::TEMPORAL_VIRTUAL_ANTILAG, Self::VIRTUAL_ADAPTIVE),
+            (Form::Filtered, _) => (&kernels::TEMPORAL_RECURRENT, Self::FILTERED),
+        }
     }
 
-    /// Adds its pass to the frame. The alpha of `target` says nothing. `gradients`: of a kernel that follows changes of the light.
+    /// Its declaration.
+    pub(crate) fn io(form: Form, params: &TemporalParams) -> StageIo {
+        Self::code_and_io(form, params).1
+    }
+
+    /// Creates the kernel.
+    pub(crate) fn new(device: &Device, form: Form, params: &DenoiseParams) -> Result<Self> {
+        let (code, io) = Self::code_and_io(form, &params.temporal);
+        let constants: &[_] = if form == Form::Adaptive { &[params.antilag.stratum_constant()] } else { &[] };
+        Ok(Self { kernel: declared::<TemporalPush>(device, code, &io, constants)?, io })
+    }
+
+    /// Adds its pass to the frame. The alpha of `target` says nothing, but of filtered light. `gradients`: of a kernel that follows changes of the light;
+    /// `source`: of one that takes filtered light.
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'_>,
+        source: Option<SplitLight<'_>>,
         target: SplitLight<'_>,
         gradients: Option<DirectGradients<'_>>,
         params: &DenoiseParams,
@@ -122,6 +156,9 @@ impl Temporal {
             .pass(frame, "denoise temporal", &self.kernel, &self.io)
             .write("target_hf", target.hf)
             .write("target_spec", target.spec);
+        if let Some(source) = source {
+            pass = pass.sample("source_hf", source.hf).sample("source_spec", source.spec);
+        }
         if let Some(gradients) = gradients {
             pass = pass
                 .sample("gradients", gradients.pixels)

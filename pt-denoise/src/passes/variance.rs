@@ -1,13 +1,12 @@
 //! Estimate of the noise that is left.
 
+use super::declared;
 use crate::DenoiseParams;
 use crate::images::{GEOMETRY, MOMENTS, SURFACE};
 use crate::kernels;
 use crate::records::VariancePush;
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo};
-use pt_shaders::channels::{
-    BOUNCE_THROUGHPUT, COLOR_HF, COLOR_SPEC, METALLIC_ROUGHNESS, MOTION, NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
-};
+use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
 
 /// Variance of the luminance of both light channels, into their alpha; and the surfaces as the a-trous filter sees them.
 pub(crate) struct Variance {
@@ -18,47 +17,27 @@ pub(crate) struct Variance {
 impl Variance {
     /// What it accesses besides source and target, of accumulated light.
     pub(crate) const TEMPORAL_IO: StageIo = StageIo {
-        reads: &[
-            SURFACE,
-            MOMENTS,
-            NORMAL,
-            VIEW_DEPTH,
-            VIEW_DIRECTION,
-            MOTION,
-            METALLIC_ROUGHNESS,
-            BOUNCE_THROUGHPUT,
-        ],
+        reads: with_guides![SURFACE, MOMENTS],
         writes: &[GEOMETRY],
         ..StageIo::of("denoise variance")
     };
     /// What it accesses besides the target, of each frame by itself.
     pub(crate) const SPATIAL_IO: StageIo = StageIo {
-        reads: &[
-            COLOR_HF,
-            COLOR_SPEC,
-            NORMAL,
-            VIEW_DEPTH,
-            VIEW_DIRECTION,
-            MOTION,
-            METALLIC_ROUGHNESS,
-            BOUNCE_THROUGHPUT,
-        ],
+        reads: with_guides![COLOR_HF, COLOR_SPEC],
         writes: &[GEOMETRY],
         ..StageIo::of("denoise variance")
     };
 
     /// From the moments of the accumulated light, or from the pixels around where the history is short.
     pub(crate) fn temporal(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<VariancePush>(device, &kernels::VARIANCE, &[])?;
-        Self::TEMPORAL_IO.check([&kernel])?;
-        Ok(Self { kernel, io: Self::TEMPORAL_IO })
+        let io = Self::TEMPORAL_IO;
+        Ok(Self { kernel: declared::<VariancePush>(device, &kernels::VARIANCE, &io, &[])?, io })
     }
 
     /// From the pixels around; it takes the light of the lighting stages.
     pub(crate) fn spatial(device: &Device) -> Result<Self> {
-        let kernel = Kernel::compute::<VariancePush>(device, &kernels::VARIANCE_SPATIAL, &[])?;
-        Self::SPATIAL_IO.check([&kernel])?;
-        Ok(Self { kernel, io: Self::SPATIAL_IO })
+        let io = Self::SPATIAL_IO;
+        Ok(Self { kernel: declared::<VariancePush>(device, &kernels::VARIANCE_SPATIAL, &io, &[])?, io })
     }
 
     /// Adds its pass to the frame. `source`: the accumulated light.

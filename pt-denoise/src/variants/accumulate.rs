@@ -3,7 +3,7 @@
 use super::{Variant, history, writing};
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC};
-use crate::passes::Temporal;
+use crate::passes::{Form, Temporal};
 use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
 
 pub(super) struct Accumulate {
@@ -11,11 +11,15 @@ pub(super) struct Accumulate {
 }
 
 impl Accumulate {
-    pub(super) const IO: &[StageIo] =
-        &[Temporal::IO, writing("denoise temporal", &[HISTORY_HF, HISTORY_SPEC])];
+    pub(super) fn io(params: &DenoiseParams) -> Vec<StageIo> {
+        vec![
+            Temporal::io(Form::Plain, &params.temporal),
+            writing("denoise temporal", &[HISTORY_HF, HISTORY_SPEC]),
+        ]
+    }
 
-    pub(super) fn new(device: &Device) -> Result<Self> {
-        Ok(Self { temporal: Temporal::new(device, false)? })
+    pub(super) fn new(device: &Device, params: &DenoiseParams) -> Result<Self> {
+        Ok(Self { temporal: Temporal::new(device, Form::Plain, params)? })
     }
 }
 
@@ -27,7 +31,7 @@ impl Variant for Accumulate {
         params: &DenoiseParams,
     ) -> Result<SplitLight<'a>> {
         let history = history(inputs.images);
-        self.temporal.record(frame, inputs, history, None, params)?;
+        self.temporal.record(frame, inputs, None, history, None, params)?;
         Ok(history)
     }
 }

@@ -12,14 +12,14 @@ pub(super) struct AtrousAlone {
 }
 
 impl AtrousAlone {
-    pub(super) const IO: &[StageIo] = &[
-        Variance::SPATIAL_IO,
-        Atrous::IO,
-        writing("denoise a-trous", &[PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]),
-    ];
+    pub(super) fn io() -> Vec<StageIo> {
+        const TARGETS: StageIo = writing("denoise a-trous", &[PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]);
+        vec![Variance::SPATIAL_IO, Atrous::IO, TARGETS]
+    }
 
-    pub(super) fn new(device: &Device) -> Result<Self> {
-        Ok(Self { variance: Variance::spatial(device)?, atrous: Atrous::new(device)? })
+    pub(super) fn new(device: &Device, params: &DenoiseParams) -> Result<Self> {
+        let schedule = params.atrous.schedule;
+        Ok(Self { variance: Variance::spatial(device)?, atrous: Atrous::new(device, schedule)? })
     }
 }
 

@@ -15,9 +15,9 @@ impl LowFrequency {
     /// Whether the variant accumulates over frames, and whether it filters in space.
     const fn passes(variant: Denoiser) -> [bool; 2] {
         match variant {
-            Denoiser::Off => [false, false],
+            Denoiser::Off | Denoiser::Oidn => [false, false],
             Denoiser::Accumulate => [true, false],
-            Denoiser::Svgf | Denoiser::Asvgf => [true, true],
+            Denoiser::Svgf | Denoiser::Asvgf | Denoiser::Recurrent => [true, true],
             Denoiser::Atrous => [false, true],
         }
     }
@@ -38,12 +38,13 @@ impl LowFrequency {
         all
     }
 
-    pub(super) fn new(device: &Device, variant: Denoiser) -> Result<Self> {
+    pub(super) fn new(device: &Device, params: &DenoiseParams) -> Result<Self> {
+        let variant = params.variant;
         let [temporal, spatial] = Self::passes(variant);
         let adaptive = variant == Denoiser::Asvgf;
         Ok(Self {
-            gradients: adaptive.then(|| AntilagIndirect::new(device)).transpose()?,
-            temporal: temporal.then(|| LfTemporal::new(device, adaptive)).transpose()?,
+            gradients: adaptive.then(|| AntilagIndirect::new(device, &params.antilag)).transpose()?,
+            temporal: temporal.then(|| LfTemporal::new(device, adaptive, params)).transpose()?,
             spatial: spatial.then(|| LfSpatial::new(device)).transpose()?,
         })
     }

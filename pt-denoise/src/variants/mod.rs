@@ -3,13 +3,14 @@
 mod accumulate;
 mod atrous;
 mod low_frequency;
+mod recurrent;
 mod svgf;
 
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
 use crate::records::Denoiser;
 use low_frequency::LowFrequency;
-use pt_core::{ChannelImages, Device, Frame, Result, SplitLight, StageInputs, StageIo};
+use pt_core::{ChannelImages, Device, Error, Frame, Result, SplitLight, StageInputs, StageIo};
 use pt_shaders::channels::ChannelId;
 
 /// A variant with its kernels.
@@ -39,13 +40,20 @@ impl DenoiseChain {
     pub fn new(device: &Device, params: &DenoiseParams, indirect: bool) -> Result<Self> {
         let variant: Option<Box<dyn Variant>> = match params.variant {
             Denoiser::Off => None,
-            Denoiser::Accumulate => Some(Box::new(accumulate::Accumulate::new(device)?)),
-            Denoiser::Svgf => Some(Box::new(svgf::Svgf::new(device, false)?)),
-            Denoiser::Asvgf => Some(Box::new(svgf::Svgf::new(device, true)?)),
-            Denoiser::Atrous => Some(Box::new(atrous::AtrousAlone::new(device)?)),
+            Denoiser::Accumulate => Some(Box::new(accumulate::Accumulate::new(device, params)?)),
+            Denoiser::Svgf => Some(Box::new(svgf::Svgf::new(device, params, false)?)),
+            Denoiser::Asvgf => Some(Box::new(svgf::Svgf::new(device, params, true)?)),
+            Denoiser::Atrous => Some(Box::new(atrous::AtrousAlone::new(device, params)?)),
+            Denoiser::Recurrent => Some(Box::new(recurrent::Recurrent::new(device, params)?)),
+            Denoiser::Oidn => {
+                return Err(Error::Unsupported(
+                    "denoise.variant=oidn is no pass of a frame; record frames with pt capture and run pt-denoise DIR --variant oidn"
+                        .into(),
+                ));
+            }
         };
-        let low_frequency = indirect.then(|| LowFrequency::new(device, params.variant)).transpose()?;
-        Ok(Self { io: params.variant.io(indirect), variant, low_frequency })
+        let low_frequency = indirect.then(|| LowFrequency::new(device, params)).transpose()?;
+        Ok(Self { io: params.passes(indirect), variant, low_frequency })
     }
 
     /// The declarations of its passes, in order; [`Denoiser::Off`] only hands on what it is given.
@@ -75,17 +83,18 @@ impl DenoiseChain {
     }
 }
 
-impl Denoiser {
+impl DenoiseParams {
     /// The declarations of the variant's passes, in order; `indirect`: there is indirect light.
-    pub fn io(self, indirect: bool) -> Vec<StageIo> {
-        let direct = match self {
-            Self::Off => &[SplitLight::UNFILTERED],
-            Self::Accumulate => accumulate::Accumulate::IO,
-            Self::Svgf => svgf::Svgf::IO,
-            Self::Asvgf => svgf::Svgf::IO_ADAPTIVE,
-            Self::Atrous => atrous::AtrousAlone::IO,
+    pub fn passes(&self, indirect: bool) -> Vec<StageIo> {
+        let direct = match self.variant {
+            Denoiser::Off | Denoiser::Oidn => vec![SplitLight::UNFILTERED],
+            Denoiser::Accumulate => accumulate::Accumulate::io(self),
+            Denoiser::Svgf => svgf::Svgf::io(self, false),
+            Denoiser::Asvgf => svgf::Svgf::io(self, true),
+            Denoiser::Atrous => atrous::AtrousAlone::io(),
+            Denoiser::Recurrent => recurrent::Recurrent::io(self),
         };
-        let mut all = if indirect { LowFrequency::io(self) } else { Vec::new() };
+        let mut all = if indirect { LowFrequency::io(self.variant) } else { Vec::new() };
         all.extend(direct);
         all
     }

@@ -3,7 +3,7 @@
 use super::{Variant, history, ping, pong, writing};
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
-use crate::passes::{AntilagDirect, Atrous, Temporal, Variance};
+use crate::passes::{AntilagDirect, Atrous, Form, Temporal, Variance};
 use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
 
 pub(super) struct Svgf {
@@ -15,30 +15,26 @@ pub(super) struct Svgf {
 }
 
 impl Svgf {
-    pub(super) const IO: &[StageIo] = &[
-        Temporal::IO,
-        Variance::TEMPORAL_IO,
-        Atrous::IO,
-        writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]),
-    ];
+    const fn form(adaptive: bool) -> Form {
+        if adaptive { Form::Adaptive } else { Form::Plain }
+    }
 
-    /// The adaptive form.
-    pub(super) const IO_ADAPTIVE: &[StageIo] = &[
-        AntilagDirect::IO[0],
-        AntilagDirect::IO[1],
-        AntilagDirect::IO[2],
-        Temporal::IO_ANTILAG,
-        Variance::TEMPORAL_IO,
-        Atrous::IO,
-        writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]),
-    ];
+    /// `adaptive`: of the adaptive form.
+    pub(super) fn io(params: &DenoiseParams, adaptive: bool) -> Vec<StageIo> {
+        const TARGETS: StageIo =
+            writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]);
+        let mut all = if adaptive { AntilagDirect::IO.to_vec() } else { Vec::new() };
+        let temporal = Temporal::io(Self::form(adaptive), &params.temporal);
+        all.extend([temporal, Variance::TEMPORAL_IO, Atrous::IO, TARGETS]);
+        all
+    }
 
-    pub(super) fn new(device: &Device, adaptive: bool) -> Result<Self> {
+    pub(super) fn new(device: &Device, params: &DenoiseParams, adaptive: bool) -> Result<Self> {
         Ok(Self {
-            gradients: adaptive.then(|| AntilagDirect::new(device)).transpose()?,
-            temporal: Temporal::new(device, adaptive)?,
+            gradients: adaptive.then(|| AntilagDirect::new(device, &params.antilag)).transpose()?,
+            temporal: Temporal::new(device, Self::form(adaptive), params)?,
             variance: Variance::temporal(device)?,
-            atrous: Atrous::new(device)?,
+            atrous: Atrous::new(device, params.atrous.schedule)?,
         })
     }
 }
@@ -54,7 +50,7 @@ impl Variant for Svgf {
         let (history, ping, pong) = (history(images), ping(images), pong(images));
         let accumulated = if params.atrous.feedback { ping } else { history };
         let gradients = self.gradients.as_ref().map(|g| g.record(frame, inputs, params)).transpose()?;
-        self.temporal.record(frame, inputs, accumulated, gradients, params)?;
+        self.temporal.record(frame, inputs, None, accumulated, gradients, params)?;
         self.variance.record(frame, inputs, Some(accumulated), pong, params)?;
         let targets: &[_] = if params.atrous.feedback { &[history, ping, pong] } else { &[ping, pong] };
         self.atrous.record(frame, inputs, pong, targets, &params.atrous)

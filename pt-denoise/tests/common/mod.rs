@@ -4,6 +4,7 @@
 
 pub mod renderer;
 
+use pt_core::frame::Uniforms;
 use pt_core::pack::pack_unit_vector;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
@@ -15,8 +16,8 @@ use pt_shaders::channels::{
     BOUNCE_THROUGHPUT, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE,
     METALLIC_ROUGHNESS, MOTION, NORMAL, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
 };
-use pt_shaders::glam::Vec3;
-use pt_shaders::records::FLAG_PRIMARY;
+use pt_shaders::glam::{Mat4, Vec2, Vec3};
+use pt_shaders::records::{CameraRecord, FLAG_PRIMARY, FrameRecord};
 
 /// The denoiser with its images.
 pub struct Bench {
@@ -31,6 +32,13 @@ pub struct Bench {
     pub samples: Vec<GradientSample>,
     /// Coefficients of indirect diffuse light that the composite got.
     pub filtered_lf: Vec<[f32; 6]>,
+    /// Hit distances of both channels, of flat pixels; those of another stage if it is empty.
+    pub hits: Vec<[f32; 2]>,
+    /// Positions of the surfaces, of flat pixels; all the same if it is empty.
+    pub positions: Vec<Vec3>,
+    /// Cameras.
+    pub frame: FrameRecord,
+    uniforms: Uniforms<FrameRecord>,
 }
 
 impl Bench {
@@ -48,7 +56,23 @@ impl Bench {
         let chain = DenoiseChain::new(&device, &params, indirect).unwrap();
         let images = ChannelImages::alone(&device, FrameSizes::same(size), chain.io()).unwrap();
         let lf = vec![[0.0; 6]; count(size)];
-        Self { device, images, chain, params, size, lf, samples: Vec::new(), filtered_lf: Vec::new() }
+        let frame = FrameRecord::new(camera_at(Vec3::ZERO), camera_at(Vec3::ZERO), size, 0, 0);
+        let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
+        let (samples, filtered_lf, hits, positions) = Default::default();
+        Self {
+            device,
+            images,
+            chain,
+            params,
+            size,
+            lf,
+            samples,
+            filtered_lf,
+            hits,
+            positions,
+            frame,
+            uniforms,
+        }
     }
 
     pub fn of(size: [u32; 2], denoiser: Denoiser) -> Self {
@@ -59,9 +83,10 @@ impl Bench {
     pub fn next(&mut self, pixels: &[Guided], light: &[Light]) -> Vec<Light> {
         self.images.begin_frame();
         self.load(pixels, light);
-        let inputs = StageInputs::new(&self.images);
+        let inputs = StageInputs { uniforms: Some(&self.uniforms), ..StageInputs::new(&self.images) };
         let mut recorder = Recorder::new(&self.device).unwrap();
         let mut frame = recorder.begin().unwrap();
+        self.uniforms.upload(&mut frame, &self.frame).unwrap();
         let output = self.chain.record(&mut frame, &inputs, &self.params).unwrap();
         frame.submit().unwrap();
         let [hf, spec] = [output.hf, output.spec].map(|image| self.flat(image));
@@ -87,8 +112,14 @@ impl Bench {
             }
         };
         // The alpha of the light is another stage's.
-        let colour = |id: ChannelId, of: &dyn Fn(&Light) -> [f32; 3]| {
-            let values: Vec<f32> = light.iter().map(of).flat_map(|c| [c[0], c[1], c[2], 7.0]).collect();
+        let hits = if self.hits.is_empty() { vec![[7.0; 2]; pixels.len()] } else { self.hits.clone() };
+        let hits = to_split(&hits, self.size, [0.0; 2]);
+        let colour = |id: ChannelId, of: &dyn Fn(&Light) -> [f32; 3], channel: usize| {
+            let texel = |(l, hit): (&Light, &[f32; 2])| {
+                let c = of(l);
+                [c[0], c[1], c[2], hit[channel]]
+            };
+            let values: Vec<f32> = light.iter().zip(&hits).flat_map(texel).collect();
             self.images.current(id).write_f32(&values).unwrap();
         };
         if has(COLOR_LF_SH) {
@@ -99,10 +130,11 @@ impl Bench {
             self.images.current(COLOR_LF_COCG).write_f32(&chroma).unwrap();
         }
         if has(GRADIENT_SAMPLE) {
-            let none = vec![GradientSample::default(); strata(self.size).iter().product()];
+            let side = self.params.antilag.stratum.side();
+            let none = vec![GradientSample::default(); strata(self.size, side).iter().product()];
             let samples = if self.samples.is_empty() { &none } else { &self.samples };
             let image = self.images.current(GRADIENT_SAMPLE);
-            let [across, down] = strata(self.size);
+            let [across, down] = strata(self.size, side);
             let mut texels = vec![0.0; (4 * image.extent()[0] * image.extent()[1]) as usize];
             for (stratum, s) in samples.iter().enumerate() {
                 assert!(stratum / across < down);
@@ -111,9 +143,16 @@ impl Bench {
             }
             image.write_f32(&texels).unwrap();
         }
-        colour(COLOR_HF, &|l| l.hf);
-        colour(COLOR_SPEC, &|l| l.spec);
-        floats(SHADING_POSITION, &|p| vec![1.0, 2.0, 3.0, f32::from_bits(p.material)]);
+        colour(COLOR_HF, &|l| l.hf, 0);
+        colour(COLOR_SPEC, &|l| l.spec, 1);
+        if has(SHADING_POSITION) {
+            let everywhere = vec![Vec3::new(1.0, 2.0, 3.0); pixels.len()];
+            let positions = if self.positions.is_empty() { &everywhere } else { &self.positions };
+            let positions = to_split(positions, self.size, Vec3::ZERO);
+            let texel = |(at, p): (&Vec3, &Guided)| [at.x, at.y, at.z, f32::from_bits(p.material)];
+            let values: Vec<f32> = positions.iter().zip(&split).flat_map(texel).collect();
+            self.images.current(SHADING_POSITION).write_f32(&values).unwrap();
+        }
         floats(VIEW_DEPTH, &|p| vec![p.depth]);
         floats(MOTION, &|p| p.motion.to_vec());
         floats(METALLIC_ROUGHNESS, &|p| vec![0.3, p.roughness]);
@@ -139,7 +178,7 @@ impl Bench {
         let image = self.images.current(id);
         let texels = image.read_f32().unwrap();
         let row = 4 * image.extent()[0] as usize;
-        let [across, down] = strata(self.size);
+        let [across, down] = strata(self.size, self.params.antilag.stratum.side());
         let texel = |x: usize, y: usize| [0, 1, 2, 3].map(|k| texels[y * row + 4 * x + k]);
         (0..down).flat_map(|y| (0..across).map(move |x| [x, y])).map(|[x, y]| texel(x, y)).collect()
     }
@@ -166,12 +205,38 @@ impl Bench {
     /// Lengths of the histories in flat order.
     pub fn lengths(&self) -> Vec<u32> {
         let words = self.images.current(SURFACE).read_u32().unwrap();
-        let lengths: Vec<u32> = words.chunks_exact(2).map(|c| c[1]).collect();
+        let lengths: Vec<u32> = words.chunks_exact(2).map(|c| c[1] & 0xffff).collect();
+        to_flat(&lengths, self.size)
+    }
+
+    /// The same of specular light.
+    pub fn specular_lengths(&self) -> Vec<u32> {
+        let words = self.images.current(SURFACE).read_u32().unwrap();
+        let own = |word: u32| match word >> 16 {
+            0 => word & 0xffff,
+            0xffff => 0,
+            other => other,
+        };
+        let lengths: Vec<u32> = words.chunks_exact(2).map(|c| own(c[1])).collect();
         to_flat(&lengths, self.size)
     }
 
     pub fn moments(&self) -> Vec<[f64; 4]> {
         self.flat(self.images.current(MOMENTS)).into_iter().map(|m| m.map(f64::from)).collect()
+    }
+}
+
+/// A camera that looks along -Z; the picture is as wide as it is high, 90 degrees.
+pub fn camera_at(eye: Vec3) -> CameraRecord {
+    let world_from_view = Mat4::from_translation(eye);
+    CameraRecord {
+        view_from_world: world_from_view.inverse(),
+        world_from_view,
+        half_extent: Vec2::ONE,
+        lens_radius: 0.0,
+        focus_distance: 1.0,
+        projection: 0,
+        pad: [0; 3],
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Renderer<F: Fn(usize, usize) -> f32> {
     draw: Draw,
     last: Vec<f32>,
     repeated: Vec<bool>,
+    /// Pixels along a side of a stratum.
+    side: usize,
 }
 
 impl<F: Fn(usize, usize) -> f32> Renderer<F> {
@@ -27,6 +29,7 @@ impl<F: Fn(usize, usize) -> f32> Renderer<F> {
             draw: |random| random.sparse(4),
             last: Vec::new(),
             repeated,
+            side: 3,
         }
     }
 
@@ -35,21 +38,28 @@ impl<F: Fn(usize, usize) -> f32> Renderer<F> {
         Self { draw, ..self }
     }
 
+    /// With other strata.
+    pub fn with_strata(self, side: u32) -> Self {
+        Self { side: side as usize, ..self }
+    }
+
     /// Light of a frame, and its gradient pixels.
     pub fn frame(&mut self, frame: usize) -> (Vec<Light>, Vec<GradientSample>) {
         let mut unit: Vec<f32> = (0..count(self.size)).map(|_| (self.draw)(&mut self.random)).collect();
-        let [across, down] = strata(self.size);
+        let (side, count_of_stratum) = (self.side, self.side * self.side);
+        let [across, down] = strata(self.size, side as u32);
         let mut samples = vec![GradientSample::default(); across * down];
         let mut repeated = vec![false; count(self.size)];
         for (s, sample) in samples.iter_mut().enumerate().filter(|_| frame > 0) {
             let pixel = |n: usize| {
-                let at = [3 * (s % across) + n % 3, 3 * (s / across) + n / 3];
+                let at = [side * (s % across) + n % side, side * (s / across) + n / side];
                 (at[0] < self.size[0] as usize && at[1] < self.size[1] as usize)
                     .then(|| at[1] * self.size[0] as usize + at[0])
             };
             let before = |i: usize| self.last[i] * (self.brightness)(frame - 1, i);
-            let first = (self.random.bits() % 9) as usize;
-            let mut candidates = (first..first + 9).filter_map(|n| Some((n % 9, pixel(n % 9)?)));
+            let first = (self.random.bits() % count_of_stratum as u64) as usize;
+            let numbers = (first..first + count_of_stratum).map(|n| n % count_of_stratum);
+            let mut candidates = numbers.filter_map(|n| Some((n, pixel(n)?)));
             if let Some((n, i)) = candidates.find(|(_, i)| !self.repeated[*i]) {
                 unit[i] = self.last[i];
                 repeated[i] = true;

@@ -4,13 +4,14 @@
 #![forbid(unsafe_code)]
 
 mod measure;
+mod oidn;
 mod sequence;
 
 use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_core::harness::{ReplayArgs, read_capture, replay};
 use pt_core::{Frame, StageInputs, StageIo, console};
-use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser};
+use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser, SpecularMotion};
 use pt_shaders::NamedEnum;
 use pt_shaders::channels::COLOR_LF_SH;
 use std::io::Write;
@@ -66,8 +67,10 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let indirect = recorded.layer(COLOR_LF_SH.channel().name).is_some();
     drop(recorded);
     // The composite first: its output is what the file shows.
-    let stages: Vec<StageIo> = [vec![Composite::io_for(indirect)], params.variant.io(indirect)].concat();
+    let stages: Vec<StageIo> =
+        [vec![Composite::io_for(indirect)], of_one_frame(params).passes(indirect)].concat();
     replay(&args.replay, &stages, out, |device, _, params: DenoiseParams| {
+        let params = of_one_frame(params);
         let denoise = DenoiseChain::new(device, &params, indirect)?;
         let composite = Composite::for_light(device, indirect)?;
         Ok(move |frame: &mut Frame<'_>, inputs: &StageInputs<'_>| {
@@ -76,4 +79,10 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         })
     })?;
     Ok(())
+}
+
+/// A frame that is repeated has the same camera each time: mirror images move as their surfaces do.
+fn of_one_frame(mut params: DenoiseParams) -> DenoiseParams {
+    (params.temporal.specular, params.temporal.parallax) = (SpecularMotion::Surface, None);
+    params
 }

@@ -1,6 +1,6 @@
 //! A denoised frame against its ground truth, and its change against the change of the truth.
 
-use crate::sequence::Row;
+use crate::sequence::{Disoccluded, Row};
 use anyhow::{Result, bail};
 use pt_core::split::to_flat;
 use pt_core::{ChannelImages, StageIo};
@@ -33,19 +33,35 @@ impl Seen {
     /// Fills the errors of a row. They stay empty where the frame has values that are no light.
     pub fn measure(&self, before: Option<&Self>, row: &mut Row) -> Result<()> {
         let metrics = [Metric::RelMse, Metric::Flip, Metric::Energy, Metric::Detail];
-        match compare(&self.radiance, &self.reference, &metrics) {
-            Ok(found) => {
-                let value = |i: usize| found.get(i).map(|m| m.value);
-                [row.relmse, row.flip, row.energy_ratio, row.detail_ratio] = [0, 1, 2, 3].map(value);
-            }
+        let found = match compare(&self.radiance, &self.reference, &metrics) {
+            Ok(found) => found,
             // Samples that are no light are what a denoiser is measured with, too.
             Err(MetricError::NonFinite { a, b: 0, .. }) if a > 0 => return Ok(()),
             Err(error) => bail!("{error}"),
-        }
+        };
+        let value = |i: usize| found.get(i).map(|m| m.value);
+        [row.relmse, row.flip, row.energy_ratio, row.detail_ratio] = [0, 1, 2, 3].map(value);
         let Some(before) = before else { return Ok(()) };
+        let correspondence = self.motion_from(before);
+        let new: Vec<bool> = correspondence.offsets.iter().map(Option::is_none).collect();
+        let count = new.iter().filter(|is_new| **is_new).count();
+        let mean = |metric: usize, of_new: bool| {
+            let of: Vec<f64> = (found.get(metric)?.map.iter().zip(&new))
+                .filter(|(_, is_new)| **is_new == of_new)
+                .map(|(error, _)| f64::from(*error))
+                .collect();
+            (!of.is_empty()).then(|| of.iter().sum::<f64>() / of.len() as f64)
+        };
+        row.disoccluded = Some(Disoccluded {
+            share: count as f64 / new.len().max(1) as f64,
+            relmse: mean(0, true),
+            flip: mean(1, true),
+            relmse_others: mean(0, false),
+            flip_others: mean(1, false),
+        });
         let test = FramePair { now: &self.radiance, before: &before.radiance };
         let truth = FramePair { now: &self.reference, before: &before.reference };
-        if let Ok(error) = temporal_error(test, truth, &self.motion_from(before)) {
+        if let Ok(error) = temporal_error(test, truth, &correspondence) {
             (row.temporal_pixel, row.temporal_block) = (Some(error.pixel), Some(error.block));
         }
         Ok(())

@@ -1,14 +1,15 @@
 //! Variants of the denoiser side by side on a recorded sequence.
 
-use crate::Args;
 use crate::measure::Seen;
+use crate::{Args, oidn};
 use anyhow::{Context, Result, ensure};
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::capture::{keys, read_layer};
+use pt_core::frame::Uniforms;
 use pt_core::harness::Spread;
 use pt_core::split::to_flat;
 use pt_core::{ChannelImages, Device, FramePlan, FrameSizes, Recorder, StageInputs, StageIo};
-use pt_denoise::{Composite, DenoiseChain, DenoiseParams};
+use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser};
 use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_image::image_file::{ImageState, Layer, LayeredImage, LinearImage, Samples};
 use pt_shaders::channels::{COLOR, COLOR_LF_SH, ChannelId, ExtentClass};
@@ -31,9 +32,24 @@ pub struct Row {
     /// Gradient energy over that of the reference.
     pub detail_ratio: Option<f64>,
     pub energy_ratio: Option<f64>,
+    /// Errors of the pixels whose surface the frame before did not show, and of the others; none in the first frame and after a cut.
+    pub disoccluded: Option<Disoccluded>,
     gpu_ms: f64,
     /// Of each pass.
     passes: BTreeMap<String, f64>,
+}
+
+/// Errors apart.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Disoccluded {
+    /// Part of the pixels.
+    pub share: f64,
+    /// None without such pixels.
+    pub relmse: Option<f64>,
+    pub flip: Option<f64>,
+    /// Of the other pixels.
+    pub relmse_others: Option<f64>,
+    pub flip_others: Option<f64>,
 }
 
 /// Runs the variants and prints a line for each.
@@ -47,6 +63,9 @@ pub fn run(args: &Args, params: DenoiseParams, out: &mut impl Write) -> Result<(
         std::fs::create_dir_all(path).with_context(|| format!("{}", path.display()))?;
     }
     let references = references(args, &folder)?;
+    if variants.contains(&Denoiser::Oidn) {
+        oidn::check()?;
+    }
     let device = args.replay.stage.open_device()?;
     let mut rows = Vec::new();
     writeln!(
@@ -111,15 +130,22 @@ impl Sequence<'_> {
         let first = self.folder.frame(self.folder.range().start)?;
         let size = first.sidecar.size;
         let indirect = first.has_layer(COLOR_LF_SH);
-        let chain = DenoiseChain::new(self.device, params, indirect)?;
+        // Open Image Denoise filters the composited radiance.
+        let by_oidn = params.variant == Denoiser::Oidn;
+        let passes =
+            if by_oidn { DenoiseParams { variant: Denoiser::Off, ..params.clone() } } else { params.clone() };
+        let chain = DenoiseChain::new(self.device, &passes, indirect)?;
         let composite = Composite::for_light(self.device, indirect)?;
         let measured = if self.references.is_empty() { &[][..] } else { &[Seen::IO] };
-        let stages: Vec<StageIo> = [chain.io(), &[Composite::io_for(indirect)], measured].concat();
+        let guides = if by_oidn { &[oidn::GUIDES][..] } else { &[] };
+        let stages: Vec<StageIo> = [chain.io(), &[Composite::io_for(indirect)], measured, guides].concat();
         let mut images = ChannelImages::alone(self.device, FrameSizes::same(size), &stages)?;
         let given: Vec<ChannelId> =
             FramePlan::new(FrameSizes::same(size)).missing(&stages).into_iter().collect();
         let mut recorder = Recorder::new(self.device)?;
+        let uniforms = Uniforms::new(self.device, "frame_uniforms")?;
         let mut rows = Vec::new();
+        let mut oidn_ms = Vec::new();
         let mut before: Option<Seen> = None;
         for number in self.folder.range() {
             let recorded = self.folder.frame(number)?;
@@ -131,12 +157,16 @@ impl Sequence<'_> {
             }
             images.begin_frame();
             recorded.load(&images, &given)?;
-            let inputs = StageInputs::new(&images);
+            let inputs = StageInputs { uniforms: Some(&uniforms), ..StageInputs::new(&images) };
             let mut frame = recorder.begin()?;
-            let light = chain.record(&mut frame, &inputs, params)?;
-            composite.record(&mut frame, &inputs, light, params)?;
+            uniforms.upload(&mut frame, &recorded.sidecar.record())?;
+            let light = chain.record(&mut frame, &inputs, &passes)?;
+            composite.record(&mut frame, &inputs, light, &passes)?;
             frame.submit()?;
-            let radiance = radiance(&images)?;
+            let mut radiance = radiance(&images)?;
+            if by_oidn {
+                oidn_ms.push(oidn::denoise(&images, &mut radiance)?);
+            }
             let mut row = Row { variant: params.variant.name(), frame: number, ..Row::default() };
             let seen = match self.references.get(&number) {
                 Some(path) => {
@@ -156,6 +186,11 @@ impl Sequence<'_> {
         for (row, timing) in rows.iter_mut().zip(recorder.finish()?) {
             row.gpu_ms = timing.gpu_ms;
             row.passes = timing.passes.into_iter().map(|pass| (pass.pass, pass.ms)).collect();
+        }
+        // Of the host's clock, with copies.
+        for (row, ms) in rows.iter_mut().zip(oidn_ms) {
+            row.gpu_ms += ms;
+            row.passes.insert("oidn".into(), ms);
         }
         Ok(rows)
     }
@@ -188,10 +223,13 @@ fn write(
     for id in written {
         let (mut layer, size) = read_layer(images, id)?;
         if id.channel().extent != ExtentClass::Split {
+            // Strata, or tiles of indirect light.
+            let is_of_strata = ["gradients", "sums"].iter().any(|name| id.channel().name.starts_with(name));
+            let side = if is_of_strata { params.antilag.stratum.side() } else { 3 };
             layer
                 .channels
                 .iter_mut()
-                .for_each(|c| repeat(&mut c.samples, size[0], [file.width, file.height]));
+                .for_each(|c| repeat(&mut c.samples, size[0], side, [file.width, file.height]));
         }
         file.layers.push(layer);
     }
@@ -200,9 +238,10 @@ fn write(
     Ok(file.write_exr(path)?)
 }
 
-/// Texels of an image of `row` columns that stand for 3 x 3 pixels each, once for every pixel.
-fn repeat(samples: &mut Samples, row: u32, size: [u32; 2]) {
-    let texels = || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| (y / 3 * row + x / 3) as usize));
+/// Texels of an image of `row` columns that stand for `side` x `side` pixels each, once for every pixel.
+fn repeat(samples: &mut Samples, row: u32, side: u32, size: [u32; 2]) {
+    let texels =
+        || (0..size[1]).flat_map(move |y| (0..size[0]).map(move |x| (y / side * row + x / side) as usize));
     match samples {
         Samples::F32(v) => *v = texels().map(|i| v[i]).collect(),
         Samples::U32(v) => *v = texels().map(|i| v[i]).collect(),

@@ -1,0 +1,39 @@
+// One pass of a filter over gradients, without edge stopping: binomial taps, push.step strata apart; 3 x 3 of them (a-trous: Dammertz et al. 2010) or 5 x 5.
+// The third and fourth component are multiplied by push.variance: that of a weighted mean is smaller than the mean of the variances. At the border fewer taps
+// make it less so. Extent: strata.
+#include "denoise_records.glsl"
+
+layout(local_size_x = 16, local_size_y = 8) in;
+layout(push_constant, scalar) uniform Push { GradientPush push; };
+layout(set = 2, binding = 0) uniform sampler2D source;
+layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D target;
+#include "stratum.glsl"
+// Taps to each side.
+layout(constant_id = 9) const int radius = 1;
+
+float weight_at(int distance) {
+    if (radius == 1) return distance == 0 ? 0.5 : 0.25;
+    return distance == 0 ? 0.375 : distance == 1 ? 0.25 : 0.0625;
+}
+
+void main() {
+    ivec2 stratum = ivec2(gl_GlobalInvocationID.xy), count = stratum_count();
+    if (any(greaterThanEqual(stratum, count))) return;
+    vec4 sum = vec4(0.0);
+    float weights = 0.0, squares = 0.0;
+    for (int y = -radius; y <= radius; ++y) {
+        for (int x = -radius; x <= radius; ++x) {
+            ivec2 tap = stratum + ivec2(x, y) * int(push.step);
+            if (any(lessThan(tap, ivec2(0))) || any(greaterThanEqual(tap, count))) continue;
+            float weight = weight_at(abs(x)) * weight_at(abs(y));
+            sum += weight * texelFetch(source, tap, 0);
+            weights += weight;
+            squares += weight * weight;
+        }
+    }
+    sum /= weights;
+    // Of all taps: the square of the sum of squares along an axis.
+    float all_squares = radius == 1 ? 0.140625 : 0.07476806640625;
+    if (push.variance < 1.0) sum.zw *= min(push.variance * squares / (weights * weights * all_squares), 1.0);
+    imageStore(target, stratum, sum);
+}

@@ -1,0 +1,2 @@
+#define RAW 0
+#include "recurrent_blur.glsl"

@@ -1,0 +1,2 @@
+#define RAW 1
+#include "recurrent_blur.glsl"
