@@ -4,6 +4,7 @@
 use crate::assert_same;
 use crate::common::{self, Mean, frames_mean, params, reference_mean};
 use glam::{Affine3A, DVec3, Vec3};
+use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_reference::{Progressive, ReferenceParams};
 use pt_scene::gpu::camera_record;
@@ -219,7 +220,8 @@ fn roughness_has_no_threshold() {
 }
 
 fn reference_pixels(scene: &Scene, camera: &Camera, size: [u32; 2], spp: u32) -> Vec<DVec3> {
-    let mut session = common::session(scene);
+    let device = TestDevice::open();
+    let mut session = common::session(&device, scene);
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
     let params = ReferenceParams { max_bounces: 1, spp, ..ReferenceParams::default() };
