@@ -4,7 +4,7 @@ use pt_app::params::{FrameParams, resolve};
 use pt_core::split::to_flat;
 use pt_core::trace::TraceBackend;
 use pt_denoise::images::SURFACE;
-use pt_denoise::oracle::{GradientSample, Guided, Light, Seen, brightest_candidates};
+use pt_denoise::oracle::{self, GradientSample, Guided, Seen, brightest_candidates};
 use pt_denoise::{Denoiser, GradientPixel, Projection};
 use pt_scene::glam::{Affine3A, Vec3};
 use pt_scene::{Blink, Light, LightMotion, Motion, Scene};
@@ -282,7 +282,7 @@ fn the_choice_agrees_with_the_oracle() {
         }
         all
     };
-    let mut before: Option<(Vec<Guided>, Vec<Light>, Vec<GradientSample>)> = None;
+    let mut before: Option<(Vec<Guided>, Vec<oracle::Light>, Vec<GradientSample>)> = None;
     let mut compared = 0;
     for frame in 0..4 {
         frames.render(0.2 * f64::from(frame));
@@ -304,7 +304,7 @@ fn the_choice_agrees_with_the_oracle() {
             }
         }
         let [hf, spec] = [COLOR_HF, COLOR_SPEC].map(|id| rgb(&frames, id));
-        let light = hf.into_iter().zip(spec).map(|(hf, spec)| Light { hf, spec }).collect();
+        let light = hf.into_iter().zip(spec).map(|(hf, spec)| oracle::Light { hf, spec }).collect();
         before = Some((pixels, light, samples));
     }
     frames.finish();
