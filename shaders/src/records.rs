@@ -668,7 +668,7 @@ gpu_struct! {
     pub struct LightCandidateRecord {
         /// As in [`LocalLightRecord`].
         pub position: Vec3,
-        /// `LOCAL_*`; [`LOCAL_EXACT`](crate::constants::LOCAL_EXACT). Bits 16 to 31: triangle: exponent of the edges + 128; point and spot light: radius as a
+        /// `LOCAL_*`; [`LOCAL_EXACT`]. Bits 16 to 31: triangle: exponent of the edges + 128; point and spot light: radius as a
         /// half float, rounded up.
         pub kind: u32,
         /// Triangle: the edges, 6 x 16 bits, signed normalised, times 2^exponent. Spot light: where it shines, octahedral, `spot_scale` and
