@@ -46,7 +46,7 @@ section() {
         echo "$begin"
         echo "\`pt-lights ${*/#*\/}\`; $(sed -n '1p' "$work/printed")."
         echo
-        [[ $figure = - ]] || printf '![Error and GPU time](../%s)\n\n' "$figure"
+        [[ $figure = - ]] || printf '![Error and GPU time](../docs/%s)\n\n' "${figure##*/}"
         if [[ $table = text ]]; then
             echo '```'
             sed '1d' "$work/printed"
