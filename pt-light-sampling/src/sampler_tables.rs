@@ -120,28 +120,20 @@ impl SamplerTables {
         most_lights: usize,
         keeps_last: bool,
     ) -> Result<Self> {
-        let counted = choice.sampler == LightSampler::ClusterStats;
-        let listed = match choice.sampler {
-            LightSampler::ClusterCdf | LightSampler::ClusterStats => true,
-            LightSampler::Ris | LightSampler::RestirDi => choice.ris_source == RisSource::Cluster,
-            LightSampler::Uniform | LightSampler::Power | LightSampler::LightBvh | LightSampler::NeeAt => {
-                false
-            }
-        };
+        let needed = choice.sampler.tables(choice.ris_source);
         let lists = || {
             let with_visibility = choice.list_visibility == ListVisibility::Rays;
             DeviceLists::new(device, scene, clusters, lights, most_lights, (keeps_last, with_visibility))
         };
-        let tree = choice.sampler == LightSampler::LightBvh;
         let statistics = || {
             let boxes = cluster_boxes(scene, clusters);
             let SamplerChoice { statistics_table: table, statistics_interval: interval, .. } = choice;
             ShadowStatistics::new(device, &boxes, most_lights, table, interval, keeps_last)
         };
         Ok(Self {
-            lists: listed.then(lists).transpose()?,
-            tree: tree.then(|| DeviceTree::new(device, lights, most_lights, keeps_last)).transpose()?,
-            statistics: counted.then(statistics).transpose()?,
+            lists: needed.lists.then(lists).transpose()?,
+            tree: needed.tree.then(|| DeviceTree::new(device, lights, most_lights, keeps_last)).transpose()?,
+            statistics: needed.statistics.then(statistics).transpose()?,
             statistics_frames: choice.statistics_frames,
         })
     }

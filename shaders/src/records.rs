@@ -616,6 +616,29 @@ impl LightSampler {
     pub const fn replays(self) -> bool {
         !matches!(self, Self::RestirDi | Self::NeeAt)
     }
+
+    /// Which tables it reads beside the lights themselves; `source`: where the candidates of `ris` and `restir-di` come from.
+    pub const fn tables(self, source: RisSource) -> SamplerTableSet {
+        let (lists, statistics, tree) = match self {
+            Self::Uniform | Self::Power | Self::NeeAt => (false, false, false),
+            Self::ClusterCdf => (true, false, false),
+            Self::ClusterStats => (true, true, false),
+            Self::LightBvh => (false, false, true),
+            Self::Ris | Self::RestirDi => (matches!(source, RisSource::Cluster), false, false),
+        };
+        SamplerTableSet { lists, statistics, tree }
+    }
+}
+
+/// Tables that a light sampler reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SamplerTableSet {
+    /// Light lists of the clusters.
+    pub lists: bool,
+    /// Shadow statistics of the lists.
+    pub statistics: bool,
+    /// The light tree.
+    pub tree: bool,
 }
 
 named_enum! {

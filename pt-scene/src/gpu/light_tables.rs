@@ -3,7 +3,7 @@
 use pt_core::frame::MissingTable;
 use pt_core::{Buffer, Constant, Kernel};
 use pt_shaders::named_enum::NamedEnum;
-use pt_shaders::records::{LightSampler, LightTablesRecord, RisSource, SceneRecord};
+use pt_shaders::records::{LightSampler, LightTablesRecord, RisSource, SamplerTableSet, SceneRecord};
 
 /// Light tables. The addresses of their buffers are in the record of the scene.
 #[derive(Default)]
@@ -33,20 +33,15 @@ pub(super) fn missing(set: &LightTableSet, record: &SceneRecord, kernel: &Kernel
     let sampler = LightSampler::VALUES.iter().copied().find(|sampler| sampler.code() == code)?;
     let is = |name| kernel.constant(name) == Some(Constant::Bool(true));
     let is_not = |name| kernel.constant(name) == Some(Constant::Bool(false));
-    let ris_from_lists = kernel.constant("ris_source") == Some(Constant::Uint(RisSource::Cluster.code()));
+    let given = |source: &RisSource| kernel.constant("ris_source") == Some(Constant::Uint(source.code()));
+    let source = RisSource::VALUES.iter().copied().find(given).unwrap_or(RisSource::Power);
     let tables = &record.light_tables;
     let reader = format!("the light sampler \"{}\"", sampler.name());
     let refuse = |table, remedy| Some(MissingTable { reader, table, remedy });
     if set.buffers.is_empty() {
         return refuse("the lights of the scene", "call LightTables::prepare before the first frame");
     }
-    let (lists, tree, statistics) = match sampler {
-        LightSampler::ClusterCdf => (true, false, false),
-        LightSampler::ClusterStats => (true, false, true),
-        LightSampler::Ris | LightSampler::RestirDi => (ris_from_lists, false, false),
-        LightSampler::LightBvh => (false, true, false),
-        LightSampler::Uniform | LightSampler::Power | LightSampler::NeeAt => (false, false, false),
-    };
+    let SamplerTableSet { lists, statistics, tree } = sampler.tables(source);
     if lists && tables.cluster_lists == 0 {
         return refuse("the light lists of the clusters", PREPARE);
     }
