@@ -86,11 +86,11 @@ mod tests {
         numbers.sort_unstable();
         numbers.dedup();
         assert_eq!(numbers.len(), count);
-        assert_eq!(
-            dimension(DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT - 1).map(|d| d.name),
-            Some("DIM_REFLECT_REFRACT")
-        );
-        assert_eq!(dimension(DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT), None);
+        let name = |number| dimension(number).map(|d| d.name);
+        let end = DIM_REFLECT_REFRACT + MAX_REFLECT_REFRACT;
+        assert_eq!(name(end - 1), Some("DIM_REFLECT_REFRACT"));
+        assert_eq!(name(end), Some("DIM_HIGHLIGHT"));
+        assert_eq!(name(DIM_HIGHLIGHT + MAX_REFLECT_REFRACT), None);
     }
 
     /// The rays of all decisions have a coverage dimension.
