@@ -132,7 +132,10 @@ impl SamplerTables {
         };
         Ok(Self {
             lists: needed.lists.then(lists).transpose()?,
-            tree: needed.tree.then(|| DeviceTree::new(device, lights, most_lights, keeps_last)).transpose()?,
+            tree: needed
+                .tree
+                .then(|| DeviceTree::new(device, lights, most_lights, keeps_last))
+                .transpose()?,
             statistics: needed.statistics.then(statistics).transpose()?,
             statistics_frames: choice.statistics_frames,
         })
