@@ -44,7 +44,10 @@ awk -v cargo="$status" '
         }
         if (failures) printf "\nfailed tests:\n%s", failures
         # A program that crashed has no result line.
-        if (cargo && !failed++) print "\na test program crashed: see above"
+        if (cargo && !failed) {
+            failed = 1
+            print "\na test program crashed: see above"
+        }
         printf "\n%d passed, %d failed, %d skipped\n", passed, failed, ignored
     }
 ' "$log"
