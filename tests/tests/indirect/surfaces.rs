@@ -64,8 +64,8 @@ fn nested_solids_are_seen_as_in_the_reference() {
             64,
             params(&["gbuffer.reflect_refract=10", "indirect.bounces=0"]),
         );
-        // Behind its tenth interface a path of the frame goes straight on and is absorbed less; total reflection in the corners of boxes makes
-        // some that long, and more of those that begin in the water.
+        // From outside the frame has 1 to 2 % more light than the reference, from the water 3 to 4 %. Behind its tenth interface a path of the
+        // frame goes straight on and is absorbed less, and more paths that begin in the water are that long; that this is all is not shown.
         assert_same(&camera.name, found, truth, longer);
     }
 }
