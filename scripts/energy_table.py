@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """What each stabiliser of the profile q2rtx costs in energy, scene by scene, against the reference with paths of the same length.
 
-usage: scripts/energy_table.py [--pt target/release/pt] [--size 64x36] [--frames 256] [--seeds 3] [--spp 1024] [--readme pt-indirect/README.md]
-                               [SCENE...]
+usage: scripts/energy_table.py [--pt target/release/pt] [--size 64x36] [--frames 256] [--seeds 3] [--spp 1024] [--jobs 1]
+                               [--readme pt-indirect/README.md] [SCENE...]
 
 SCENE is a built-in scene or a glTF file [default: cornell lamps veach gallery]. The table is put between the markers of the README; with
 --readme - it is printed alone. A stabiliser is one knob that the profile q2rtx sets and that changes the energy of a frame. "Alone": the
@@ -11,6 +11,7 @@ compared have the same seeds, so that their noise is the same.
 """
 
 import argparse
+import concurrent.futures
 import json
 import math
 import pathlib
@@ -41,6 +42,7 @@ def main():
     parser.add_argument("--frames", default="256")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--spp", default="1024")
+    parser.add_argument("--jobs", type=int, default=1, help="scenes that are measured at the same time; on a GPU, where the host waits")
     parser.add_argument("--readme", default="pt-indirect/README.md")
     args = parser.parse_args()
     if args.seeds < 2:
@@ -51,7 +53,10 @@ def main():
             if marker not in lines:
                 sys.exit(f"energy_table: {args.readme} has no line \"{marker}\"")
     with tempfile.TemporaryDirectory() as folder:
-        columns = {scene: measure(args, scene, pathlib.Path(folder)) for scene in args.scenes}
+        folders = [pathlib.Path(folder, str(index)) for index in range(len(args.scenes))]
+        with concurrent.futures.ThreadPoolExecutor(args.jobs) as jobs:
+            measured = jobs.map(measure, [args] * len(folders), args.scenes, folders)
+            columns = dict(zip(args.scenes, measured))
     table = [*heading(args), *rows(args.scenes, columns)]
     print("\n".join(table))
     if args.readme == "-":
@@ -70,6 +75,7 @@ def run(*command):
 
 def measure(args, scene, folder):
     """Pairs (ratio, standard error) by the name of the row."""
+    folder.mkdir()
     reference = folder / "reference.exr"
     run(args.pt, "reference", scene, "--size", args.size, "--spp", args.spp, "--max-bounces", BOUNCES, "--no-aov", "-o", reference)
 

@@ -101,7 +101,7 @@ def scene(path):
     gltf.node(translation=[2.0, 5.0, 4.0], extensions={"KHR_lights_punctual": {"light": 0}})
     tilt = math.radians(-14.0)
     gltf.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.2, "znear": 0.1}}]
-    gltf.node(camera=0, translation=[0.0, 3.2, 11.8], rotation=[math.sin(tilt / 2.0), 0.0, 0.0, math.cos(tilt / 2.0)])
+    gltf.node(camera=0, translation=[0.0, 3.9, 11.8], rotation=[math.sin(tilt / 2.0), 0.0, 0.0, math.cos(tilt / 2.0)])
     gltf.write(path)
 
 

@@ -2,7 +2,7 @@
 """Every glTF scene below a folder, averaged frames beside the reference of the same size: FLIP and energy of each, the worst first.
 
 usage: scripts/scenes_against_reference.py FOLDER OUT_FOLDER [--pt target/release/pt] [--size 256x192] [--frames 64] [--spp 256]
-                                           [--env F] [--only TEXT] [--timeout 600] [RENDER ARGUMENTS...]
+                                           [--env F] [--only TEXT] [--timeout 600] [--jobs 1] [RENDER ARGUMENTS...]
 
 OUT_FOLDER gets NAME.exr (frames), NAME.reference.exr, table.md, and sheet.png with the pairs of pictures in the order of the table. Frames have the default profile, with fields that swap where glass is seen, and the bounces that it has; the reference has all.
 RENDER ARGUMENTS follow after --, for example -- --set indirect.bounces=4. Pictures of scenes are made anew each time; none of them belongs into
@@ -10,6 +10,7 @@ the repository. FLIP is that of `pt compare`, of both images at the exposure of 
 """
 
 import argparse
+import concurrent.futures
 import json
 import pathlib
 import subprocess
@@ -29,6 +30,7 @@ def main():
     parser.add_argument("--env")
     parser.add_argument("--only", help="only files whose path contains this")
     parser.add_argument("--timeout", type=float, default=600, help="seconds for one picture")
+    parser.add_argument("--jobs", type=int, default=1, help="scenes that are rendered at the same time; on a GPU, where the host waits")
     parser.add_argument("render", nargs="*", help="more arguments of pt render, after --")
     args = parser.parse_args()
     if not args.folder.is_dir():
@@ -38,19 +40,14 @@ def main():
         sys.exit(f"scenes_against_reference: no .gltf or .glb below {args.folder}")
     args.out.mkdir(parents=True, exist_ok=True)
     measured, failed = [], []
-    for file in files:
-        name = name_of(file)
-        try:
-            row = compare(args, file, name)
-        except subprocess.TimeoutExpired:
-            failed.append((name, f"took more than {args.timeout:.0f} s"))
-            print(f"{name}: {failed[-1][1]}")
-        except Failure as failure:
-            failed.append((name, str(failure)))
-            print(f"{name}: {failure}")
-        else:
-            measured.append(row)
-            print(f"{name}: FLIP {row['flip']:.4f}, energy {row['energy']:.4f}")
+    with concurrent.futures.ThreadPoolExecutor(args.jobs) as jobs:
+        for name, row in jobs.map(lambda file: try_compare(args, file), files):
+            if isinstance(row, str):
+                failed.append((name, row))
+                print(f"{name}: {row}")
+            else:
+                measured.append(row)
+                print(f"{name}: FLIP {row['flip']:.4f}, energy {row['energy']:.4f}")
     if not measured:
         return 1
     measured.sort(key=lambda row: -row["flip"])
@@ -82,6 +79,17 @@ def name_of(file):
     """Folders tell apart files of the same name."""
     folder = file.parent.name
     return folder if folder == file.stem else f"{folder}_{file.stem}"
+
+
+def try_compare(args, file):
+    """Name and row of a scene; text instead of the row where it failed."""
+    name = name_of(file)
+    try:
+        return name, compare(args, file, name)
+    except subprocess.TimeoutExpired:
+        return name, f"took more than {args.timeout:.0f} s"
+    except Failure as failure:
+        return name, str(failure)
 
 
 def compare(args, file, name):

@@ -22,12 +22,15 @@ bool kind_on(uint kind) { return (light_kinds() & kind) != 0u; }
 // Probability of each of them.
 float kind_pmf() { return 1.0 / float(max(bitCount(light_kinds()), 1)); }
 
-// Shadow rays, and so light samples, go straight on through glass.
-bool glass_is_passed() { return (push.mask & MASK_TRANSMISSIVE) == 0u; }
-
 // They do not even see it (`lights.glass_shadows=passed`). What is behind glass is then not told from what is not: light samples find all
 // light but that of delta lobes.
-bool glass_is_ignored() { return scene_has(FEATURE_TRANSMISSION) && glass_is_passed() && push.tinted_glass == 0u; }
+bool glass_is_ignored() { return scene_has(FEATURE_TRANSMISSION) && push.glass_shadows == GLASS_SHADOWS_PASSED; }
+
+// Whether light samples go straight on through the surface of the vertex.
+bool is_passed(BounceVertex v) {
+    if (push.glass_shadows == GLASS_SHADOWS_STRAIGHT) return interface_transmits_straight(v.bsdf);
+    return push.glass_shadows != GLASS_SHADOWS_STOPPED;
+}
 
 LightContext light_context(BounceVertex v) {
     LobeProbabilities p = v.bsdf.lobes.p;
@@ -88,7 +91,7 @@ bool light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach, ou
     if (s.pdf <= 0.0) return false;
     bool beyond = dot(v.bsdf.face_normal, s.direction) < 0.0;
     // Light samples of the vertex before have gone straight on through this one.
-    if (beyond && glass_is_passed()) return false;
+    if (beyond && is_passed(v)) return false;
     BsdfValue f = bsdf_evaluate(v.bsdf, s.direction);
     shadow.light = f.f_cos * s.radiance / s.pdf;
     if (!(max_component(shadow.light) > 0.0)) return false;

@@ -40,9 +40,10 @@ bool scatter(inout BouncePath path, BounceVertex v, uvec2 key, uint vertex, floa
     bool delta = (s.flags & SAMPLE_DELTA) != 0u, transmitted = (s.flags & SAMPLE_TRANSMISSION) != 0u;
     if (!(s.pdf > 0.0) || !(max_component(s.weight) > 0.0) || last_vertex && !delta) return false;
     path.throughput *= s.weight;
-    path.flags = delta ? PATH_DELTA : 0u;
+    // Light samples of the vertex before have gone straight on through this one, if there were any: not of a delta lobe.
+    if (transmitted && is_passed(v)) path.flags = (path.flags & PATH_DELTA) != 0u ? PATH_DELTA : PATH_COVERED;
+    else path.flags = delta ? PATH_DELTA : 0u;
     if (transmitted) {
-        if (glass_is_passed()) path.flags = PATH_COVERED;
         if (v.solid) path.interior = interior_cross(path.interior, medium_boundary(v.material), v.front);
     }
     path.last_pdf = s.pdf;

@@ -55,7 +55,7 @@ impl IndirectLighting {
     /// When the device refuses them.
     pub fn new(device: &Device, variant: TraceVariant, lights: BounceLights, bounces: f32) -> Result<Self> {
         let transmits = variant.scene_features & FEATURE_TRANSMISSION != 0;
-        let has_glass = transmits && lights.tinted_glass;
+        let has_glass = transmits && lights.glass_shadows.tints();
         let constants = [
             ("scene_features", variant.scene_features.into()),
             ("random_source", variant.random.code().into()),

@@ -5,7 +5,7 @@ use pt_core::knobs;
 use pt_core::settings::InvalidValue;
 use pt_shaders::dimensions::MAX_BOUNCES;
 use pt_shaders::records::{
-    AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN,
+    AreaSampling, BvhImportance, EmissionShare, GlassShadows, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN,
     LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
@@ -62,7 +62,7 @@ impl IndirectParams {
 
     /// What direct lighting leaves to the bounce rays. Where shadow rays do not see glass, it leaves nothing: bounce rays see it.
     pub fn left_by_direct_light(&self, lights: &BounceLights) -> EmissionShare {
-        let sees_glass = lights.tinted_glass || lights.shadow_mask & MASK_TRANSMISSIVE != 0;
+        let sees_glass = lights.glass_shadows.tints() || lights.shadow_mask & MASK_TRANSMISSIVE != 0;
         if self.bounces >= 1.0 && sees_glass { self.emission_share } else { EmissionShare::LightSamples }
     }
 
@@ -80,7 +80,7 @@ impl IndirectParams {
             vertex: 0,
             kinds: lights.kinds,
             mask: lights.shadow_mask,
-            tinted_glass: u32::from(lights.tinted_glass),
+            glass_shadows: lights.glass_shadows.code(),
             bounces: self.surfaces(),
             half_rows: u32::from(self.is_half()),
             roulette_start: self.roulette_start,
@@ -121,8 +121,8 @@ pub struct BounceLights {
     pub ris_stratified: bool,
     /// Instances that cast shadows.
     pub shadow_mask: u32,
-    /// Whether transmissive surfaces tint the light that goes through them.
-    pub tinted_glass: bool,
+    /// What becomes of light on its way through transmissive surfaces.
+    pub glass_shadows: GlassShadows,
     /// Whether gradient pixels choose lights by the last frame's tables, which are kept then.
     pub replays: bool,
 }
@@ -139,7 +139,7 @@ impl BounceLights {
             ris_candidates: 8,
             ris_stratified: true,
             shadow_mask: MASK_OPAQUE,
-            tinted_glass: true,
+            glass_shadows: GlassShadows::Tinted,
             replays: false,
         }
     }
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(left(0.0), EmissionShare::LightSamples);
         assert_eq!(left(0.5), EmissionShare::LightSamples);
         assert_eq!(left(1.0), EmissionShare::Mis);
-        let ignored = BounceLights { tinted_glass: false, ..lights };
+        let ignored = BounceLights { glass_shadows: GlassShadows::Passed, ..lights };
         assert_eq!(params(1.0).left_by_direct_light(&ignored), EmissionShare::LightSamples);
     }
 }

@@ -86,8 +86,8 @@ pt_shaders::gpu_struct! {
         pub kinds: u32,
         /// Instances that cast shadows.
         pub mask: u32,
-        /// 1 = transmissive surfaces tint the light that goes through them.
-        pub tinted_glass: u32,
+        /// `GLASS_SHADOWS_*`
+        pub glass_shadows: u32,
         /// Surfaces that a path scatters at after the first one.
         pub bounces: u32,
         /// 1 = every other row of the split frame, diffuse light alone, of twice the weight.

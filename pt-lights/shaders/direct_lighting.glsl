@@ -38,13 +38,15 @@ void drop_hidden(ivec2 p) {
 }
 #endif
 
-// Where the ray of a slot met glass: whether it arrives all the same, and how much of the light passes.
-bool passes_glass(ivec2 p, uint slot, uint place, out vec3 passed) {
+// Where the ray of a slot met glass: whether it arrives all the same, and how much of the light passes. `through_glass`: false where what
+// it met has holes that it went through.
+bool passes_glass(ivec2 p, uint slot, uint place, out bool through_glass, out vec3 passed) {
     Ray ray = slot_ray(p, SlotTable(shadow_ray_tables().ends).at[place]);
     uvec2 ray_coverage = slot_coverage(p, slot);
     passed = vec3(0.0);
+    through_glass = true;
     if (trace_occluded(ray, unseen_mask(push.mask), ray_coverage)) return false;
-    passed = glass_shadow(ray, ray_coverage);
+    through_glass = glass_shadow(ray, ray_coverage, push.glass_shadows == GLASS_SHADOWS_STRAIGHT, passed);
     return true;
 }
 
@@ -61,14 +63,14 @@ void add_slots(ivec2 p, uint texel, uint state, vec4 base, float metallic, inout
         uvec4 end = FAR_END;
         if (has_state(state, STATE_NEAR, slot)) end = SlotTable(tables.ends).at[place];
         vec3 passed = vec3(1.0);
-        bool arrived = !has_state(state, STATE_HIDDEN, slot);
-        if (scene_has(FEATURE_TRANSMISSION) && has_state(state, STATE_GLASS, slot)) arrived = passes_glass(p, slot, place, passed);
+        bool arrived = !has_state(state, STATE_HIDDEN, slot), through_glass = false;
+        if (scene_has(FEATURE_TRANSMISSION) && has_state(state, STATE_GLASS, slot)) arrived = passes_glass(p, slot, place, through_glass, passed);
         vec3 diffuse = vec3(0.0), specular = vec3(0.0);
         if (arrived) {
             uvec4 light = SlotTable(tables.lights).at[place];
             diffuse = passed * unpack_light(light.xy);
             specular = passed * unpack_light(light.zw);
-            bool shared_late = shares_are_late() && is_emissive_slot(slot) && passed == vec3(1.0);
+            bool shared_late = shares_are_late() && is_emissive_slot(slot) && !through_glass;
             if (shared_late) specular *= 1.0 - ShareTable(tables.shares).at[texel];
             float distance = (end.w & END_FINITE) != 0u ? length(uintBitsToFloat(end.xyz) - position) : SKY_DISTANCE;
             add_light(sums.diffuse, diffuse, distance);

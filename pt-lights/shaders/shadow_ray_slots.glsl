@@ -12,6 +12,7 @@
 // "choose lights" fills them, "shadow rays" marks what is hidden, "direct lighting" adds up.
 #include "channels.glsl"
 #include "frame.glsl"
+#include "glass.glsl"
 #include "lights/light_sample.glsl"
 #include "lights_records.glsl"
 #include "pack.glsl"
@@ -51,7 +52,7 @@ bool is_emissive_slot(uint slot) { return slot_candidate(slot) == (merged_rays ?
 // Bounce rays leave the light behind glass alone: they do not go straight on. Where shadow rays are tinted, what bounce rays find is known
 // after the rays have been traced.
 bool shares_are_late() {
-    return scene_has(FEATURE_TRANSMISSION) && push.tinted_glass != 0u && push.emission_share != EMISSION_SHARE_LIGHT_SAMPLES;
+    return glass_tints(push.glass_shadows) && push.emission_share != EMISSION_SHARE_LIGHT_SAMPLES;
 }
 
 // First bits of the slots in the state of a texel.

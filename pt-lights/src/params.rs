@@ -1,14 +1,14 @@
 //! The knobs of direct lighting.
 
 use crate::records::{
-    DirectPush, EnvironmentRays, GlassShadows, LightRays, LightStorage, NeeAtPdf, PartialMetal,
+    DirectPush, EnvironmentRays, LightRays, LightStorage, NeeAtPdf, PartialMetal,
     RestirVisibility, RestirWeights,
 };
 use pt_core::knobs;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::{ListVisibility, StatisticsTable};
 use pt_shaders::records::{
-    AreaSampling, BvhImportance, EmissionShare, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL,
+    AreaSampling, BvhImportance, EmissionShare, GlassShadows, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL,
     KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
@@ -146,9 +146,9 @@ impl DirectParams {
                 | bit(self.environment, KIND_ENVIRONMENT),
             mask: match self.glass_shadows {
                 GlassShadows::Stopped => MASK_OPAQUE | MASK_TRANSMISSIVE,
-                GlassShadows::Tinted | GlassShadows::Passed => MASK_OPAQUE,
+                _ => MASK_OPAQUE,
             },
-            tinted_glass: u32::from(self.glass_shadows == GlassShadows::Tinted),
+            glass_shadows: self.glass_shadows.code(),
             mixed: u32::from(self.partial_metal == PartialMetal::MixedParameters),
             reflection_roughness: self.reflection_roughness,
             lod_scale: texture_lod_bias.exp2(),

@@ -11,18 +11,6 @@ pt_shaders::named_enum! {
 }
 
 pt_shaders::named_enum! {
-    /// What becomes of the direct light on its way through transmissive surfaces.
-    pub enum GlassShadows {
-        /// It is stopped.
-        Stopped = "stopped",
-        /// It goes straight on, tinted and weakened by each surface.
-        Tinted = "tinted",
-        /// It goes on as if they were not there.
-        Passed = "passed",
-    }
-}
-
-pt_shaders::named_enum! {
     /// How many shadow rays go to local lights.
     pub enum LightRays {
         /// One for emissive triangles, one for point and spot lights, each light picked by its power.
@@ -159,8 +147,8 @@ pt_shaders::gpu_struct! {
         pub kinds: u32,
         /// Instances that cast shadows.
         pub mask: u32,
-        /// 1 = transmissive surfaces tint the light that goes through them.
-        pub tinted_glass: u32,
+        /// `GLASS_SHADOWS_*`
+        pub glass_shadows: u32,
         /// 1 = one BRDF of mixed parameters, see brdf.glsl.
         pub mixed: u32,
         /// Perceptual roughness up to which a second ray looks for the environment.

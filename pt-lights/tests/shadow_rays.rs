@@ -13,7 +13,7 @@ use pt_core::{Buffer, Kernel, Location, Recorder};
 use pt_light_sampling::test_support::polygon;
 use pt_lights::DirectParams;
 use pt_lights::oracle::{pack_light, unpack_light};
-use pt_lights::records::{GlassShadows, LightRays};
+use pt_lights::records::LightRays;
 use pt_scene::{Light, Material, Scene};
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
 use pt_shaders::records::LightSampler;

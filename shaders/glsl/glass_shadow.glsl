@@ -1,6 +1,8 @@
 // Light through glass on its straight way to a surface. A thin sheet does not bend light: what it lets through is exact. Through a solid it is
 // the light of its middle, without the caustics that refraction makes.
 #include "absorption.glsl"
+#include "bsdf/model.glsl"
+#include "bsdf/refraction.glsl"
 #include "media.glsl"
 #include "ray_offset.glsl"
 #include "reflectance.glsl"
@@ -15,22 +17,28 @@ vec3 passed_glass(MaterialSample m, float cos_theta, float eta) {
     return m.base_color * ((1.0 - m.metallic) * m.transmission * (1.0 - max_component(f)));
 }
 
-// Part of the light along the ray that transmissive surfaces let through.
-vec3 glass_shadow(Ray ray, uvec2 ray_coverage) {
-    vec3 passed = vec3(1.0);
+// Whether the surface neither bends nor scatters what it lets through; as interface_transmits_straight() of the BSDF.
+bool passes_straight(MaterialSample m, bool solid) { return solid ? is_index_matched(m.ior) : m.roughness < MIRROR_ROUGHNESS; }
+
+// Part of the light along the ray that transmissive surfaces let through. False: the ray has met none. `straight`: glass that bends or
+// scatters light stops it.
+bool glass_shadow(Ray ray, uvec2 ray_coverage, bool straight, out vec3 passed) {
+    passed = vec3(1.0);
     for (int i = 0; i < MAX_GLASS_SURFACES; i++) {
         Hit hit = trace_closest(ray, unseen_mask(MASK_TRANSMISSIVE), ray_coverage);
-        if (hit.instance == NONE) return passed;
+        if (hit.instance == NONE) return i > 0;
         Surface s = load_surface(hit.instance, hit.triangle, hit.barycentrics);
         MaterialSample m = load_material(s, NO_FOOTPRINT, 1.0);
         MaterialRecord record = MaterialTable(scene.materials).at[s.material];
         float cos_theta = -dot(s.face_normal, ray.direction);
-        bool leaves = is_solid(record) && cos_theta < 0.0;
+        bool solid = is_solid(record), leaves = solid && cos_theta < 0.0;
+        if (straight && !passes_straight(m, solid)) break;
         if (leaves) passed *= absorption(record.attenuation_color, record.attenuation_distance, hit.t);
         passed *= passed_glass(m, abs(cos_theta), leaves ? 1.0 / m.ior : m.ior);
         if (max_component(passed) <= 0.0) break;
         ray.origin = offset_point(s.position, cos_theta > 0.0 ? -s.face_normal : s.face_normal, scene.near_origin);
         ray.t_max -= hit.t;
     }
-    return vec3(0.0);
+    passed = vec3(0.0);
+    return true;
 }

@@ -589,6 +589,27 @@ gpu_struct! {
 }
 
 named_enum! {
+    /// What becomes of light on its straight way through transmissive surfaces.
+    pub enum GlassShadows: "GLASS_SHADOWS" {
+        /// It is stopped.
+        Stopped = "stopped",
+        /// It goes straight on, tinted and weakened by each surface.
+        Tinted = "tinted",
+        /// As `tinted` through smooth sheets and media of index 1, which do not bend it. Other glass stops it: rays alone find light behind it.
+        Straight = "straight",
+        /// It goes on as if they were not there.
+        Passed = "passed",
+    }
+}
+
+impl GlassShadows {
+    /// Whether shadow rays look for glass, which tints their light.
+    pub const fn tints(self) -> bool {
+        matches!(self, Self::Tinted | Self::Straight)
+    }
+}
+
+named_enum! {
     /// How the light is chosen that a shading point takes its sample from.
     pub enum LightSampler: "LIGHT_SAMPLER" {
         /// Each light with the same probability.
@@ -846,6 +867,7 @@ pub fn glsl() -> String {
     text.push_str(&SamplerKind::glsl());
     text.push_str(&RandomSource::glsl());
     text.push_str(&Culling::glsl());
+    text.push_str(&GlassShadows::glsl());
     text.push_str(&LightSampler::glsl());
     text.push_str(&RisSource::glsl());
     text.push_str(&BvhImportance::glsl());

@@ -239,6 +239,37 @@ fn thin_glass_tints_bounced_light() {
     assert_same("through a sheet of glass", found, truth, 0.005);
 }
 
+/// Glass that absorbs nothing changes nothing in a furnace: each ray that it bends or reflects ends at a wall as bright as the others. Light
+/// samples that go straight through solids tell another story, and the paths that glass reflects inside must not be lost with them.
+#[test]
+fn lossless_glass_leaves_a_furnace_as_it_is() {
+    let (mut scene, _) = furnace(Vec3::splat(0.7), Vec3::splat(0.5));
+    let at = |size: f32, x: f32, z: f32| {
+        Affine3A::from_scale_rotation_translation(
+            Vec3::splat(size),
+            Quat::from_rotation_y(0.4),
+            Vec3::new(x, -0.3, z),
+        )
+    };
+    common::cube(&mut scene, at(0.4, 0.3, -0.2), false, Material::solid("glass", 1.5));
+    let ring = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let sheet = Material { transmission: 1.0, roughness: 0.0, ..Material::diffuse("sheet", Vec3::ONE) };
+    common::polygon(&mut scene, &ring.map(|(x, y)| Vec3::new(0.6 * x, 0.6 * y, -0.8)), sheet);
+    scene.validate().unwrap();
+    let camera = Camera::look_at("wall", Vec3::new(-0.6, 0.5, 0.3), Vec3::new(-1.0, 0.3, 0.8), 0.7);
+    let exact = Mean { mean: DVec3::splat(0.7 / (1.0 - 0.5)), error: DVec3::ZERO };
+    let shadows = ["stopped", "straight", "tinted"].map(|value| {
+        let glass = format!("lights.glass_shadows={value}");
+        params(&["indirect.bounces=16", "lights.sampler=power", "lights.area_sampling=spherical", &glass])
+    });
+    let found = frames_means(&scene, &camera, [12, 12], 96, &shadows);
+    // Sixteen bounces lack some of the light: a path through glass spends several.
+    assert_same("stopped", found[0], exact, 0.004);
+    assert_same("straight", found[1], exact, 0.004);
+    // Light samples through the cube are those of its middle.
+    assert_same("tinted", found[2], exact, 0.02);
+}
+
 /// The weaker of two solids that overlap is not there: paths pass its boundaries, which cost neither light nor a bounce.
 #[test]
 fn weak_solids_inside_of_strong_ones_leave_no_trace() {

@@ -7,7 +7,7 @@ use pt_core::{Device, Result};
 use pt_denoise::GradientPixels;
 use pt_gbuffer::{PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
-use pt_lights::records::{GlassShadows, LightRays};
+use pt_lights::records::LightRays;
 use pt_lights::{DirectLighting, DirectParams};
 use pt_shaders::named_enum;
 use pt_shaders::records::LightSampler;
@@ -91,7 +91,7 @@ pub fn bounce_lights(params: &DirectParams) -> BounceLights {
         ris_candidates: params.ris_candidates,
         ris_stratified: params.ris_stratified,
         shadow_mask: push.mask,
-        tinted_glass: params.glass_shadows == GlassShadows::Tinted,
+        glass_shadows: params.glass_shadows,
         replays: params.replays(),
     }
 }
