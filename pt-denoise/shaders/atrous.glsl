@@ -1,10 +1,11 @@
-// What the two schedules of the a-trous filter share: weights of a pair of pixels, and their sums. The kernel declares `push` as AtrousPush.
+// What the two schedules of the a-trous filter share: weights of a pair of pixels, and their sums. Included by atrous_*.comp, which define RADIUS: taps to each side.
+// The kernel declares `push` as AtrousPush.
 //
 // The geometric weights are normalised. What the luminance weight takes from a tap stays with the centre instead of going to the other taps:
 // the matrix of those weights is symmetric, so bright noise loses no energy by being rejected.
 //
-// The larger range or variance of a pair is the smaller of two inverses: what a tap needs is computed once for it, and a tap takes one division
-// and no root. Every factor is a power of two, so that factors are sums of exponents.
+// Every factor of a weight is a power of two, so that factors are sums of exponents. What depends on one pixel alone is computed once for it, and the larger range or variance
+// of a pair is the smaller of two inverses: a tap takes no division, no root and no power.
 #include "channels.glsl"
 #include "checkerboard.glsl"
 #include "denoise_images.glsl"
@@ -16,34 +17,60 @@ layout(set = 2, binding = 1) uniform sampler2D source_spec;
 layout(set = 2, binding = 2, rgba32f) uniform writeonly image2D target_hf;
 layout(set = 2, binding = 3, rgba32f) uniform writeonly image2D target_spec;
 
+#if RADIUS == 2
 // B3 spline.
 const float KERNEL[3] = float[3](0.375, 0.25, 0.0625);
-const ivec2 GROUP = ivec2(16, 8);
+const float LOG2_KERNEL[3] = float[3](-1.415037499, -2.0, -4.0);
+#else
+// Binomial.
+const float KERNEL[2] = float[2](0.5, 0.25);
+const float LOG2_KERNEL[2] = float[2](-1.0, -2.0);
+#endif
 const float LOG2_E = 1.442695041;
 
 int field_width() { return (int(push.size.x) + 1) / 2; }
 
 bool inside(ivec2 pixel) { return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, ivec2(push.size))); }
 
-// What a level knows of a pixel. geometry: x: distance; y: what a difference of distances is multiplied by at one pixel, negative: the fields hold two paths, 0: no
-// surface; z: roughness. Light: rgb, alpha as it is stored.
-struct Texel { vec3 geometry; vec3 normal; vec4 hf; vec4 spec; };
+// Light as it is filtered: luminance, red, blue; differences of luminance then cost nothing.
+vec3 from_rgb(vec3 c) { return vec3(luminance(c), c.r, c.b); }
 
-const Texel NO_TEXEL = Texel(vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, -1.0), vec4(0.0, 0.0, 0.0, -1.0));
+vec3 to_rgb(vec3 c) { return vec3(c.y, (c.x - 0.2126 * c.y - 0.0722 * c.z) * (1.0 / 0.7152), c.z); }
+
+// What a level knows of a pixel.
+struct Texel {
+    // x: distance; y: what a difference of distances is multiplied by at one pixel, negative: the fields hold two paths, 0: no surface; z: inverse square of the width of the
+    // specular filter; w: angle between the rays of neighbouring pixels.
+    vec4 surface;
+    // Shading normal, and roughness.
+    vec4 normal;
+    // Light as it is filtered, and its variance; negative: missing.
+    vec4 hf;
+    vec4 spec;
+};
+
+const vec4 NO_LIGHT = vec4(0.0, 0.0, 0.0, -1.0);
+const Texel NO_TEXEL = Texel(vec4(0.0), vec4(0.0), NO_LIGHT, NO_LIGHT);
 
 Texel load_texel(ivec2 pixel) {
-    if (!inside(pixel)) return NO_TEXEL;
-    ivec2 at = flat_to_split(pixel, field_width());
+    // All fetches are on their way before the first one is looked at.
+    ivec2 at = flat_to_split(clamp(pixel, ivec2(0), ivec2(push.size) - 1), field_width());
     uint packed_normal = imageLoad(ch_normal, at).x;
-    if (packed_normal == 0u) return NO_TEXEL;
-    vec4 g = imageLoad(im_geometry, at);
+    vec4 g = imageLoad(im_geometry, at), hf = texelFetch(source_hf, at, 0), spec = texelFetch(source_spec, at, 0);
+    if (!inside(pixel) || packed_normal == 0u) return NO_TEXEL;
     float steep = clamp(LOG2_E / (push.depth * g.y), -1e30, 1e30);
-    return Texel(vec3(g.x, steep, g.z), unpack_unit_vector(packed_normal), texelFetch(source_hf, at, 0), texelFetch(source_spec, at, 0));
+    float narrow = 1.0 / (push.lobe * max(square(g.z), 1e-4));
+    vec4 surface = vec4(g.x, steep, square(narrow), g.w), normal = vec4(unpack_unit_vector(packed_normal), g.z);
+    return Texel(surface, normal, vec4(from_rgb(hf.rgb), hf.a), vec4(from_rgb(spec.rgb), spec.a));
 }
 
-// What a difference of luminance is multiplied by, from a smoothed variance of each channel.
-vec2 inverse_tolerance(vec2 variance) {
-    return LOG2_E / (vec2(push.luminance_hf, push.luminance_spec) * sqrt(variance) + 1e-20);
+// Tolerance of missing light: larger than any other, so that it decides for no pair.
+const float MISSING = 1e38;
+
+// What a difference of luminance is multiplied by, from the smoothed variance of each channel and from its own, which says whether there is light.
+vec2 inverse_tolerance(vec2 smoothed, vec2 variance) {
+    vec2 inverse = LOG2_E / (vec2(push.luminance_hf, push.luminance_spec) * sqrt(smoothed) + 1e-20);
+    return mix(inverse, vec2(MISSING), lessThan(variance, vec2(0.0)));
 }
 
 struct Sum {
@@ -55,48 +82,63 @@ struct Sum {
 
 const Sum NO_SUM = Sum(vec3(0.0), 0.0, 0.0, 0.0);
 
+// `geometric`: weight of a tap whose light is there.
 void add(inout Sum sum, vec4 p, vec4 q, float variance, float geometric) {
-    if (q.a < 0.0) return;
-    vec3 change = q.rgb - p.rgb;
+    vec3 change = q.xyz - p.xyz;
+    geometric = q.a == MISSING ? 0.0 : geometric;
     // The pair's larger variance decides, so that both agree on the weight.
-    float w = p.a < 0.0 ? geometric : geometric * exp2(-abs(luminance(change)) * min(p.a, q.a));
+    float w = geometric * exp2(-abs(change.x) * min(p.a, q.a));
     sum.change += w * change;
     sum.taken += w;
     sum.geometric += geometric;
-    sum.variance += w * w * variance;
+    sum.variance += square(w) * variance;
 }
 
+// `variance`: of the centre; negative: its light is missing.
 vec4 finish(Sum sum, vec4 p, float variance) {
     // Missing light is that of its neighbours; squares of weights below this would vanish.
-    if (p.a < 0.0) return sum.taken > 1e-12 ? vec4(p.rgb + sum.change / sum.taken, sum.variance / square(sum.taken)) : p;
-    float scale = 1.0 / (sum.geometric + square(KERNEL[0]));
+    if (variance < 0.0 && !(sum.taken > 1e-12)) return NO_LIGHT;
+    float scale = 1.0 / (variance < 0.0 ? sum.taken : sum.geometric + square(KERNEL[0]));
     float own = 1.0 - sum.taken * scale;
-    return vec4(max(p.rgb + sum.change * scale, 0.0), sum.variance * square(scale) + square(own) * variance);
+    vec3 light = to_rgb(p.xyz + sum.change * scale);
+    return vec4(max(light, 0.0), sum.variance * square(scale) + square(own) * max(variance, 0.0));
 }
 
 // What a pixel filters with: the same for all its taps.
-struct Centre { vec3 geometry; vec3 normal; vec4 hf; vec4 spec; float angle; float inverse_step; float inverse_lobe; };
+struct Centre {
+    vec4 surface;
+    vec4 normal;
+    vec4 hf;
+    vec4 spec;
+    float inverse_step;
+    float lobe;  // exponent of the specular weight at one step, for a filter of width 1
+    float power; // exponent of the weight by normals
+};
 
-// Adds a tap `offset` steps away. Alpha of the light: inverse_tolerance(), negative: missing. `variance`: of both channels of the tap.
-void add_tap(inout Sum sum_hf, inout Sum sum_spec, Centre p, ivec2 offset, vec3 geometry, vec3 normal, vec4 hf, vec4 spec, vec2 variance) {
-    // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
-    bool other_path = push.step == 1u && ((offset.x ^ offset.y) & 1) != 0 && (p.geometry.y < 0.0 || geometry.y < 0.0);
-    if (offset == ivec2(0) || geometry.y == 0.0 || other_path) return;
-    float distance = length(vec2(offset)), spline = KERNEL[abs(offset.x)] * KERNEL[abs(offset.y)];
-    // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
-    float depth = abs(p.geometry.x - geometry.x) * min(abs(p.geometry.y), abs(geometry.y)) * p.inverse_step * (1.0 / distance);
-    float cosine = log2(clamp(dot(p.normal, normal), 1e-30, 1.0));
-    add(sum_hf, p.hf, hf, variance.x, spline * exp2(push.normal * cosine - depth));
-
-    // Specular light changes within the lobe: with the normal, and with the direction of view from pixel to pixel.
-    float narrow = p.inverse_lobe / max(square(min(p.geometry.z, geometry.z)), 1e-4), turn = distance * p.angle * narrow;
-    float power = clamp(8.0 * square(narrow), push.normal, 1e4);
-    float alike = max(0.0, 1.0 - 10.0 * abs(p.geometry.z - geometry.z));
-    float w = spline * alike * exp2(power * cosine - depth - LOG2_E * square(turn));
-    add(sum_spec, p.spec, spec, variance.y, w);
+Centre centre_of(vec4 surface, vec4 normal, vec4 hf, vec4 spec) {
+    float lobe = LOG2_E * square(surface.w * float(push.step));
+    // Missing light takes what the geometry allows.
+    hf.a = hf.a == MISSING ? 0.0 : hf.a;
+    spec.a = spec.a == MISSING ? 0.0 : spec.a;
+    return Centre(surface, normal, hf, spec, 1.0 / float(push.step), lobe, LOG2_E * push.normal);
 }
 
-Centre centre_at(ivec2 at, vec3 geometry, vec3 normal, vec4 hf, vec4 spec) {
-    float angle = imageLoad(im_geometry, at).w * float(push.step);
-    return Centre(geometry, normal, hf, spec, angle, 1.0 / float(push.step), 1.0 / push.lobe);
+// Adds a tap `offset` steps away. Alpha of the light: inverse_tolerance(). `variance`: of both channels of the tap.
+void add_tap(inout Sum sum_hf, inout Sum sum_spec, Centre p, ivec2 offset, vec4 surface, vec4 normal, vec4 hf, vec4 spec, vec2 variance) {
+    if (offset == ivec2(0)) return;
+    float squared = float(offset.x * offset.x + offset.y * offset.y);
+    // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
+    float depth = abs(p.surface.x - surface.x) * (min(abs(p.surface.y), abs(surface.y)) * p.inverse_step);
+    float geometric = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)] - depth * inversesqrt(squared);
+    // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
+    if (((offset.x ^ offset.y) & 1) != 0 && push.step == 1u && min(p.surface.y, surface.y) < 0.0) geometric = -1e30;
+    // exp(-n (1 - cos)) is cos^n to within 0.27 / n.
+    float turn = min(dot(p.normal.xyz, normal.xyz) - 1.0, 0.0);
+    add(sum_hf, p.hf, hf, variance.x, exp2(p.power * turn + geometric));
+
+    // Specular light changes within the lobe: with the normal, and with the direction of view from pixel to pixel.
+    float narrow = max(p.surface.z, surface.z);
+    float power = clamp(8.0 * LOG2_E * narrow, p.power, 1e4 * LOG2_E);
+    float alike = clamp(1.0 - 10.0 * abs(p.normal.w - normal.w), 0.0, 1.0);
+    add(sum_spec, p.spec, spec, variance.y, alike * exp2(power * turn + geometric - p.lobe * squared * narrow));
 }

@@ -7,7 +7,7 @@ layout(push_constant, scalar) uniform Push { LfPush push; };
 layout(set = 2, binding = 0) uniform sampler2D source_sh;
 layout(set = 2, binding = 1) uniform sampler2D source_cocg;
 layout(set = 2, binding = 2, rgba32f) uniform writeonly image2D target_sh;
-layout(set = 2, binding = 3, rgba32f) uniform writeonly image2D target_cocg;
+layout(set = 2, binding = 3, rg32f) uniform writeonly image2D target_cocg;
 #include "lf_tile.glsl"
 
 // Binomial, of sum 1 over 3 x 3 taps.
@@ -22,26 +22,23 @@ float leak_guard(float p, float q) {
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(tile, tile_count()))) return;
-    vec4 chroma = texelFetch(source_cocg, tile, 0);
-    ShLight own = ShLight(texelFetch(source_sh, tile, 0), chroma.xy);
-    if (chroma.z > 0.0) {
-        ivec2 anchor = tile_pixel(tile, int(chroma.z) - 1);
-        Guide p = lf_guide(anchor);
+    ShLight own = ShLight(texelFetch(source_sh, tile, 0), texelFetch(source_cocg, tile, 0).xy);
+    Anchor p = load_anchor(tile);
+    if (p.steep != 0.0) {
         ShLight change = NO_LIGHT;
-        for (int i = 0; i < 9; ++i) {
+        [[unroll]] for (int i = 0; i < 9; ++i) {
             ivec2 offset = ivec2(i % 3, i / 3) - 1, other = tile + offset * int(push.step);
-            if (i == 4 || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tile_count()))) continue;
-            vec4 c = texelFetch(source_cocg, other, 0);
-            if (c.z == 0.0) continue;
-            ivec2 pixel = tile_pixel(other, int(c.z) - 1);
-            float weight = lf_weight(p, lf_guide(pixel), pixel - anchor, push.depth, push.normal);
-            weight *= KERNEL[abs(offset.x)] * KERNEL[abs(offset.y)];
-            vec4 luma = texelFetch(source_sh, other, 0);
-            if (push.guard != 0u) weight *= leak_guard(own.luma.w, luma.w);
-            add(change, ShLight(luma - own.luma, c.xy - own.chroma), weight);
+            if (i == 4) continue;
+            // All fetches are on their way before the first one is looked at.
+            ivec2 at = clamp(other, ivec2(0), tile_count() - 1);
+            Anchor q = load_anchor(at);
+            ShLight light = ShLight(texelFetch(source_sh, at, 0), texelFetch(source_cocg, at, 0).xy);
+            float weight = at == other ? lf_weight(p, q, push.normal) * KERNEL[abs(offset.x)] * KERNEL[abs(offset.y)] : 0.0;
+            if (push.guard != 0u) weight *= leak_guard(own.luma.w, light.luma.w);
+            add(change, ShLight(light.luma - own.luma, light.chroma - own.chroma), weight);
         }
         add(own, change, 1.0);
     }
     imageStore(target_sh, tile, own.luma);
-    imageStore(target_cocg, tile, vec4(own.chroma, chroma.z, 0.0));
+    imageStore(target_cocg, tile, vec4(own.chroma, 0.0, 0.0));
 }

@@ -6,24 +6,23 @@ layout(push_constant, scalar) uniform Push { LfPush push; };
 layout(set = 2, binding = 0) uniform sampler2D source_sh;
 layout(set = 2, binding = 1) uniform sampler2D source_cocg;
 layout(set = 2, binding = 2, rgba32f) uniform writeonly image2D target_sh;
-layout(set = 2, binding = 3, rgba32f) uniform writeonly image2D target_cocg;
+layout(set = 2, binding = 3, rg32f) uniform writeonly image2D target_cocg;
 #include "lf_tile.glsl"
 
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(tile, tile_count()))) return;
-    vec4 chroma = texelFetch(source_cocg, tile, 0);
-    ShLight own = ShLight(texelFetch(source_sh, tile, 0), chroma.xy);
+    ShLight own = ShLight(texelFetch(source_sh, tile, 0), texelFetch(source_cocg, tile, 0).xy);
     float sum = 0.0, count = 0.0;
     for (int i = 0; i < 9; ++i) {
         ivec2 other = tile + ivec2(i % 3, i / 3) - 1;
         if (i == 4 || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tile_count()))) continue;
-        if (texelFetch(source_cocg, other, 0).z == 0.0) continue;
+        if (imageLoad(im_tiles_guide, other).w == 0u) continue;
         sum += texelFetch(source_sh, other, 0).w;
         count += 1.0;
     }
     float limit = push.limit * sum / max(count, 1.0);
     if (count > 0.0 && own.luma.w > limit) scale(own, limit / own.luma.w);
     imageStore(target_sh, tile, own.luma);
-    imageStore(target_cocg, tile, vec4(own.chroma, chroma.z, 0.0));
+    imageStore(target_cocg, tile, vec4(own.chroma, 0.0, 0.0));
 }

@@ -25,6 +25,10 @@ shared vec2 tile_luminance[TILE.x * TILE.y];
 // Missing light has no surface here.
 shared vec4 tile_geometry[TILE.x * TILE.y];
 shared uint tile_normal[TILE.x * TILE.y];
+#if TEMPORAL
+// Whether any pixel of the group has a short history; otherwise no tile is needed.
+shared uint any_short;
+#endif
 
 int field_width() { return (int(push.size.x) + 1) / 2; }
 
@@ -97,23 +101,34 @@ vec2 temporal_variance(vec4 moments, uvec2 n) {
 #endif
 
 void main() {
-    load_tile();
-    barrier();
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(push.size)))) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), local = ivec2(gl_LocalInvocationID.xy);
     ivec2 at = flat_to_split(pixel, field_width());
-    int centre = (int(gl_LocalInvocationID.y) + RADIUS) * TILE.x + int(gl_LocalInvocationID.x) + RADIUS;
-    vec4 geometry = load_guide(at).geometry;
-    geometry.w = imageLoad(ch_bounce_throughput, at).a;
-    imageStore(im_geometry, at, geometry);
+    bool in_picture = all(lessThan(pixel, ivec2(push.size)));
+    Guide guide = NO_GUIDE;
     LightSample light = LightSample(vec3(0.0), vec3(0.0), false);
-    vec2 variance = vec2(-1.0);
-    if (tile_normal[centre] != 0u) {
-        light = accumulated_light(at, true);
+    if (in_picture) {
+        guide = load_guide(at);
+        light = accumulated_light(at, guide.normal != 0u);
+    }
 #if TEMPORAL
-        uint word = imageLoad(im_surface, at).y;
-        uvec2 n = uvec2(history_frames(word), specular_frames(word));
-        bvec2 is_long = greaterThanEqual(n, uvec2(push.min_length));
+    uint word = in_picture ? imageLoad(im_surface, at).y : 0u;
+    uvec2 n = uvec2(history_frames(word), specular_frames(word));
+    bvec2 is_long = greaterThanEqual(n, uvec2(push.min_length));
+    if (gl_LocalInvocationIndex == 0u) any_short = 0u;
+    barrier();
+    if (light.known && !all(is_long)) atomicOr(any_short, 1u);
+    barrier();
+    if (any_short != 0u) load_tile();
+#else
+    load_tile();
+#endif
+    barrier();
+    if (!in_picture) return;
+    imageStore(im_geometry, at, vec4(guide.geometry.xyz, imageLoad(ch_bounce_throughput, at).a));
+    vec2 variance = vec2(-1.0);
+    if (light.known) {
+        int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS;
+#if TEMPORAL
         variance = all(is_long) ? vec2(0.0) : spatial_variance(centre);
         if (any(is_long)) variance = mix(variance, temporal_variance(imageLoad(im_moments, at), max(n, uvec2(1u))), is_long);
 #else
@@ -129,6 +144,8 @@ void main() {
             light.spec = limited(light.spec, limit.y);
         }
 #endif
+    } else {
+        light = LightSample(vec3(0.0), vec3(0.0), false);
     }
     imageStore(target_hf, at, vec4(light.hf, variance.x));
     imageStore(target_spec, at, vec4(light.spec, variance.y));

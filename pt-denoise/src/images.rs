@@ -23,10 +23,11 @@ pt_shaders::stage_images! { "denoise";
         "xy = chroma as color_lf_cocg, z = number of frames in the history, w = mean of its squared luma, -1 where there is none.";
     TILES_LF_SH: "tiles_lf_sh", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light of 3 x 3 pixels of the flat frame, as color_lf_sh.";
-    TILES_LF_COCG: "tiles_lf_cocg", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo; -",
-        "xy = chroma as color_lf_cocg, z = 1 + number of the pixel that the tile stands for, 0 = no light.";
+    TILES_LF_COCG: "tiles_lf_cocg", Rg32F, SplitPart(3), Frame, XY, "irradiance / albedo", "As color_lf_cocg.";
+    TILES_GUIDE: "tiles_guide", Rgba32Uint, SplitPart(3), Frame, XYZW_UINT, "metres; -",
+        "Of the pixel that a tile stands for: xy = bits of distance and depth range as in geometry, z = vertex normal, w = 1 + number of the pixel, 0 = no light.";
     TILES2_LF_SH: "tiles2_lf_sh", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo", "As tiles_lf_sh.";
-    TILES2_LF_COCG: "tiles2_lf_cocg", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo; -", "As tiles_lf_cocg.";
+    TILES2_LF_COCG: "tiles2_lf_cocg", Rg32F, SplitPart(3), Frame, XY, "irradiance / albedo", "As color_lf_cocg.";
     FILTERED_LF_SH: "filtered_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
         "Filtered indirect diffuse light, as color_lf_sh.";
     FILTERED_LF_COCG: "filtered_lf_cocg", Rg32F, Split, Frame, XY, "irradiance / albedo", "As color_lf_cocg.";

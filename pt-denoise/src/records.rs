@@ -77,6 +77,16 @@ named_enum! {
 }
 
 named_enum! {
+    /// Taps of an a-trous level, and their weights.
+    pub enum AtrousKernel {
+        /// 3 x 3 taps, binomial.
+        Three = "3x3",
+        /// 5 x 5 taps, B3 spline (Dammertz et al. 2010).
+        Five = "5x5",
+    }
+}
+
+named_enum! {
     /// How the light channels are denoised.
     pub enum Denoiser {
         /// Not at all.

@@ -8,7 +8,7 @@ use pt_denoise::oracle::{
     Accumulated, Guided, History, Light, Lit, Reflections, accumulate, atrous, blur, fix_history,
     spatial_variance, temporal_variance,
 };
-use pt_denoise::{DenoiseParams, Denoiser, Schedule, SpecularMotion};
+use pt_denoise::{AtrousKernel, DenoiseParams, Denoiser, Schedule, SpecularMotion};
 use pt_shaders::glam::Vec3;
 use pt_shaders::records::FrameRecord;
 
@@ -64,12 +64,13 @@ fn largest(light: &[Accumulated]) -> f64 {
 
 #[test]
 fn svgf_agrees_with_the_oracle() {
-    for (size, schedule) in
-        SIZES.map(|size| (size, Schedule::Permuted)).into_iter().chain([([29, 17], Schedule::Dilated)])
-    {
+    let permuted =
+        AtrousKernel::ALL.iter().flat_map(|kernel| SIZES.map(|size| (size, *kernel, Schedule::Permuted)));
+    let dilated = AtrousKernel::ALL.iter().map(|kernel| ([29, 17], *kernel, Schedule::Dilated));
+    for (size, kernel, schedule) in permuted.chain(dilated) {
         let mut random = Random(size[0].into());
         let mut params = DenoiseParams { variant: Denoiser::Svgf, ..DenoiseParams::default() };
-        params.atrous.schedule = schedule;
+        (params.atrous.kernel, params.atrous.schedule) = (kernel, schedule);
         // All of its branches within a few frames.
         (params.temporal.alpha_hf, params.temporal.alpha_spec) = (0.2, 0.3);
         params.atrous.min_length = 3;
@@ -118,7 +119,7 @@ fn svgf_agrees_with_the_oracle() {
             let want = atrous(size, &pixels, source, iterations - 1, &bench.params.atrous);
             let top = largest(source);
             let variance = source.iter().flat_map(|l| l.variance).fold(0.0, f64::max);
-            // Powers of cosines up to the 10000th: 6e-8 of the cosine is 1e-3 of the weight.
+            // 10000 times the cosine of which 6e-8 are rounded: 1e-3 of the weight.
             compare(&format!("level {}", iterations - 1), target, &want, |_| [1e-3 * top, 2e-3 * variance]);
             previous = Some(
                 now.into_iter()

@@ -1,7 +1,7 @@
-//! `atrous.comp`.
+//! `atrous_permuted.glsl` and `atrous_dilated.glsl`.
 
 use super::frame::{Accumulated, Guided, Rgb, cosine, depth_weight, luminance, neighbour, same_path};
-use crate::AtrousParams;
+use crate::{AtrousKernel, AtrousParams};
 
 /// One level of the filter over a flat frame.
 pub fn atrous(
@@ -28,7 +28,15 @@ pub fn atrous(
     (0..light.len()).map(|i| filter(size, pixels, light, &smoothed, i, step, params)).collect()
 }
 
-const KERNEL: [f64; 3] = [0.375, 0.25, 0.0625];
+impl AtrousKernel {
+    /// Weights along an axis, from the middle on.
+    const fn weights(self) -> &'static [f64] {
+        match self {
+            Self::Three => &[0.5, 0.25],
+            Self::Five => &[0.375, 0.25, 0.0625],
+        }
+    }
+}
 
 fn filter(
     size: [u32; 2],
@@ -46,7 +54,10 @@ fn filter(
     let channels = |light: &Accumulated| [light.hf, light.spec];
     // Per channel: weights without and with the luminance, index.
     let mut taps: [Vec<(f64, f64, usize)>; 2] = Default::default();
-    for offset in (0..25).map(|k| [k % 5 - 2, k / 5 - 2]) {
+    let weights = params.kernel.weights();
+    let radius = weights.len() as i64 - 1;
+    let offsets = (-radius..=radius).flat_map(|y| (-radius..=radius).map(move |x| [x, y]));
+    for offset in offsets {
         let Some(j) = neighbour(size, i, offset.map(|v| v * step)) else { continue };
         let q = &pixels[j];
         if j == i || q.normal == 0 || !same_path(p, q, offset.map(|v| v * step)) {
@@ -54,8 +65,8 @@ fn filter(
         }
         let [x, y] = offset.map(|v| v.unsigned_abs() as usize);
         let distance = step as f64 * (x as f64).hypot(y as f64);
-        let w = KERNEL[x] * KERNEL[y] * depth_weight(p, q, distance, params.depth.into());
-        let cosine = cosine(p.normal, q.normal).clamp(0.0, 1.0);
+        let w = weights[x] * weights[y] * depth_weight(p, q, distance, params.depth.into());
+        let turn = (cosine(p.normal, q.normal) - 1.0).min(0.0);
         let [rough_p, rough_q] = [p.roughness, q.roughness].map(f64::from);
         let alpha = rough_p.min(rough_q).powi(2).max(1e-4);
         let reach = f64::from(params.lobe) * alpha;
@@ -63,7 +74,7 @@ fn filter(
         let alike = (1.0 - 10.0 * (rough_p - rough_q).abs()).max(0.0);
         let normal = f64::from(params.normal);
         let power = (8.0 / (reach * reach)).clamp(normal, 1e4);
-        let geometric = [w * cosine.powf(normal), w * lobe * alike * cosine.powf(power)];
+        let geometric = [w * (normal * turn).exp(), w * lobe * alike * (power * turn).exp()];
         for c in 0..2 {
             let Some(variance) = smoothed[j][c] else { continue };
             let sigma = f64::from([params.luminance_hf, params.luminance_spec][c]);
@@ -80,7 +91,7 @@ fn filter(
         let taken: f64 = taps[c].iter().map(|t| t.1).sum();
         let known = own.variance[c] >= 0.0;
         let total = match known {
-            true => taps[c].iter().map(|t| t.0).sum::<f64>() + KERNEL[0] * KERNEL[0],
+            true => taps[c].iter().map(|t| t.0).sum::<f64>() + weights[0] * weights[0],
             false if taken > 1e-12 => taken,
             false => continue,
         };

@@ -3,7 +3,7 @@
 use super::declared;
 use crate::images::GEOMETRY;
 use crate::kernels;
-use crate::records::{AtrousPush, Schedule};
+use crate::records::{AtrousKernel, AtrousPush, Schedule};
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
 use pt_shaders::channels::NORMAL;
 
@@ -12,12 +12,15 @@ knobs! {
     pub struct AtrousParams {
         /// Levels of the filter; the taps of each are twice as far apart as those of the one before.
         pub iterations: u32 = 5, in 1..=7, source "Schied et al. 2017, section 4.4";
+        /// Taps of a level and their weights: 3x3 takes a third of the time and reaches half as far.
+        pub kernel: AtrousKernel = AtrousKernel::Five, source "Dammertz et al. 2010" => structural;
         /// Whether the first level's output is the history of the next frame, as in the paper; otherwise history is not filtered in space, which keeps
         /// shadows sharper while nothing moves.
         pub feedback: bool = false, source "Schied et al. 2017, section 4.1";
         /// Tolerance of differences in distance, in units of what the slope of the surface explains.
         pub depth: f32 = 1.0, in 0.01..=100.0, source "Schied et al. 2017, eq. 3";
-        /// Exponent on the cosine between the shading normals; that of the specular channel grows with the smoothness of the surface.
+        /// Sharpness of the weight by the angle between the shading normals, which is close to the exponent of a cosine; that of the specular channel grows with the smoothness
+        /// of the surface.
         pub normal: f32 = 128.0, in 1.0..=1024.0, source "Schied et al. 2017, eq. 4";
         /// Tolerance of differences in diffuse luminance.
         pub luminance_hf: f32 = 4.0, in 0.01..=1000.0, unit "standard deviations", source "Schied et al. 2017, eq. 5";
@@ -32,13 +35,11 @@ knobs! {
     }
 }
 
-/// Pixels that a group filters.
-const GROUP: [u32; 2] = [16, 8];
-
 /// One kernel for all levels.
 pub(crate) struct Atrous {
     kernel: Kernel,
-    schedule: Schedule,
+    /// Pixels that a group filters; `None`: neighbours are filtered together.
+    group: Option<[u32; 2]>,
 }
 
 impl Atrous {
@@ -46,12 +47,14 @@ impl Atrous {
     pub(crate) const IO: StageIo = StageIo { reads: &[NORMAL, GEOMETRY], ..StageIo::of("denoise a-trous") };
 
     /// Creates the kernel.
-    pub(crate) fn new(device: &Device, schedule: Schedule) -> Result<Self> {
-        let code = match schedule {
-            Schedule::Permuted => &kernels::ATROUS,
-            Schedule::Dilated => &kernels::ATROUS_DILATED,
+    pub(crate) fn new(device: &Device, params: &AtrousParams) -> Result<Self> {
+        let (code, group) = match (params.schedule, params.kernel) {
+            (Schedule::Permuted, AtrousKernel::Three) => (&kernels::ATROUS_3X3, Some([16, 8])),
+            (Schedule::Permuted, AtrousKernel::Five) => (&kernels::ATROUS_5X5, Some([8, 8])),
+            (Schedule::Dilated, AtrousKernel::Three) => (&kernels::ATROUS_DILATED_3X3, None),
+            (Schedule::Dilated, AtrousKernel::Five) => (&kernels::ATROUS_DILATED_5X5, None),
         };
-        Ok(Self { kernel: declared::<AtrousPush>(device, code, &Self::IO, &[])?, schedule })
+        Ok(Self { kernel: declared::<AtrousPush>(device, code, &Self::IO, &[])?, group })
     }
 
     /// Adds all levels to the frame and returns the last one's output. `source` is what the first level reads, with variances in alpha;
@@ -80,12 +83,10 @@ impl Atrous {
                 luminance_spec: params.luminance_spec,
                 lobe: params.lobe,
             };
-            let threads = match self.schedule {
+            let threads = match self.group {
                 // Whole groups for each of the lattices that a level consists of.
-                Schedule::Permuted => {
-                    [0, 1].map(|i| size[i].div_ceil(step).div_ceil(GROUP[i]) * step * GROUP[i])
-                }
-                Schedule::Dilated => size,
+                Some(group) => [0, 1].map(|i| size[i].div_ceil(step).div_ceil(group[i]) * step * group[i]),
+                None => size,
             };
             inputs
                 .pass(frame, &format!("denoise a-trous {level}"), &self.kernel, &Self::IO)

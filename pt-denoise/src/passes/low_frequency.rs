@@ -4,8 +4,8 @@ use super::declared;
 use super::temporal::push;
 use crate::DenoiseParams;
 use crate::images::{
-    FILTERED_LF_COCG, FILTERED_LF_SH, HISTORY_LF_COCG, HISTORY_LF_SH, TILES_LF_COCG, TILES_LF_SH,
-    TILES2_LF_COCG, TILES2_LF_SH,
+    FILTERED_LF_COCG, FILTERED_LF_SH, HISTORY_LF_COCG, HISTORY_LF_SH, TILES_GUIDE, TILES_LF_COCG,
+    TILES_LF_SH, TILES2_LF_COCG, TILES2_LF_SH,
 };
 use crate::kernels;
 use crate::records::{LfPush, TemporalPush};
@@ -94,26 +94,32 @@ pub(crate) struct LfSpatial {
 }
 
 impl LfSpatial {
-    /// The images that it accesses besides its source.
-    pub(crate) const IO: StageIo = StageIo {
+    const DOWNSAMPLE: StageIo = StageIo {
         reads: &[VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION, MOTION],
+        writes: &[TILES_GUIDE],
+        ..StageIo::of("denoise lf")
+    };
+    const LEVEL: StageIo = StageIo { reads: &[TILES_GUIDE], ..StageIo::of("denoise lf") };
+    const UPSAMPLE: StageIo = StageIo {
+        reads: &[VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION, MOTION, TILES_GUIDE],
         writes: &[FILTERED_LF_SH, FILTERED_LF_COCG],
         ..StageIo::of("denoise lf")
     };
     /// Images that its passes take in turn.
-    pub(crate) const TILES: StageIo = StageIo {
+    const TILES: StageIo = StageIo {
         writes: &[TILES_LF_SH, TILES_LF_COCG, TILES2_LF_SH, TILES2_LF_COCG],
         ..StageIo::of("denoise lf")
     };
+    /// The declarations of its passes, without their source.
+    pub(crate) const IO: [StageIo; 4] = [Self::TILES, Self::DOWNSAMPLE, Self::LEVEL, Self::UPSAMPLE];
 
     /// Creates the kernels.
     pub(crate) fn new(device: &Device) -> Result<Self> {
-        let kernel = |code| Kernel::compute::<LfPush>(device, code, &[]);
-        let downsample = kernel(&kernels::LF_DOWNSAMPLE)?;
-        let deflicker = kernel(&kernels::LF_DEFLICKER)?;
-        let atrous = kernel(&kernels::LF_ATROUS)?;
-        let upsample = kernel(&kernels::LF_UPSAMPLE)?;
-        Self::IO.check([&downsample, &atrous, &upsample])?;
+        let kernel = |code, io| declared::<LfPush>(device, code, io, &[]);
+        let downsample = kernel(&kernels::LF_DOWNSAMPLE, &Self::DOWNSAMPLE)?;
+        let deflicker = kernel(&kernels::LF_DEFLICKER, &Self::LEVEL)?;
+        let atrous = kernel(&kernels::LF_ATROUS, &Self::LEVEL)?;
+        let upsample = kernel(&kernels::LF_UPSAMPLE, &Self::UPSAMPLE)?;
         Ok(Self { downsample, deflicker, atrous, upsample })
     }
 
@@ -138,35 +144,38 @@ impl LfSpatial {
         let tiles = [size[0].div_ceil(TILE_SIDE), size[1].div_ceil(TILE_SIDE), 1];
         let mut now = light(images, TILES_LF_SH, TILES_LF_COCG);
         let mut next = light(images, TILES2_LF_SH, TILES2_LF_COCG);
-        let mut level =
-            |name: &str, kernel, source: LowFrequencyLight<'_>, target: LowFrequencyLight<'_>, push| {
+        let mut pass =
+            |name: &str, kernel, io, source: LowFrequencyLight<'_>, target: LowFrequencyLight<'_>, push, threads| {
                 inputs
-                    .pass(frame, name, kernel, &Self::IO)
+                    .pass(frame, name, kernel, io)
                     .sample("source_sh", source.sh)
                     .sample("source_cocg", source.cocg)
                     .write("target_sh", target.sh)
                     .write("target_cocg", target.cocg)
                     .push(&push)
-                    .dispatch(tiles)
+                    .dispatch(threads)
             };
-        level("denoise lf downsample", &self.downsample, source, now, constants(1, false))?;
+        let pixels = inputs.flat_threads();
+        let once = constants(1, false);
+        pass("denoise lf downsample", &self.downsample, &Self::DOWNSAMPLE, source, now, once, pixels)?;
         if params.deflicker.is_some() {
-            level("denoise lf deflicker", &self.deflicker, now, next, constants(1, false))?;
+            pass("denoise lf deflicker", &self.deflicker, &Self::LEVEL, now, next, once, tiles)?;
             std::mem::swap(&mut now, &mut next);
         }
         for i in 0..params.iterations {
-            let guard = params.leak_guard && i + 1 == params.iterations;
-            level(&format!("denoise lf a-trous {i}"), &self.atrous, now, next, constants(1 << i, guard))?;
+            let name = format!("denoise lf a-trous {i}");
+            let push = constants(1 << i, params.leak_guard && i + 1 == params.iterations);
+            pass(&name, &self.atrous, &Self::LEVEL, now, next, push, tiles)?;
             std::mem::swap(&mut now, &mut next);
         }
         inputs
-            .pass(frame, "denoise lf upsample", &self.upsample, &Self::IO)
+            .pass(frame, "denoise lf upsample", &self.upsample, &Self::UPSAMPLE)
             .sample("source_sh", source.sh)
             .sample("source_cocg", source.cocg)
             .sample("tiles_sh", now.sh)
             .sample("tiles_cocg", now.cocg)
-            .push(&constants(1, false))
-            .dispatch(inputs.flat_threads())?;
+            .push(&once)
+            .dispatch(pixels)?;
         Ok(light(images, FILTERED_LF_SH, FILTERED_LF_COCG))
     }
 }

@@ -18,8 +18,7 @@ impl AtrousAlone {
     }
 
     pub(super) fn new(device: &Device, params: &DenoiseParams) -> Result<Self> {
-        let schedule = params.atrous.schedule;
-        Ok(Self { variance: Variance::spatial(device)?, atrous: Atrous::new(device, schedule)? })
+        Ok(Self { variance: Variance::spatial(device)?, atrous: Atrous::new(device, &params.atrous)? })
     }
 }
 

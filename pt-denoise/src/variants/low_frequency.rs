@@ -33,7 +33,7 @@ impl LowFrequency {
             all.push(LfTemporal::IO);
         }
         if spatial {
-            all.extend([LfSpatial::TILES, LfSpatial::IO]);
+            all.extend(LfSpatial::IO);
         }
         all
     }

@@ -34,7 +34,7 @@ impl Svgf {
             gradients: adaptive.then(|| AntilagDirect::new(device, &params.antilag)).transpose()?,
             temporal: Temporal::new(device, Self::form(adaptive), params)?,
             variance: Variance::temporal(device)?,
-            atrous: Atrous::new(device, params.atrous.schedule)?,
+            atrous: Atrous::new(device, &params.atrous)?,
         })
     }
 }

@@ -1,0 +1,2 @@
+#define RADIUS 2
+#include "atrous_permuted.glsl"

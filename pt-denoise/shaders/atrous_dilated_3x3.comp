@@ -1,0 +1,2 @@
+#define RADIUS 1
+#include "atrous_dilated.glsl"
