@@ -32,6 +32,12 @@ pub fn unpack_unit_vector(word: u32) -> Vec3 {
     octahedral_decode((q - 32768.0) / 32767.0)
 }
 
+/// Packs two numbers of 0 to 1 into 2 x 16 bit, as `packUnorm2x16` of GLSL.
+pub fn pack_unorm2x16(x: f32, y: f32) -> u32 {
+    let word = |x: f32| (x.clamp(0.0, 1.0) * 65535.0).round() as u32;
+    word(x) | word(y) << 16
+}
+
 /// Packs a unit tangent with the bitangent's sign (`w`, negative or not) into 16 + 15 + 1 bit.
 pub fn pack_tangent(tangent: Vec4) -> u32 {
     let p = octahedral_encode(tangent.truncate()).clamp(Vec2::NEG_ONE, Vec2::ONE);

@@ -45,6 +45,38 @@ LightSample local_candidate(LightContext c, ivec2 p, uvec2 key, uvec4 bits, out 
 }
 #endif
 
+// Samples of the environment with a ray of its own are drawn by radiance, or through portals, and with the probability `cosine_share` by the
+// cosine of the surface. Their density is that of both together (one-sample balance heuristic, Veach 1997, section 9.2).
+float cosine_share() { return unpackUnorm2x16(push.environment_shares).x; }
+float portal_share() { return unpackUnorm2x16(push.environment_shares).y; }
+
+float with_cosine(ShadingPoint s, vec3 direction, float pdf) {
+    return mix(pdf, cosine_hemisphere_pdf(dot(s.world_from_local[2], direction)), cosine_share());
+}
+
+float apart_environment_pdf(ShadingPoint s, vec3 direction) {
+    float pdf;
+    if (scene_has(FEATURE_PORTALS)) pdf = environment_through_pdf(s.position, portal_share(), direction);
+    else pdf = environment_pdf(direction);
+    return with_cosine(s, direction, pdf);
+}
+
+LightSample sample_environment_apart(ShadingPoint s, uvec2 key, uvec4 bits) {
+    vec4 xi = unit_from_bits(random_bits(key, DIM_COSINE));
+    LightSample light;
+    if (xi.x < cosine_share()) {
+        light = NO_LIGHT_SAMPLE;
+        light.direction = s.world_from_local * sample_cosine_hemisphere(xi.yz);
+        light.radiance = environment_radiance(light.direction);
+        light.pdf = apart_environment_pdf(s, light.direction);
+        return light;
+    }
+    if (scene_has(FEATURE_PORTALS)) light = sample_environment_through(s.position, portal_share(), bits, random_bits(key, DIM_PORTAL));
+    else light = sample_environment(bits);
+    light.pdf = with_cosine(s, light.direction, light.pdf);
+    return light;
+}
+
 LightSample candidate_light(ShadingPoint s, LightContext c, ivec2 p, uint candidate, uvec2 key, out uint local) {
     uvec4 bits = random_bits(key, CANDIDATE_DIMENSIONS[candidate]);
     LightSample light = NO_LIGHT_SAMPLE;
@@ -54,13 +86,7 @@ LightSample candidate_light(ShadingPoint s, LightContext c, ivec2 p, uint candid
     case CANDIDATE_POSITIONAL: if (!merged_rays) light = sample_positional(s.position, bits); break;
     case CANDIDATE_EMISSIVE: if (!merged_rays) light = sample_emissive(s.position, bits); break;
     case CANDIDATE_LOCAL: if (merged_rays) light = local_candidate(c, p, key, bits, local); break;
-    case CANDIDATE_ENVIRONMENT:
-        if (scene_has(FEATURE_PORTALS)) {
-            light = sample_environment_through(s.position, push.portal_share, bits, random_bits(key, DIM_PORTAL));
-        } else {
-            light = sample_environment(bits);
-        }
-        break;
+    case CANDIDATE_ENVIRONMENT: light = sample_environment_apart(s, key, bits); break;
     // Narrow lobes do not find the environment by chance: this ray goes where the surface reflects.
     case CANDIDATE_REFLECTION:
         light.direction = sample_reflected(s, unit_from_bits(bits));
@@ -76,12 +102,6 @@ float weighing_environment_pdf(LightContext c, vec3 direction) {
     uint light;
     float pdf = environment_quad_pdf(direction, light);
     return light == NONE || scene.light_tables.local_light_count == 0u ? 0.0 : pdf * nee_at_averaged_pmf(c, light);
-}
-
-// Density of a direction of the environment with a ray of its own.
-float apart_environment_pdf(vec3 position, vec3 direction) {
-    if (scene_has(FEATURE_PORTALS)) return environment_through_pdf(position, push.portal_share, direction);
-    return environment_pdf(direction);
 }
 
 LightContext light_context(ShadingPoint s, ivec2 p) {
@@ -142,7 +162,7 @@ uint choose_lights(ivec2 p) {
                 bool reflection = candidate == CANDIDATE_REFLECTION;
                 float light_pdf = light.pdf;
                 if (listed) light_pdf = weighing_environment_pdf(context, light.direction);
-                else if (reflection) light_pdf = apart_environment_pdf(s.position, light.direction);
+                else if (reflection) light_pdf = apart_environment_pdf(s, light.direction);
                 if (reflection) light.pdf = pdf;
                 weight = reflection ? power_weight(pdf, light_pdf) : power_weight(light_pdf, pdf);
             }

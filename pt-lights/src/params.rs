@@ -5,6 +5,7 @@ use crate::records::{
     RestirVisibility, RestirWeights,
 };
 use pt_core::knobs;
+use pt_core::pack::pack_unorm2x16;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::{ListVisibility, StatisticsTable};
 use pt_shaders::records::{
@@ -37,6 +38,9 @@ knobs! {
         /// Share of the samples of the environment that go through the portals of the scene, such as windows, if it has any; with
         /// `environment_rays=own`.
         pub portal_share: f32 = 0.5, in 0.0..=0.95;
+        /// Share of the samples of the environment that are drawn by the cosine of the surface instead of by radiance, which finds skies that are seen
+        /// through few openings; with `environment_rays=own`.
+        pub cosine_share: f32 = 0.5, in 0.0..=0.95, source "Veach 1997, section 9.2";
         /// How a local light is picked with `rays=merged`.
         pub sampler: LightSampler = LightSampler::LightBvh => structural;
         /// How points of emissive triangles are drawn with `rays=merged`.
@@ -165,7 +169,7 @@ impl DirectParams {
             ray_columns: 0,
             emission_share: EmissionShare::LightSamples.code(),
             nee_at_bsdf_feedback: u32::from(self.nee_at_bsdf_feedback),
-            portal_share: self.portal_share,
+            environment_shares: pack_unorm2x16(self.cosine_share, self.portal_share),
         }
     }
 }

@@ -181,7 +181,7 @@ pt_shaders::gpu_struct! {
         pub emission_share: u32,
         /// 1 = nee-at learns from reflected rays.
         pub nee_at_bsdf_feedback: u32,
-        /// Share of the samples of the environment that go through portals.
-        pub portal_share: f32,
+        /// Shares of the samples of the environment (`packUnorm2x16`): x = drawn by the cosine, y = of the others, drawn through portals.
+        pub environment_shares: u32,
     }
 }

@@ -16,7 +16,7 @@ use pt_lights::oracle::{pack_light, unpack_light};
 use pt_lights::records::LightRays;
 use pt_scene::{Light, Material, Scene};
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
-use pt_shaders::records::LightSampler;
+use pt_shaders::records::{GlassShadows, LightSampler};
 use std::f64::consts::PI;
 
 const SIZE: [u32; 2] = [32, 32];
