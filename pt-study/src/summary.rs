@@ -126,8 +126,8 @@ pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
 
 /// Quantiles 0.975 of Student's distribution for 1, 2, ... degrees of freedom.
 const STUDENT: [f64; 20] = [
-    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120,
-    2.110, 2.101, 2.093, 2.086,
+    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
+    2.120, 2.110, 2.101, 2.093, 2.086,
 ];
 
 /// Mean, and Student's interval of the mean.
