@@ -2,3 +2,5 @@
 //! cells, keeps results, and does the statistics and the report. It needs no device: `pt study` runs the cells.
 
 pub mod record;
+pub mod report;
+pub mod summary;
