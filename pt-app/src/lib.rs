@@ -12,3 +12,4 @@ pub mod output;
 pub mod params;
 pub mod progress;
 pub mod session;
+pub mod timings;

@@ -389,7 +389,7 @@ impl<'a> Reader<'a> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(self.source.error(value.span(), "expected a table [[axis]] with key and values"));
         };
-        let table = self.source.table(table, "an axis", &["key", "name", "values"])?;
+        let table = self.source.table(table, "an axis", &["key", "name", "values", "except"])?;
         let key = table.read("key", |source, place| {
             let key = source.string(place)?;
             self.check_key(&key, place.span(), false)?;
@@ -407,15 +407,15 @@ impl<'a> Reader<'a> {
                 .error(value.span(), format!("the axis {name} has no values; add values = [...]")));
         };
         let all = values.get_ref().as_str() == Some("all");
+        if let (Some(except), false) = (table.get("except"), all) {
+            return Err(self.source.error(except.span(), "except needs values = \"all\""));
+        }
         let values = match (&key, all) {
             (Some(key), true) => {
-                let names: Vec<String> = self
-                    .knob(key)
-                    .map(|knob| knob.values)
-                    .unwrap_or_default()
-                    .iter()
-                    .map(|v| v.name.into())
-                    .collect();
+                let except = table.read_list("except", Source::string)?.unwrap_or_default();
+                let names = self.knob(key).map(|knob| knob.values).unwrap_or_default().iter();
+                let names: Vec<String> =
+                    names.map(|value| value.name.into()).filter(|name| !except.contains(name)).collect();
                 if names.is_empty() {
                     return Err(self
                         .source
