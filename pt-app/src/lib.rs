@@ -5,6 +5,7 @@ pub mod args;
 pub mod cli;
 pub mod commands;
 pub mod frame;
+pub mod ground_truth;
 pub mod inputs;
 pub mod interrupt;
 pub mod origin;

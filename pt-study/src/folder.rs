@@ -53,19 +53,18 @@ impl Folder {
             }
             check_same(path, &read_study(path)?, record)?;
         } else {
-            let others = entries(path)?;
-            if let Some(other) = others.iter().find(|name| *name != LOCK) {
+            // A process that was killed may have left the lock, and what it wrote of the first file.
+            let is_ours = |name: &String| name == LOCK || name.starts_with(&format!(".{STUDY}."));
+            if let Some(other) = entries(path)?.iter().find(|name| !is_ours(name)) {
                 return Err(StudyError::folder(
                     path,
                     format!("is no result folder, it has {other}; -o takes a new folder"),
                 ));
             }
+            write_json(&study, record)?;
         }
         let cells = path.join(CELLS);
         fs::create_dir_all(&cells).map_err(|cause| cannot_make(&cells, &cause))?;
-        if !study.exists() {
-            write_json(&study, record)?;
-        }
         Ok(folder)
     }
 

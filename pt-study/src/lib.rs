@@ -7,6 +7,7 @@ pub mod cell;
 mod error;
 pub mod file;
 pub mod folder;
+pub mod ledger;
 pub mod merge;
 pub mod metric;
 pub mod record;

@@ -262,6 +262,44 @@ fn a_study_that_stops_goes_on_and_shards_join() {
     assert!(!fs::read_to_string(merged.join("study.json")).unwrap().contains("--shard"));
 }
 
+/// Variable that makes [`worker`] run a study into the folder that it names.
+const WORKER: &str = "PT_STUDY_WORKER";
+
+/// A program that runs a study of 40 cells, a few milliseconds each; nothing in an ordinary run of the tests.
+#[test]
+fn worker() {
+    let Some(path) = std::env::var_os(WORKER) else { return };
+    let numbers: Vec<usize> = (0..40).collect();
+    for budget in 1..=40 {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+        run(Path::new(&path), &record(40), &numbers, usize::from(budget < 40), true).unwrap();
+    }
+    run(Path::new(&path), &record(40), &numbers, 40, true).unwrap();
+}
+
+#[test]
+fn ten_kills_at_random_moments_change_nothing() {
+    let at = tempfile::tempdir().unwrap();
+    let start = |path: &Path| {
+        let mut command = std::process::Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", "worker"]).env(WORKER, path).stdout(std::process::Stdio::null());
+        command.spawn().unwrap()
+    };
+    let whole = at.path().join("whole");
+    assert!(start(&whole).wait().unwrap().success());
+    let killed = at.path().join("killed");
+    let mut random = fastrand::Rng::with_seed(std::process::id().into());
+    for _ in 0..10 {
+        let mut child = start(&killed);
+        std::thread::sleep(std::time::Duration::from_micros(random.u64(1_000..60_000)));
+        // SIGKILL.
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    assert!(start(&killed).wait().unwrap().success());
+    assert!(results(&killed) == results(&whole), "the same bytes");
+}
+
 #[test]
 fn folders_of_others_are_left_alone() {
     let at = tempfile::tempdir().unwrap();

@@ -135,7 +135,7 @@ fn params_of_identity(params: &ReferenceParams) -> Result<String> {
 }
 
 /// Where the camera is and what it shows, member by member, so that a message names the one that differs.
-pub(crate) fn camera_of_identity(camera: &Camera) -> String {
+fn camera_of_identity(camera: &Camera) -> String {
     let axes = camera.world_from_camera;
     let projection = match camera.projection {
         Projection::Perspective { yfov } => json!({ "yfov": yfov }),

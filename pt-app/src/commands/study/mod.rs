@@ -23,9 +23,6 @@ use runner::Runner;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Stages that a ledger can feed with ground truth, in the order of the frame.
-pub const LEDGER_STAGES: [&str; 0] = [];
-
 /// Runs the command.
 ///
 /// # Errors

@@ -1,7 +1,8 @@
 //! What a study file asks for, resolved: its variants with their knobs, and the cells to run.
 
-use super::{LEDGER_STAGES, StudyArgs};
+use super::StudyArgs;
 use crate::args::{CameraArgs, CameraChoice, LookAt};
+use crate::frame::Oracles;
 use crate::params::{
     FrameParams, ReferenceSettings, all_knobs, assignments, check_background, resolve, resolve_reference,
 };
@@ -39,7 +40,7 @@ impl Plan {
     /// What is wrong, and where.
     pub fn new(args: &StudyArgs) -> Result<Self> {
         let file = args.file.as_deref().context("no study file is given")?;
-        let study = Study::read(file, &all_knobs(), &LEDGER_STAGES)?;
+        let study = Study::read(file, &all_knobs(), &Oracles::names())?;
         let count = study.cell_count();
         ensure!(
             count < MANY_CELLS || args.yes,

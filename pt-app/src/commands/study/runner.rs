@@ -4,7 +4,7 @@ use super::measure::Shot;
 use super::pictures;
 use super::plan::{Plan, camera_args};
 use super::truth::{Truths, View};
-use crate::frame::FullFrame;
+use crate::frame::{FullFrame, Oracle, Oracles};
 use crate::session::{Session, fold_seed, open_scene};
 use crate::timings::{pass_spreads, warm};
 use anyhow::{Context, Result};
@@ -18,7 +18,8 @@ use pt_shaders::NamedEnum;
 use pt_study::cell::Cell;
 use pt_study::file::Images;
 use pt_study::folder::Finished;
-use pt_study::record::{CellRecord, PassTime, TimingRecord};
+use pt_study::ledger::split;
+use pt_study::record::{CellRecord, LedgerRecord, PassTime, TimingRecord};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -64,7 +65,8 @@ impl<'a> Runner<'a> {
     fn measure(&mut self, cell: &Cell) -> Result<Finished> {
         let started = Instant::now();
         let mut session = self.session(cell)?;
-        let Rendered { last, values, timings } = self.render(cell, &mut session)?;
+        let Rendered { last, values, ledger: errors, timings } = self.render(cell, &mut session, &[])?;
+        let ledger = self.ledger(cell, errors)?;
         let study = &self.plan.study;
         let frames: BTreeMap<String, Vec<Option<f64>>> = study
             .metrics
@@ -103,12 +105,28 @@ impl<'a> Runner<'a> {
             metrics,
             frames,
             first_frame: study.measure.start,
-            ledger: None,
+            ledger,
             images,
             command: self.plan.cell_command(cell),
         };
         let timing = times(cell, &timings, &study.measure, started);
         Ok(Finished { cell: record, timing })
+    }
+
+    /// Renders the cell again with each stage of the ledger fed with ground truth, together with those before it.
+    fn ledger(&mut self, cell: &Cell, errors: Vec<Option<f64>>) -> Result<Option<LedgerRecord>> {
+        let plan = self.plan;
+        let Some(ledger) = &plan.study.ledger else { return Ok(None) };
+        let stages: Vec<Oracle> =
+            ledger.stages.iter().map(|name| Oracle::from_name(name)).collect::<Result<_, _>>()?;
+        let mut fed = Vec::new();
+        for end in 1..=stages.len() {
+            let mut session = self.session(cell)?;
+            let found = self.render(cell, &mut session, &stages[..end])?;
+            session.check_validation()?;
+            fed.push((ledger.stages[end - 1].clone(), found.ledger));
+        }
+        Ok(split(ledger.metric.name(), &errors, &fed))
     }
 
     /// The scene of a cell on the device, at its first time.
@@ -138,10 +156,15 @@ impl<'a> Runner<'a> {
         Ok(session)
     }
 
-    fn render(&mut self, cell: &Cell, session: &mut Session) -> Result<Rendered> {
+    /// Renders the frames of a cell, with the output of the stages `on` replaced by ground truth.
+    fn render(&mut self, cell: &Cell, session: &mut Session, on: &[Oracle]) -> Result<Rendered> {
         let study = &self.plan.study;
         let params = &self.plan.params[cell.variant];
         let mut full = FullFrame::new(session, cell.size, study.accumulate, params)?;
+        if !on.is_empty() {
+            let oracles = Oracles::new(&self.device, &full, on)?;
+            full.feed(Some(oracles));
+        }
         let seed = fold_seed(cell.random_seed);
         let time_step = (!study.accumulate).then_some((1.0 / study.fps) as f32);
         let temporal = study.metrics.iter().any(|metric| metric.is_temporal());
@@ -149,24 +172,33 @@ impl<'a> Runner<'a> {
         let first_shot = study.measure.start.saturating_sub(u32::from(temporal));
         let mut recorder = Recorder::new(&self.device)?;
         let mut previous = study.time;
-        let mut rendered = Rendered { last: None, values: Vec::new(), timings: Vec::new() };
+        let mut rendered =
+            Rendered { last: None, values: Vec::new(), ledger: Vec::new(), timings: Vec::new() };
         for index in 0..study.measure.end.max(study.frames) {
             let time = study.time + if study.accumulate { 0.0 } else { f64::from(index) / study.fps };
+            let is_shot = (first_shot..study.measure.end).contains(&index);
+            let mut truth = None;
+            if is_shot || !on.is_empty() {
+                let record = FullFrame::view(&session.camera.at(time), cell.size, params);
+                let (_, scene) = self.scene.as_ref().context("the scene of the cell is open")?;
+                truth = Some(self.truths.of_frame(cell, scene, View { session, index, time, record })?);
+            }
+            if let (Some(oracles), Some(truth)) = (full.oracles(), &truth) {
+                oracles.set_truth(&truth.image)?;
+            }
             let mut frame = recorder.begin()?;
             session.update(&mut frame, time, previous)?;
             full.record(&mut frame, &session.gpu, &session.camera.at(time), seed, time_step, params)?;
             frame.submit()?;
             previous = time;
-            if !(first_shot..study.measure.end).contains(&index) {
-                continue;
-            }
-            let moment = *full.moment().context("a frame was recorded")?;
-            let (_, scene) = self.scene.as_ref().context("the scene of the cell is open")?;
-            let view = View { session, index, time, moment: &moment };
-            let truth = self.truths.of_frame(cell, scene, view)?;
+            let Some(truth) = truth.filter(|_| is_shot) else { continue };
             let shot = Shot::of(&full, truth, temporal)?;
             if study.measure.contains(&index) {
-                rendered.values.push(shot.measure(rendered.last.as_ref(), &study.metrics)?);
+                let before = rendered.last.as_ref();
+                rendered.values.push(shot.measure(before, &study.metrics)?);
+                if let Some(ledger) = &study.ledger {
+                    rendered.ledger.extend(shot.measure(before, &[ledger.metric])?);
+                }
             }
             rendered.last = Some(shot);
         }
@@ -181,6 +213,8 @@ struct Rendered {
     last: Option<Shot>,
     /// Of each measured frame, metric by metric.
     values: Vec<Vec<Option<f64>>>,
+    /// Of each measured frame, the error that the ledger splits.
+    ledger: Vec<Option<f64>>,
     timings: Vec<FrameTiming>,
 }
 

@@ -1,25 +1,21 @@
 //! The ground truth of a study's frames: path traced once and kept by content, or recorded in a capture.
 
 use super::plan::{Plan, camera_args};
-use crate::commands::reference::camera_of_identity;
-use crate::frame::Moment;
-use crate::session::{Session, fold_seed};
+use crate::ground_truth::{TruthOf, path_trace};
+use crate::session::Session;
 use anyhow::{Context, Result, bail, ensure};
 use pt_core::Device;
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::capture::sidecar::CapturedCamera;
-use pt_core::trace::TraceBackend;
 use pt_image::image_file::LinearImage;
-use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
+use pt_reference::ReferenceParams;
 use pt_scene::Scene;
+use pt_shaders::records::FrameRecord;
 use pt_study::cell::Cell;
 use pt_study::file::Against;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-
-/// Seed of the references: none of a study's seeds gives the same random numbers in practice.
-const SEED: u64 = 0x7275_7468_5f6f_6672;
 
 /// The ground truth of a frame, with the name of its picture.
 #[derive(Clone)]
@@ -90,7 +86,7 @@ impl Truths {
         }
     }
 
-    /// The ground truth of frame `index`, which the session has just rendered at `time` as `moment`.
+    /// The ground truth of frame `index`, which the session renders
     ///
     /// # Errors
     /// A reference of another scene, size or camera; files that can't be read or written; a device that can't do it.
@@ -111,14 +107,13 @@ pub struct View<'a> {
     pub index: u32,
     /// Scene time, seconds.
     pub time: f64,
-    /// Its cameras.
-    pub moment: &'a Moment,
+    /// Its camera and the size of the picture.
+    pub record: FrameRecord,
 }
 
 impl Traced {
     fn of_frame(&mut self, cell: &Cell, scene: &Scene, view: View<'_>) -> Result<Truth> {
         let session = view.session;
-        let camera = session.camera.at(view.time);
         // A view that does not move is the same at each time.
         let moves = scene.rig.as_ref().is_some_and(|rig| rig.is_animated());
         let info = session.device.info();
@@ -126,7 +121,7 @@ impl Traced {
             "version": env!("CARGO_PKG_VERSION"),
             "device": [&info.name, &info.driver_line()],
             "scene": scene.fingerprint(),
-            "camera": camera_of_identity(&camera),
+            "camera": CapturedCamera::from(&view.record.camera),
             "time": moves.then_some(view.time),
             "size": cell.size,
             "params": self.params,
@@ -137,7 +132,11 @@ impl Traced {
         }
         let path = self.folder.join(format!("{key}.exr"));
         if !path.exists() {
-            self.trace(cell, scene, view, &path)?;
+            let camera = camera_args(&cell.camera)?;
+            let truth = TruthOf { scene, camera: &camera, time: view.time, record: view.record };
+            path_trace(&self.device, session.gpu.backend(), &truth, &self.params)?
+                .to_image()?
+                .write_exr(&path)?;
         }
         // As the file has it, also the first time.
         let image = Rc::new(LinearImage::read(&path)?);
@@ -152,31 +151,6 @@ impl Traced {
         }
         self.kept.insert(key.clone(), Rc::clone(&image));
         Ok(Truth { image, key })
-    }
-
-    /// Path traces a view in a session of its own, so that a frame does not depend on whether its reference was there.
-    fn trace(&self, cell: &Cell, scene: &Scene, view: View<'_>, path: &Path) -> Result<()> {
-        let backend: TraceBackend = view.session.gpu.backend();
-        let mut scene = scene.clone();
-        scene.set_time(view.time, view.time);
-        let mut session = Session::on(&self.device, backend, &camera_args(&cell.camera)?, scene)?;
-        let Session { device, scene, gpu, lights, .. } = &mut session;
-        lights.prepare(device, scene, gpu, self.params.lights.choice())?;
-        let mut record = view.moment.record;
-        record.seed = fold_seed(SEED);
-        record.size = cell.size.into();
-        record.frame_index = 0;
-        let spp = self.params.spp;
-        let mut render = Progressive::new(device, gpu, lights, record, self.params.clone(), None, 0)?;
-        while render.next_sample() < spp {
-            render.step(scene, gpu, lights, spp)?;
-        }
-        let identity = Identity::default().with("scene", &cell.scene).with("time", view.time);
-        let estimate = render.state()?.estimate(spp);
-        let ranges = std::iter::once(0..spp).collect();
-        let file = EstimateFile { estimate, ranges, background: self.params.background, identity };
-        file.to_image()?.write_exr(path)?;
-        Ok(())
     }
 }
 
@@ -198,7 +172,7 @@ fn captured(folder: &CaptureFolder, path: &Path, cell: &Cell, view: View<'_>) ->
     let place = (view.index - folder.range().start) as usize;
     let entry = &index.frames[place];
     let recorded = folder.sidecar(view.index)?;
-    if recorded.camera != CapturedCamera::from(&view.moment.record.camera) {
+    if recorded.camera != CapturedCamera::from(&view.record.camera) {
         bail!(
             "{name}: frame {} was recorded with another camera or at another time; give a capture of the same view",
             view.index
