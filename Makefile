@@ -4,7 +4,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help frame test bench doc fmt toolchain
+.PHONY: help frame study test bench doc fmt toolchain
 
 # Size of the picture of `make frame`, and frames of which it is the last, for example `make frame SIZE=1280x720 FRAMES=64`.
 SIZE ?= 640x360
@@ -30,6 +30,15 @@ frame: toolchain ## render the built-in gallery to out/frame.png and out/frame.e
 	echo "building (the first time takes minutes) and rendering the gallery, $(SIZE), $(FRAMES) frames"
 	$(pt) --no-default-features -- render gallery --size $(SIZE) --frames $(FRAMES) --profile realtime -o out/frame.png -o out/frame.exr
 	echo "pictures: $$PWD/out/frame.png (display), $$PWD/out/frame.exr (linear scene radiance)"
+
+study: toolchain ## run a small study of the frame's stages; the last line is the path of its results
+	@scripts/setup-vulkan.sh
+	mkdir -p out
+	# A study goes on only with results of the same revision; references are kept by content.
+	rm -rf out/study
+	# Drivers of CPU devices compile kernels faster with it, and the frames are tiny.
+	export GALLIVM_PERF=$${GALLIVM_PERF-nopt}
+	$(pt) --no-default-features -- study studies/frame.toml -o out/study --cache out/references
 
 test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	@start=$$SECONDS

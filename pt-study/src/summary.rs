@@ -1,6 +1,7 @@
 //! The answer of a study: for each metric, how each variant stands against the baseline.
 
 use crate::record::{CellRecord, MetricRecord, StudyRecord};
+use crate::statistics::{LEVEL, estimate, holm};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -77,12 +78,15 @@ impl MetricRecord {
     }
 }
 
+/// Scene, camera, size, backend and seed.
+type Pair<'a> = (&'a str, &'a str, [u32; 2], &'a str, u64);
+
 /// What a cell has in common with the cell of the baseline that it is compared with.
-fn pair_of(cell: &CellRecord) -> (&str, &str, [u32; 2], &str, u64) {
+fn pair_of(cell: &CellRecord) -> Pair<'_> {
     (&cell.scene, &cell.camera, cell.size, &cell.backend, cell.seed)
 }
 
-/// Summarizes all metrics of a study, in its order.
+/// Summarizes all metrics of a study, in its order. The p-values of all comparisons are corrected together.
 pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
     let summary = |metric: &MetricRecord| {
         let value = |cell: &CellRecord| cell.metrics.get(&metric.name).copied().flatten();
@@ -93,55 +97,165 @@ pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
         let baseline = of(&study.baseline);
         let row = |variant: &str| {
             let values = of(variant);
-            let differences: Vec<f64> = values
-                .iter()
-                .filter_map(|(pair, &v)| Some(metric.distance(v) - metric.distance(*baseline.get(pair)?)))
-                .collect();
             let is_baseline = variant == study.baseline;
-            let (mean, interval) = mean_and_interval(&values.values().copied().collect::<Vec<_>>());
-            let (difference, difference_interval) =
-                if is_baseline { (None, None) } else { mean_and_interval(&differences) };
-            let verdict = match difference_interval {
-                _ if is_baseline => Verdict::Baseline,
-                Some(Interval { high, .. }) if high < 0.0 => Verdict::Better,
-                Some(Interval { low, .. }) if low > 0.0 => Verdict::Worse,
-                _ => Verdict::NoDifference,
-            };
+            let found = estimate(&strata(values.iter().map(|(pair, &v)| (*pair, v))));
+            let differences = values.iter().filter(|_| !is_baseline).filter_map(|(pair, &v)| {
+                Some((*pair, metric.distance(v) - metric.distance(*baseline.get(pair)?)))
+            });
+            let difference = estimate(&strata(differences));
             SummaryRow {
                 variant: variant.into(),
                 cells: values.len(),
-                mean,
-                interval,
-                difference,
-                difference_interval,
-                p: None,
-                verdict,
+                mean: found.map(|e| e.mean),
+                interval: found.and_then(|e| e.interval),
+                difference: difference.map(|e| e.mean),
+                difference_interval: difference.and_then(|e| e.interval),
+                p: difference.and_then(|e| e.p),
+                verdict: if is_baseline { Verdict::Baseline } else { Verdict::NoDifference },
             }
         };
         let rows = study.variants.iter().map(|variant| row(&variant.name)).collect();
         Summary { metric: metric.name.clone(), rows }
     };
-    study.metrics.iter().map(summary).collect()
+    let mut summaries: Vec<Summary> = study.metrics.iter().map(summary).collect();
+    judge(&mut summaries);
+    summaries
 }
 
-/// Quantiles 0.975 of Student's distribution for 1, 2, ... degrees of freedom.
-const STUDENT: [f64; 20] = [
-    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
-    2.120, 2.110, 2.101, 2.093, 2.086,
-];
-
-/// Mean, and Student's interval of the mean.
-pub(crate) fn mean_and_interval(values: &[f64]) -> (Option<f64>, Option<Interval>) {
-    if values.is_empty() {
-        return (None, None);
+/// Values by strata: all that cells have in common with the cell of the baseline but the seed.
+fn strata<'a>(values: impl Iterator<Item = (Pair<'a>, f64)>) -> Vec<Vec<f64>> {
+    let mut strata: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+    for ((scene, camera, size, backend, _), value) in values {
+        strata.entry((scene, camera, size, backend)).or_default().push(value);
     }
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let interval = (values.len() > 1).then(|| {
-        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        let quantile = STUDENT.get(values.len() - 2).copied().unwrap_or(1.96);
-        let half = quantile * (variance / n).sqrt();
-        Interval { low: mean - half, high: mean + half }
+    strata.into_values().collect()
+}
+
+/// Corrects the p-values, and gives the verdicts that follow.
+fn judge(summaries: &mut [Summary]) {
+    let compared = |summaries: &mut [Summary], f: &mut dyn FnMut(&mut SummaryRow, f64)| {
+        for row in summaries.iter_mut().flat_map(|summary| &mut summary.rows) {
+            if let Some(p) = row.p {
+                f(row, p);
+            }
+        }
+    };
+    let mut p = Vec::new();
+    compared(summaries, &mut |_, found| p.push(found));
+    let mut corrected = holm(&p).into_iter();
+    compared(summaries, &mut |row, _| {
+        row.p = corrected.next();
+        row.verdict = match (row.p, row.difference) {
+            (Some(p), Some(difference)) if p < LEVEL && difference < 0.0 => Verdict::Better,
+            (Some(p), Some(difference)) if p < LEVEL && difference > 0.0 => Verdict::Worse,
+            _ => Verdict::NoDifference,
+        };
     });
-    (Some(mean), interval)
+}
+
+impl Summary {
+    /// The rows from the best to the worst. Those that are not told apart from the baseline stand with it, in the order of the study: they have no rank.
+    pub fn ranked(&self) -> Vec<&SummaryRow> {
+        let mut rows: Vec<&SummaryRow> = self.rows.iter().collect();
+        let place = |row: &SummaryRow| match row.verdict {
+            Verdict::Better => (0, row.difference.unwrap_or(0.0)),
+            Verdict::Baseline | Verdict::NoDifference => (1, 0.0),
+            Verdict::Worse => (2, row.difference.unwrap_or(0.0)),
+        };
+        rows.sort_by(|a, b| {
+            let (a, b) = (place(a), place(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{FORMAT, VariantRecord};
+
+    /// Two scenes of different brightness, `seeds` seeds; the value of a variant from scene and seed.
+    fn study(seeds: u64, variants: &[(&str, fn(f64, f64) -> f64)]) -> (StudyRecord, Vec<CellRecord>) {
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut cells = Vec::new();
+        for scene in [1.0, 10.0] {
+            for (variant, value) in variants {
+                for seed in 0..seeds {
+                    let noise = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
+                    cells.push(CellRecord {
+                        cell: format!("{scene} {variant} {seed}"),
+                        variant: (*variant).into(),
+                        scene: scene.to_string(),
+                        camera: String::new(),
+                        size: [16, 16],
+                        backend: "auto".into(),
+                        seed,
+                        metrics: BTreeMap::from([("relmse".into(), Some(value(scene, noise)))]),
+                        frames: BTreeMap::new(),
+                        first_frame: 0,
+                        ledger: None,
+                        images: BTreeMap::new(),
+                        command: String::new(),
+                    });
+                }
+            }
+        }
+        let record = StudyRecord {
+            format: FORMAT,
+            name: "test".into(),
+            question: String::new(),
+            file: String::new(),
+            command: String::new(),
+            version: String::new(),
+            revision: String::new(),
+            device: String::new(),
+            driver: String::new(),
+            metrics: vec![MetricRecord { name: "relmse".into(), formula: String::new(), perfect: 0.0 }],
+            axes: Vec::new(),
+            baseline: variants[0].0.into(),
+            variants: variants
+                .iter()
+                .map(|(name, _)| VariantRecord {
+                    name: (*name).into(),
+                    axes: BTreeMap::new(),
+                    set: Vec::new(),
+                })
+                .collect(),
+            cells: cells.len(),
+        };
+        (record, cells)
+    }
+
+    /// The noise within a scene is small against the difference between scenes: only pairs show it.
+    #[test]
+    fn differences_are_paired_and_a_placebo_shows_none() {
+        let variants: [(&str, fn(f64, f64) -> f64); 4] = [
+            ("on", |scene, noise| scene * (1.0 + 0.02 * noise)),
+            ("placebo", |scene, noise| scene * (1.0 + 0.02 * noise)),
+            ("off", |scene, noise| scene * (1.5 + 0.02 * noise)),
+            ("best", |scene, noise| scene * (0.8 + 0.02 * noise)),
+        ];
+        let (study, cells) = study(5, &variants);
+        let found = &summarize(&study, &cells)[0];
+        let verdicts: Vec<_> = found.rows.iter().map(|row| row.verdict).collect();
+        assert_eq!(
+            verdicts,
+            [Verdict::Baseline, Verdict::NoDifference, Verdict::Worse, Verdict::Better],
+            "{found:?}"
+        );
+        let order: Vec<_> = found.ranked().iter().map(|row| row.variant.as_str()).collect();
+        assert_eq!(order, ["best", "on", "placebo", "off"]);
+        assert!((found.rows[2].difference.unwrap() - 2.75).abs() < 0.2, "{found:?}");
+        assert_eq!(found.rows[0].cells, 10);
+    }
+
+    #[test]
+    fn one_seed_shows_nothing() {
+        let variants: [(&str, fn(f64, f64) -> f64); 2] =
+            [("on", |scene, _| scene), ("off", |scene, _| 2.0 * scene)];
+        let (study, cells) = study(1, &variants);
+        let row = &summarize(&study, &cells)[0].rows[1];
+        assert_eq!((row.verdict, row.p, row.interval), (Verdict::NoDifference, None, None));
+    }
 }

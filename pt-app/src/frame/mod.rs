@@ -2,8 +2,10 @@
 
 mod access;
 mod assemble;
+mod oracle;
 mod stages;
 
+pub use oracle::{Oracle, Oracles};
 pub use stages::{Stage, bounce_lights};
 
 use crate::params::FrameParams;
@@ -44,9 +46,16 @@ pub struct FullFrame {
     post: PostChain,
     made_for: FrameParams,
     moment: Option<Moment>,
+    oracles: Option<Oracles>,
 }
 
 impl FullFrame {
+    /// What a picture of `size` pixels from `camera` shows: the view of its ground truth.
+    pub fn view(camera: &Camera, size: [u32; 2], params: &FrameParams) -> FrameRecord {
+        let camera = params.gbuffer.with_lens(camera_record(camera, size));
+        FrameRecord::new(camera, camera, size, 0, 0)
+    }
+
     /// Records one frame of a scene. `time_step`: see [`Moment::time_step`].
     ///
     /// # Errors
@@ -120,11 +129,27 @@ impl FullFrame {
         if let (Some(denoise), Some(composite)) = (&self.denoise, &self.composite) {
             let light = denoise.record(frame, &inputs, &params.denoise)?;
             composite.record(frame, &inputs, light, &params.denoise)?;
+            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_composite(frame, self))?;
         }
         if let Some(interleave) = &self.interleave {
             interleave.record(frame, &inputs, &params.checkerboard)?;
+            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_interleave(frame, self))?;
         }
-        self.post.record(frame, &inputs, moment.time_step, moment.jitter, &params.post)
+        let fed = self.oracles.as_ref().is_some_and(Oracles::feeds_taa);
+        let jitter = if fed { [0.0; 2] } else { moment.jitter };
+        self.post.record_with(frame, &inputs, moment.time_step, jitter, &params.post, |frame, resolved| {
+            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_taa(frame, resolved))
+        })
+    }
+
+    /// Replaces the output of stages by ground truth, which [`Oracles::set_truth`] sets for each frame; `None`: no more.
+    pub fn feed(&mut self, oracles: Option<Oracles>) {
+        self.oracles = oracles;
+    }
+
+    /// The replaced stages.
+    pub fn oracles(&self) -> Option<&Oracles> {
+        self.oracles.as_ref()
     }
 
     /// Forgets the frames so far, after a cut or a teleport of the camera: the next one starts over.

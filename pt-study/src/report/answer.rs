@@ -6,7 +6,8 @@ use super::rank::ranks;
 use super::series::Series;
 use super::table::{Datum, Table};
 use crate::record::MetricRecord;
-use crate::summary::{Interval, Summary, SummaryRow, Verdict, mean_and_interval};
+use crate::statistics::mean_and_interval;
+use crate::summary::{Interval, Summary, SummaryRow, Verdict};
 use serde::Serialize;
 
 /// The summary of one metric.

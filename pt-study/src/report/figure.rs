@@ -6,7 +6,7 @@ use super::input::Results;
 use super::series::Series;
 use super::table::{Datum, Table};
 use crate::record::{CellRecord, MetricRecord};
-use crate::summary::mean_and_interval;
+use crate::statistics::mean_and_interval;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
