@@ -1,12 +1,29 @@
-//! Tells the tests whether the shared test data are there, and the Python modules of the example.
+//! Tells the tests whether the shared test data are there, the Python modules of the example, and Slurm.
+
+use std::path::Path;
 
 fn main() {
     pt_test_data::declare();
     println!("cargo::rustc-check-cfg=cfg(python_openexr)");
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/python/numpy/version.py");
     println!("cargo::rerun-if-changed=build.rs");
-    if std::path::Path::new(file).exists() {
+    if Path::new(file).exists() {
         println!("cargo::rerun-if-changed={file}");
         println!("cargo::rustc-cfg=python_openexr");
     }
+    println!("cargo::rustc-check-cfg=cfg(slurm)");
+    // As Debian installs it. Its daemons need root.
+    let programs = ["/usr/sbin/slurmctld", "/usr/sbin/slurmd", "/usr/sbin/munged", "/usr/bin/sbatch"];
+    if programs.iter().all(|program| Path::new(program).exists()) && is_root() {
+        println!("cargo::rerun-if-changed={}", programs[0]);
+        println!("cargo::rustc-cfg=slurm");
+    }
+}
+
+fn is_root() -> bool {
+    #[cfg(unix)]
+    let owner = std::fs::metadata("/proc/self").map(|own| std::os::unix::fs::MetadataExt::uid(&own));
+    #[cfg(not(unix))]
+    let owner: std::io::Result<u32> = Ok(1);
+    owner.is_ok_and(|user| user == 0)
 }

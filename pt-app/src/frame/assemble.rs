@@ -98,6 +98,7 @@ impl FullFrame {
             post,
             made_for: params.clone(),
             moment: None,
+            pass_stages: Vec::new(),
         })
     }
 }

@@ -4,7 +4,7 @@ mod access;
 mod assemble;
 mod stages;
 
-pub use stages::{Stage, bounce_lights};
+pub use stages::{FrameStage, Stage, bounce_lights};
 
 use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
@@ -44,6 +44,7 @@ pub struct FullFrame {
     post: PostChain,
     made_for: FrameParams,
     moment: Option<Moment>,
+    pass_stages: Vec<FrameStage>,
 }
 
 impl FullFrame {
@@ -97,6 +98,9 @@ impl FullFrame {
         }
         self.moment = Some(moment);
         self.uniforms.upload(frame, &moment.record)?;
+        let mut of_passes = Vec::new();
+        let mut passes_are_of = |frame: &Frame<'_>, stage| of_passes.resize(frame.pass_count(), stage);
+        passes_are_of(frame, FrameStage::Scene);
         let inputs = StageInputs { scene, uniforms: Some(&self.uniforms), images: &self.images };
         if let Some(traced) = &self.traced {
             let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
@@ -109,22 +113,31 @@ impl FullFrame {
             if let Some(replaced_motion) = &traced.replaced_motion {
                 replaced_motion.record(frame, &inputs, &gbuffer)?;
             }
+            passes_are_of(frame, FrameStage::Gbuffer);
             if let Some(gradient_pixels) = &traced.gradient_pixels {
                 gradient_pixels.record(frame, &inputs, &params.denoise, params.direct().replays())?;
             }
+            passes_are_of(frame, FrameStage::Denoise);
             traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
+            passes_are_of(frame, FrameStage::Lights);
             if let Some(indirect) = &traced.indirect {
                 indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
             }
+            passes_are_of(frame, FrameStage::Indirect);
         }
         if let (Some(denoise), Some(composite)) = (&self.denoise, &self.composite) {
             let light = denoise.record(frame, &inputs, &params.denoise)?;
             composite.record(frame, &inputs, light, &params.denoise)?;
         }
+        passes_are_of(frame, FrameStage::Denoise);
         if let Some(interleave) = &self.interleave {
             interleave.record(frame, &inputs, &params.checkerboard)?;
         }
-        self.post.record(frame, &inputs, moment.time_step, moment.jitter, &params.post)
+        passes_are_of(frame, FrameStage::Checkerboard);
+        self.post.record(frame, &inputs, moment.time_step, moment.jitter, &params.post)?;
+        passes_are_of(frame, FrameStage::Post);
+        self.pass_stages = of_passes;
+        Ok(())
     }
 
     /// Forgets the frames so far, after a cut or a teleport of the camera: the next one starts over.
