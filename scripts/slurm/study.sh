@@ -33,8 +33,8 @@ join() {
     "$pt" study merge "${shards[@]}" -o "$result" && touch "$work/joined"
 }
 
-# pt counts shards from here.
-readonly first_shard=0
+# pt counts shards from 1.
+readonly first_shard=1
 case ${1-} in
     task)
         read_work "$2"

@@ -45,7 +45,7 @@ impl Drop for Cluster {
 
 /// A program that stands for pt: of the two slices it kills the second one the first time, after a checkpoint.
 fn killed_once(folder: &Path) -> PathBuf {
-    let (path, pt) = (folder.join("pt"), env!("CARGO_BIN_EXE_pt"));
+    let pt = env!("CARGO_BIN_EXE_pt");
     let device = std::env::var("PT_TEST_DEVICE").map_or(String::new(), |device| format!(" --device '{device}'"));
     let text = format!(
         r#"#!/bin/bash
@@ -60,9 +60,30 @@ exec {pt} "$@" "${{options[@]}}"
 "#,
         marker = folder.join("was_killed").display()
     );
-    fs::write(&path, text).unwrap();
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
-    path
+    program(&folder.join("pt"), &text)
+}
+
+/// A program that stands for `pt study`: a shard has one line, the second one fails once, after it has begun.
+fn study(folder: &Path) -> PathBuf {
+    let text = r#"#!/bin/bash
+set -e
+out=${*: -1}
+mkdir -p "$out"
+if [[ $2 = merge ]]; then
+    cat $(printf '%s/results.jsonl ' "${@:3:$#-4}") >"$out/results.jsonl"
+elif [[ $* = *"--shard 2/3"* && $* != *--resume* ]]; then
+    exit 1
+else
+    echo "${*:2:$#-3}" >"$out/results.jsonl"
+fi
+"#;
+    program(&folder.join("pt-study"), text)
+}
+
+fn program(path: &Path, text: &str) -> PathBuf {
+    fs::write(path, text).unwrap();
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+    path.to_owned()
 }
 
 /// A slice that is killed goes on, the array has the bits of a render of the same slices on this machine, and a slice that fails leaves the
@@ -97,6 +118,14 @@ fn an_array_of_slices_has_the_bits_of_local_ones() {
     let (code, said) = cluster.submit(at, "reference.sh", &format!("{submit} cornell --spp 4 -o other.exr"));
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("holds the parts of other work"), "{said}");
+
+    let line = format!("--shards 3 --at-once 2 --pt {} --wait -- mine.toml --yes -o results", study(at).display());
+    let (code, said) = cluster.submit(at, "study.sh", &line);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(
+        fs::read_to_string(at.join("results/results.jsonl")).unwrap(),
+        "mine.toml --yes --shard 1/3\nmine.toml --yes --shard 2/3 --resume\nmine.toml --yes --shard 3/3\n"
+    );
 }
 
 /// Without a cluster, too: what is wrong is said in one line.
