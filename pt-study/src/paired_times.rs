@@ -305,9 +305,12 @@ mod tests {
     #[test]
     fn the_error_rate_of_the_family_is_kept() {
         let mut random = Random(3);
-        let mut rounds = |spread: f64| -> Vec<Vec<f64>> { (0..ROUNDS).map(|_| vec![(spread * random.normal()).exp()]).collect() };
+        let mut rounds = |spread: f64| -> Vec<Vec<f64>> {
+            (0..ROUNDS).map(|_| vec![(spread * random.normal()).exp()]).collect()
+        };
         let families = (0..400).filter(|_| {
-            let changes: Vec<_> = (0..PASSES).map(|_| Change::of(&rounds(0.01), &rounds(0.01)).unwrap()).collect();
+            let changes: Vec<_> =
+                (0..PASSES).map(|_| Change::of(&rounds(0.01), &rounds(0.01)).unwrap()).collect();
             let verdicts = judge(&changes, Threshold { share: 0.0, ms: 0.0 });
             verdicts.iter().any(|(verdict, _)| *verdict != Verdict::NotShown)
         });
@@ -318,7 +321,9 @@ mod tests {
 
     #[test]
     fn intervals_and_thresholds_decide() {
-        let rounds = |ms: f64| -> Vec<Vec<f64>> { (0..5).map(|round| vec![ms * (1.0 + 0.001 * f64::from(round % 2))]).collect() };
+        let rounds = |ms: f64| -> Vec<Vec<f64>> {
+            (0..5).map(|round| vec![ms * (1.0 + 0.001 * f64::from(round % 2))]).collect()
+        };
         let change = |ratio: f64| Change::of(&rounds(2.0), &rounds(2.0 * ratio)).unwrap();
         let judged = |ratio: f64, share, ms| judge(&[change(ratio)], Threshold { share, ms })[0].0;
         assert_eq!(judged(1.05, 0.02, 0.001), Verdict::Regression);

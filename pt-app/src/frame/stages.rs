@@ -9,8 +9,8 @@ use pt_gbuffer::{PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::{GlassShadows, LightRays};
 use pt_lights::{DirectLighting, DirectParams};
-use pt_shaders::{NamedEnum, named_enum};
 use pt_shaders::records::LightSampler;
+use pt_shaders::{NamedEnum, named_enum};
 use std::thread;
 
 named_enum! {

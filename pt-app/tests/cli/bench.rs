@@ -56,24 +56,31 @@ fn the_frame_and_its_stages() {
     let frame = passes(&file, "frame");
     for pass in frame {
         let rounds = pass["ms"].as_array().unwrap();
-        assert!(rounds.len() == 3 && rounds.iter().all(|round| round.as_array().unwrap().len() == 2), "{pass}");
+        assert!(
+            rounds.len() == 3 && rounds.iter().all(|round| round.as_array().unwrap().len() == 2),
+            "{pass}"
+        );
     }
     // Fields are 17 wide, and each texel has a ray.
     let rays = |name: &str| frame.iter().find(|pass| pass["pass"] == name).unwrap()["rays"].clone();
-    assert_eq!(rays("primary rays"), serde_json::json!({ "kind": "primary", "count": 34 * 18, "is_upper_bound": false }));
-    // Nearly every surface of the room has a shadow ray to its lamp and a bounce ray.
+    assert_eq!(
+        rays("primary rays"),
+        serde_json::json!({ "kind": "primary", "count": 34 * 18, "is_upper_bound": false })
+    );
+    // The room fills half of the picture; some of its surfaces have neither a shadow ray to the lamp nor a bounce ray.
     for name in ["shadow rays", "bounce rays", "bounce shadow rays"] {
         let (rays, texels) = (rays(name), 34 * 18);
         assert_eq!(rays["is_upper_bound"], false, "{name}");
         let count = rays["count"].as_u64().unwrap();
-        assert!((texels / 4..=2 * texels).contains(&count), "{name}: {count} rays of {texels} texels");
+        assert!((texels / 8..=texels).contains(&count), "{name}: {count} rays of {texels} texels");
     }
     let kinds: Vec<_> =
         file["yardsticks"]["mrays_per_s"].as_array().unwrap().iter().map(|row| row[0].clone()).collect();
     assert_eq!(kinds, ["primary", "bounce", "shadow", "bounce-shadow"]);
     // Alone, a stage has the passes that it has in the frame, but for those that need rays or come before.
     for stage in ["denoise", "checkerboard", "post"] {
-        let of_stage: Vec<_> = frame.iter().filter(|pass| pass["stage"] == stage).map(|pass| &pass["pass"]).collect();
+        let of_stage: Vec<_> =
+            frame.iter().filter(|pass| pass["stage"] == stage).map(|pass| &pass["pass"]).collect();
         let alone: Vec<_> = passes(&file, stage).iter().map(|pass| &pass["pass"]).collect();
         assert_eq!(alone, of_stage);
         assert!(!alone.is_empty());
@@ -92,7 +99,10 @@ fn two_runs_are_compared() {
     let bench = format!("bench stage checkerboard {SMALL} --set indirect.bounces=0 --times-only --json");
     succeeds(at, &format!("{bench} a.json"));
     let said = succeeds(at, "bench compare a.json a.json");
-    assert!(said.ends_with("no regression of more than 2 %\n") && said.contains("no difference shown"), "{said}");
+    assert!(
+        said.ends_with("no regression of more than 2 %\n") && said.contains("no difference shown"),
+        "{said}"
+    );
 
     let change = |name: &str, edit: &dyn Fn(&mut Value)| {
         let mut file = json(&at.join("a.json"));
@@ -103,7 +113,11 @@ fn two_runs_are_compared() {
         let pass = &mut file["parts"][0]["passes"][0];
         assert_eq!(pass["pass"], "interleave");
         for round in pass["ms"].as_array_mut().unwrap() {
-            round.as_array_mut().unwrap().iter_mut().for_each(|ms| *ms = (factor * ms.as_f64().unwrap()).into());
+            round
+                .as_array_mut()
+                .unwrap()
+                .iter_mut()
+                .for_each(|ms| *ms = (factor * ms.as_f64().unwrap()).into());
         }
     };
     change("slow.json", &|file| slower(file, 1.5));
@@ -122,9 +136,11 @@ fn two_runs_are_compared() {
     change("device.json", &|file| file["device"] = "another".into());
     change("version.json", &|file| file["format"] = 99.into());
     change("few.json", &|file| file["rounds"] = serde_json::json!([2]));
-    for (file, part) in
-        [("size", "the size is 33x18 and 64x36"), ("scene", "the scene is cornell and gallery"), ("device", "another")]
-    {
+    for (file, part) in [
+        ("size", "the size is 33x18 and 64x36"),
+        ("scene", "the scene is cornell and gallery"),
+        ("device", "another"),
+    ] {
         refused(at, &format!("bench compare a.json {file}.json"), &["do not fit together", part]);
     }
     refused(at, "bench compare few.json few.json", &["2 rounds", "at least 3"]);

@@ -41,14 +41,18 @@ fn prose(text: &str) -> impl Iterator<Item = String> {
     text.lines().filter_map(move |line| {
         let is_fence = line.trim_start().starts_with("```");
         fenced ^= is_fence;
-        (!fenced && !is_fence && !line.starts_with("    ")).then(|| line.split('`').step_by(2).collect::<Vec<_>>().join(" "))
+        (!fenced && !is_fence && !line.starts_with("    "))
+            .then(|| line.split('`').step_by(2).collect::<Vec<_>>().join(" "))
     })
 }
 
 /// What `](...)` names.
 fn links(text: &str) -> Vec<String> {
     let of_line = |line: String| {
-        let targets = line.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(target, _)| target.to_owned()));
+        let targets = line
+            .split("](")
+            .skip(1)
+            .filter_map(|rest| rest.split_once(')').map(|(target, _)| target.to_owned()));
         targets.collect::<Vec<_>>()
     };
     prose(text).flat_map(of_line).collect()
@@ -94,7 +98,8 @@ fn faults(path: &Path, text: &str) -> Vec<String> {
         if link.contains("://") || link.starts_with("mailto:") {
             continue;
         }
-        let (name, anchor) = link.split_once('#').map_or((&link[..], None), |(name, anchor)| (name, Some(anchor)));
+        let (name, anchor) =
+            link.split_once('#').map_or((&link[..], None), |(name, anchor)| (name, Some(anchor)));
         let target = if name.is_empty() { path.to_owned() } else { normal(&folder.join(name)) };
         if !target.exists() {
             fault(format!("the link {link} leads nowhere"));
@@ -108,7 +113,8 @@ fn faults(path: &Path, text: &str) -> Vec<String> {
         }
     }
     for include in includes(text) {
-        let (name, anchor) = include.split_once(':').map_or((&include[..], None), |(name, anchor)| (name, Some(anchor)));
+        let (name, anchor) =
+            include.split_once(':').map_or((&include[..], None), |(name, anchor)| (name, Some(anchor)));
         let target = normal(&folder.join(name));
         match (target.exists(), anchor) {
             (false, _) => fault(format!("the included file {name} is not there")),
@@ -139,7 +145,9 @@ fn dead_links_are_found() {
                 {{#include other.md:part}} {{#include other.md:whole}} {{#include gone.md}}\n";
     let found = faults(&page, text);
     assert_eq!(found.len(), 4, "{found:?}");
-    for (fault, part) in found.iter().zip(["gone.png", "other.md#none", "no anchor whole", "gone.md is not there"]) {
+    for (fault, part) in
+        found.iter().zip(["gone.png", "other.md#none", "no anchor whole", "gone.md is not there"])
+    {
         assert!(fault.contains(part), "{fault}");
     }
 }
@@ -148,17 +156,24 @@ fn dead_links_are_found() {
 #[test]
 fn every_page_and_every_stage_is_in_the_book() {
     let source = root().join("docs/src");
-    let mut listed: Vec<_> = links(&read(&source.join("SUMMARY.md"))).iter().map(|link| source.join(link)).collect();
+    let mut listed: Vec<_> =
+        links(&read(&source.join("SUMMARY.md"))).iter().map(|link| source.join(link)).collect();
     listed.sort();
     let is_page = |path: &PathBuf| {
-        path.starts_with(&source) && !path.ends_with("SUMMARY.md") && !path.starts_with(source.join("generated"))
+        path.starts_with(&source)
+            && !path.ends_with("SUMMARY.md")
+            && !path.starts_with(source.join("generated"))
     };
     let pages: Vec<_> = markdown_files().into_iter().filter(is_page).collect();
     assert_eq!(listed, pages);
     for stage in FrameStage::VALUES.iter().filter(|stage| **stage != FrameStage::Scene) {
         let page = read(&source.join(format!("stages/{}.md", stage.name())));
         let crate_name = format!("pt-{}", stage.name());
-        assert!(page.contains(&format!("{{{{#include ../../../{crate_name}/README.md}}}}")), "{}: {page}", stage.name());
+        assert!(
+            page.contains(&format!("{{{{#include ../../../{crate_name}/README.md}}}}")),
+            "{}: {page}",
+            stage.name()
+        );
     }
 }
 
@@ -208,10 +223,13 @@ fn the_table_of_passes_is_not_stale() {
     // The costs were measured on a GPU, so that they cannot be compared; but they are of the passes that there are now.
     let costs = read(&root().join("docs/src/generated/costs.md"));
     let first_cells = |text: &str| -> BTreeMap<String, usize> {
-        let rows = text.lines().filter_map(|line| line.strip_prefix("| ")?.split_once(" |").map(|(cell, _)| cell.to_owned()));
+        let rows = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("| ")?.split_once(" |").map(|(cell, _)| cell.to_owned()));
         let mut cells = BTreeMap::new();
         // Uploads depend on what moves in the scene, and the camera's solids on whether there is glass.
-        let of_stages = rows.filter(|cell| !cell.starts_with("upload ") && !["pass", "---"].contains(&&cell[..]));
+        let of_stages =
+            rows.filter(|cell| !cell.starts_with("upload ") && !["pass", "---"].contains(&&cell[..]));
         of_stages.for_each(|cell| *cells.entry(cell).or_default() += 1);
         cells
     };

@@ -46,7 +46,8 @@ impl Drop for Cluster {
 /// A program that stands for pt: of the two slices it kills the second one the first time, after a checkpoint.
 fn killed_once(folder: &Path) -> PathBuf {
     let pt = env!("CARGO_BIN_EXE_pt");
-    let device = std::env::var("PT_TEST_DEVICE").map_or(String::new(), |device| format!(" --device '{device}'"));
+    let device =
+        std::env::var("PT_TEST_DEVICE").map_or(String::new(), |device| format!(" --device '{device}'"));
     let text = format!(
         r#"#!/bin/bash
 options=()
@@ -100,7 +101,9 @@ fn an_array_of_slices_has_the_bits_of_local_ones() {
     let (code, said) = cluster.submit(at, "reference.sh", &format!("{submit} {render} -o array.exr"));
     let logs = || {
         let logs = fs::read_dir(at.join("array.exr.slices")).unwrap().map(|entry| entry.unwrap().path());
-        logs.filter(|path| path.extension().is_some_and(|e| e == "txt")).map(|path| fs::read_to_string(path).unwrap()).collect::<String>()
+        logs.filter(|path| path.extension().is_some_and(|e| e == "txt"))
+            .map(|path| fs::read_to_string(path).unwrap())
+            .collect::<String>()
     };
     assert_eq!(code, Some(0), "{said}\n{}", logs());
     assert!(logs().contains("attempt 2 of 3") && at.join("was_killed").exists(), "{}", logs());
@@ -111,7 +114,11 @@ fn an_array_of_slices_has_the_bits_of_local_ones() {
     assert!(fs::read(at.join("array.exr")).unwrap() == fs::read(at.join("local.exr")).unwrap());
 
     // A scene that is not there: nothing is joined, and the folder with the logs is named.
-    let (code, said) = cluster.submit(at, "reference.sh", &format!("--retries 0 {submit} missing.gltf --spp 4 -o other.exr"));
+    let (code, said) = cluster.submit(
+        at,
+        "reference.sh",
+        &format!("--retries 0 {submit} missing.gltf --spp 4 -o other.exr"),
+    );
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("other.exr.slices") && !at.join("other.exr").exists(), "{said}");
     // Other work does not take its folder.
@@ -119,7 +126,8 @@ fn an_array_of_slices_has_the_bits_of_local_ones() {
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("holds the parts of other work"), "{said}");
 
-    let line = format!("--shards 3 --at-once 2 --pt {} --wait -- mine.toml --yes -o results", study(at).display());
+    let line =
+        format!("--shards 3 --at-once 2 --pt {} --wait -- mine.toml --yes -o results", study(at).display());
     let (code, said) = cluster.submit(at, "study.sh", &line);
     assert_eq!(code, Some(0), "{said}");
     assert_eq!(
@@ -151,6 +159,9 @@ fn wrong_submissions_are_refused() {
     }
     for name in ["reference.sh", "study.sh", "test_cluster.sh"] {
         let done = Command::new(script(name)).arg("--help").output().unwrap();
-        assert!(done.status.success() && String::from_utf8(done.stdout).unwrap().contains("usage: scripts/slurm/"));
+        assert!(
+            done.status.success()
+                && String::from_utf8(done.stdout).unwrap().contains("usage: scripts/slurm/")
+        );
     }
 }

@@ -61,7 +61,8 @@ impl Recorder {
     /// # Errors
     /// When the device has no memory.
     pub fn count_rays(&mut self) -> Result<()> {
-        let words = Buffer::new(self.device(), "numbers of rays", MAX_LISTS as u64 * WORD, Location::Readback)?;
+        let words =
+            Buffer::new(self.device(), "numbers of rays", MAX_LISTS as u64 * WORD, Location::Readback)?;
         self.ray_counter = Some(RayCounter { words, listed: 0, noted: Vec::new() });
         Ok(())
     }
@@ -107,7 +108,12 @@ impl Frame<'_> {
         }
     }
 
-    fn copy_word(&mut self, pass: &str, (list, from): (&Buffer, u64), (words, to): (&Buffer, u64)) -> Result<()> {
+    fn copy_word(
+        &mut self,
+        pass: &str,
+        (list, from): (&Buffer, u64),
+        (words, to): (&Buffer, u64),
+    ) -> Result<()> {
         let touch = |access, write| Touch { stage: vk::PipelineStageFlags2::ALL_TRANSFER, access, write };
         let touches = [
             (list.id(), touch(vk::AccessFlags2::TRANSFER_READ, false)),

@@ -34,8 +34,9 @@ pub struct CompareArgs {
 }
 
 const METHOD: &str = "\
-The median of each round of A is compared with that of the same round of B: frames of a round are correlated, rounds hardly. The interval is
-that of the trimmed mean of the logarithms of the ratios, at an error rate of 5 % for all passes together (Holm).
+The median of each round of A is compared with that of the same round of B: frames of a round are correlated, rounds hardly. \
+The interval is that of the trimmed mean of the logarithms of the ratios, at an error rate of 5 % for all passes together (Holm). \
+Of files with several runs (--append) each run is one sample.
 
 Exit codes: 0 no regression, 1 a regression, 2 files that do not fit together.";
 
@@ -63,28 +64,30 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
         compare_part(&before, &after, part, &mut rows, &mut left_out);
     }
     ensure!(!rows.is_empty(), "the files have no times in common");
-    let threshold =
-        Threshold { share: f64::from(args.threshold) / 100.0, ms: f64::from(args.least_ms) };
+    let threshold = Threshold { share: f64::from(args.threshold) / 100.0, ms: f64::from(args.least_ms) };
     let changes: Vec<_> = rows.iter().map(|row| row.change).collect();
     let verdicts = judge(&changes, threshold);
 
     writeln!(out, "before: {}\nafter:  {}", before.command, after.command)?;
     writeln!(
         out,
-        "{}, {}x{}, {} rounds of {} frames in {} runs of each, {} ({})",
+        "{}, {}x{}, {} rounds of {} frames in {} of each, {} ({})",
         before.scene,
         before.size[0],
         before.size[1],
         before.rounds.iter().sum::<u32>(),
         before.frames,
-        before.rounds.len(),
+        match before.rounds.len() {
+            1 => "1 run".to_owned(),
+            several => format!("{several} runs"),
+        },
         before.device,
         before.driver
     )?;
     let width = rows.iter().map(|row| row.pass.chars().count()).max().unwrap_or(0).max(5);
     writeln!(
         out,
-        "{:<12}  {:<width$}  {:>10}  {:>10}  {:>8}  {:>20}",
+        "{:<12}  {:<width$}  {:>10}  {:>10}  {:>10}  {:>24}",
         "part", "pass", "before ms", "after ms", "change", "interval"
     )?;
     let percent = |ratio: f64| format!("{:+.2} %", 100.0 * (ratio - 1.0));
@@ -92,7 +95,7 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
         let Row { part, pass, change } = row;
         writeln!(
             out,
-            "{part:<12}  {pass:<width$}  {:>10.4}  {:>10.4}  {:>8}  {:>20}  {}",
+            "{part:<12}  {pass:<width$}  {:>10.4}  {:>10.4}  {:>10}  {:>24}  {}",
             change.median_ms[0],
             change.median_ms[1],
             percent(change.ratio()),
@@ -107,7 +110,11 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
         .iter()
         .zip(&verdicts)
         .filter(|(_, (verdict, _))| *verdict == Verdict::Regression)
-        .map(|(row, _)| if row.part == row.pass { row.pass.clone() } else { format!("{} ({})", row.pass, row.part) })
+        .map(
+            |(row, _)| {
+                if row.part == row.pass { row.pass.clone() } else { format!("{} ({})", row.pass, row.part) }
+            },
+        )
         .collect();
     match regressions.as_slice() {
         [] => writeln!(out, "no regression of more than {} %", args.threshold)?,
@@ -147,10 +154,11 @@ fn compare_part(a: &BenchFile, b: &BenchFile, part: usize, rows: &mut Vec<Row>, 
     let (before, after) = (&a.parts[part], &b.parts[part]);
     let is_in = |pass: &PassRecord, passes: &[PassRecord]| passes.iter().any(|there| there.pass == pass.pass);
     let part = &before.name;
-    let mut add = |pass: &str, before: &Times, after: &Times| match Change::of(&a.batches(before), &b.batches(after)) {
-        Some(change) => rows.push(Row { part: part.clone(), pass: pass.into(), change }),
-        None => left_out.push(format!("{pass}: too few times above 0 to compare")),
-    };
+    let mut add =
+        |pass: &str, before: &Times, after: &Times| match Change::of(&a.batches(before), &b.batches(after)) {
+            Some(change) => rows.push(Row { part: part.clone(), pass: pass.into(), change }),
+            None => left_out.push(format!("{pass}: too few times above 0 to compare")),
+        };
     for pass in &before.passes {
         if let Some(there) = after.passes.iter().find(|there| there.pass == pass.pass) {
             add(&pass.pass, &pass.time, &there.time);

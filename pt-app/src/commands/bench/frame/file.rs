@@ -1,9 +1,9 @@
 //! The JSON file of a benchmark: every time of every pass.
 
 use crate::frame::FrameStage;
+use anyhow::{Context, Result, bail, ensure};
 use pt_core::harness::Spread;
 use pt_core::trace::RayKind;
-use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -77,7 +77,8 @@ impl BenchFile {
     /// What differs between two runs that are to be of one benchmark; `None`: they are.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let size = |[width, height]: [u32; 2]| format!("{width}x{height}");
-        let parts = |file: &Self| file.parts.iter().map(|part| part.name.clone()).collect::<Vec<_>>().join(", ");
+        let parts =
+            |file: &Self| file.parts.iter().map(|part| part.name.clone()).collect::<Vec<_>>().join(", ");
         let entries = [
             ("scene", self.scene.clone(), other.scene.clone()),
             ("content of the scene", self.fingerprint.clone(), other.fingerprint.clone()),
@@ -102,9 +103,15 @@ impl BenchFile {
             bail!("{difference}");
         }
         let said = |file: &Self| {
-            [file.version.clone(), file.driver.clone(), format!("{} {}", file.profile.as_deref().unwrap_or("default"), file.set.join(" "))]
+            [
+                file.version.clone(),
+                file.driver.clone(),
+                format!("{} {}", file.profile.as_deref().unwrap_or("default"), file.set.join(" ")),
+            ]
         };
-        for ((what, here), there) in ["version", "driver", "choice of knobs"].iter().zip(said(&earlier)).zip(said(&self)) {
+        for ((what, here), there) in
+            ["version", "driver", "choice of knobs"].iter().zip(said(&earlier)).zip(said(&self))
+        {
             ensure!(here == there, "the {what} is {here} and {there}");
         }
         let rounds_before = earlier.rounds.iter().sum::<u32>() as usize;
@@ -113,7 +120,9 @@ impl BenchFile {
             part.time.put_behind(before.time.ms);
             for pass in &mut part.passes {
                 let same = before.passes.iter().find(|earlier| earlier.pass == pass.pass);
-                pass.time.put_behind(same.map_or_else(|| vec![Vec::new(); rounds_before], |pass| pass.time.ms.clone()));
+                pass.time.put_behind(
+                    same.map_or_else(|| vec![Vec::new(); rounds_before], |pass| pass.time.ms.clone()),
+                );
             }
         }
         self.yardsticks = self.yardsticks.or(earlier.yardsticks);
@@ -126,7 +135,10 @@ impl BenchFile {
             return times.ms.clone();
         }
         let mut rounds = times.ms.iter();
-        self.rounds.iter().map(|&count| rounds.by_ref().take(count as usize).flatten().copied().collect()).collect()
+        self.rounds
+            .iter()
+            .map(|&count| rounds.by_ref().take(count as usize).flatten().copied().collect())
+            .collect()
     }
 }
 

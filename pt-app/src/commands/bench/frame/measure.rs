@@ -115,10 +115,7 @@ impl<'a> Whole<'a> {
     }
 }
 
-fn warm_up(
-    device: &Device,
-    mut record: impl FnMut(&mut Frame<'_>) -> Result<Vec<FrameStage>>,
-) -> Result<()> {
+fn warm_up(device: &Device, mut record: impl FnMut(&mut Frame<'_>) -> Result<Vec<FrameStage>>) -> Result<()> {
     let least = if device.info().is_cpu() { 0.0 } else { LEAST_WARM_UP_S };
     let mut recorder = Recorder::new(device)?;
     let started = Instant::now();
@@ -186,9 +183,11 @@ impl<'a> Samples<'a> {
             let name = if again == 0 { pass.pass.clone() } else { format!("{} ({})", pass.pass, again + 1) };
             let place = self.passes.iter().position(|known| known.name == name).unwrap_or_else(|| {
                 // A pass that only some frames have stands behind the one that it follows.
-                let before = names.last().and_then(|last| self.passes.iter().position(|known| known.name == *last));
+                let before =
+                    names.last().and_then(|last| self.passes.iter().position(|known| known.name == *last));
                 let place = before.map_or(0, |before| before + 1);
-                let pass = PassSamples { name: name.clone(), stage: *stage, info: info.clone(), ms: Vec::new() };
+                let pass =
+                    PassSamples { name: name.clone(), stage: *stage, info: info.clone(), ms: Vec::new() };
                 self.passes.insert(place, pass);
                 place
             });
@@ -259,7 +258,9 @@ fn ray_kind(pass: &str) -> RayKind {
     match pass {
         "primary rays" => RayKind::Primary,
         "shadow rays" => RayKind::Shadow,
-        _ if pass.starts_with("bounce shadow rays") || pass.starts_with("bounce glass") => RayKind::BounceShadow,
+        _ if pass.starts_with("bounce shadow rays") || pass.starts_with("bounce glass") => {
+            RayKind::BounceShadow
+        }
         _ => RayKind::Bounce,
     }
 }

@@ -120,7 +120,8 @@ pub fn run(args: &BenchFrameArgs, subject: Subject, out: &mut impl Write) -> Res
     let options = LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() };
     let scene = open_scene(&args.scene, &options)?;
     let mut session = Session::open(&args.device, &args.camera, scene)?;
-    let plan = Plan { size, frames: args.frames, rounds: args.rounds, seed: fold_seed(args.seed), params: &params };
+    let plan =
+        Plan { size, frames: args.frames, rounds: args.rounds, seed: fold_seed(args.seed), params: &params };
 
     let mut whole = Whole::new(&mut session, plan)?;
     let mut parts = Vec::new();
@@ -175,7 +176,9 @@ pub fn run(args: &BenchFrameArgs, subject: Subject, out: &mut impl Write) -> Res
     if let Some(path) = &args.json {
         let earlier = args.append.then(|| read_earlier(path)).transpose()?.flatten();
         let file = match earlier {
-            Some(earlier) => file.behind(earlier).with_context(|| format!("{}: holds another benchmark", path.display()))?,
+            Some(earlier) => file
+                .behind(earlier)
+                .with_context(|| format!("{}: holds another benchmark", path.display()))?,
             None => file,
         };
         write_atomic(path, serde_json::to_string(&file)?.as_bytes())?;
@@ -192,7 +195,10 @@ fn yardsticks(
 ) -> Result<Yardsticks> {
     let copy = copy_bandwidth(&session.device, size, args.frames)?;
     let traced = |kind: &RayKind| {
-        parts.iter().flat_map(|part| &part.passes).any(|pass| pass.rays.is_some_and(|rays| rays.kind == *kind))
+        parts
+            .iter()
+            .flat_map(|part| &part.passes)
+            .any(|pass| pass.rays.is_some_and(|rays| rays.kind == *kind))
     };
     let kinds: Vec<_> = RayKind::ALL.into_iter().filter(traced).collect();
     let geometry = (&mesh_geometry(&session.scene)[..], &placements(&session.scene)[..]);
@@ -213,10 +219,11 @@ fn read_earlier(path: &Path) -> Result<Option<BenchFile>> {
 
 /// The command that was given, for a shell.
 fn command_line() -> String {
-    let quoted = |word: String| match word.chars().all(|c| c.is_ascii_alphanumeric() || "-_./=,:@+".contains(c)) {
-        true if !word.is_empty() => word,
-        _ => format!("'{}'", word.replace('\'', r"'\''")),
-    };
+    let quoted =
+        |word: String| match word.chars().all(|c| c.is_ascii_alphanumeric() || "-_./=,:@+".contains(c)) {
+            true if !word.is_empty() => word,
+            _ => format!("'{}'", word.replace('\'', r"'\''")),
+        };
     let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
     std::iter::once("pt".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
