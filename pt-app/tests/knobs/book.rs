@@ -152,6 +152,39 @@ fn dead_links_are_found() {
     }
 }
 
+/// The example of the tutorial finds its places in pt-denoise, and is as short as the tutorial says.
+#[test]
+fn the_box_denoiser_can_be_added() {
+    let (folder, root) = (tempfile::tempdir().unwrap(), root());
+    let copy = folder.path().join("pt-denoise");
+    for part in ["src", "src/variants", "shaders"] {
+        fs::create_dir_all(copy.join(part)).unwrap();
+        for entry in fs::read_dir(root.join("pt-denoise").join(part)).unwrap().map(|entry| entry.unwrap()) {
+            if entry.file_type().unwrap().is_file() {
+                fs::copy(entry.path(), copy.join(part).join(entry.file_name())).unwrap();
+            }
+        }
+    }
+    let add = || {
+        let script = root.join("examples/box_denoiser/add.sh");
+        std::process::Command::new(script).arg(folder.path()).output().unwrap()
+    };
+    let done = add();
+    assert!(done.status.success(), "{done:?}");
+    let mut added = 0;
+    for file in ["src/records.rs", "src/variants/mod.rs", "src/variants/low_frequency.rs"] {
+        let (before, after) = (read(&root.join("pt-denoise").join(file)), read(&copy.join(file)));
+        let new = after.lines().count() - before.lines().count();
+        assert!(new > 0 && after.contains("Box") && !before.contains("Denoiser::Box"), "{file}");
+        added += new;
+    }
+    for file in ["src/variants/box_filter.rs", "shaders/box_filter.comp"] {
+        added += read(&copy.join(file)).lines().count();
+    }
+    assert!((40..60).contains(&added), "{added} lines");
+    assert_eq!(add().status.code(), Some(2), "a second time");
+}
+
 /// The summary lists every page of the book once, and every stage has a page that includes the README of its crate.
 #[test]
 fn every_page_and_every_stage_is_in_the_book() {
