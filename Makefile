@@ -47,6 +47,7 @@ test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	scripts/setup-vulkan.sh --tests
 	scripts/setup-python.sh
 	scripts/setup-browser.sh
+	[[ -z "$${CI-}" ]] || scripts/setup-slurm.sh
 	cargo fmt --version >/dev/null 2>&1 && cargo clippy --version >/dev/null 2>&1 ||
 		{ echo "rustfmt or clippy is missing: rustup component add rustfmt clippy" >&2; exit 2; }
 	begin format
@@ -63,8 +64,13 @@ bench: toolchain ## rays per second of every trace backend, then the benchmarks 
 	$(pt) -q --release -- bench trace gallery
 	cargo bench $(locked) --workspace
 
-doc: toolchain ## the crates' documentation, in target/doc
-	@RUSTDOCFLAGS=-Dwarnings cargo doc $(locked) --workspace --no-deps
+doc: toolchain ## the book, in target/book, and the crates' documentation, in target/doc
+	@mdbook=$$(scripts/setup-book.sh)
+	"$$mdbook" build docs
+	# READMEs show these pictures, too, so that they are not within the book.
+	cp docs/*.svg docs/*.png target/book/
+	RUSTDOCFLAGS=-Dwarnings cargo doc $(locked) --workspace --no-deps
+	echo "the book: $$PWD/target/book/index.html"
 
 fmt: toolchain ## format all Rust code
 	@cargo fmt --all

@@ -10,6 +10,7 @@ pub mod folder;
 pub mod ledger;
 pub mod merge;
 pub mod metric;
+pub mod paired_times;
 pub mod record;
 pub mod report;
 pub mod statistics;
