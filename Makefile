@@ -4,7 +4,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help frame test bench doc fmt toolchain
+.PHONY: help frame study test bench doc fmt toolchain
 
 # Size of the picture of `make frame`, and frames of which it is the last, for example `make frame SIZE=1280x720 FRAMES=64`.
 SIZE ?= 640x360
@@ -31,12 +31,23 @@ frame: toolchain ## render the built-in gallery to out/frame.png and out/frame.e
 	$(pt) --no-default-features -- render gallery --size $(SIZE) --frames $(FRAMES) --profile realtime -o out/frame.png -o out/frame.exr
 	echo "pictures: $$PWD/out/frame.png (display), $$PWD/out/frame.exr (linear scene radiance)"
 
+study: toolchain ## run a small study of the frame's stages; the last line is the path of its results
+	@scripts/setup-vulkan.sh
+	mkdir -p out
+	# A study goes on only with results of the same revision; references are kept by content.
+	rm -rf out/study
+	# Drivers of CPU devices compile kernels faster with it, and the frames are tiny.
+	export GALLIVM_PERF=$${GALLIVM_PERF-nopt}
+	$(pt) --no-default-features -- study studies/frame.toml -o out/study --cache out/references
+
 test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	@start=$$SECONDS
 	begin() { printf '\n== %s s: %s\n' $$((SECONDS - start)) "$$*"; }
 	begin set-up
 	scripts/setup-vulkan.sh --tests
 	scripts/setup-python.sh
+	scripts/setup-browser.sh
+	[[ -z "$${CI-}" ]] || scripts/setup-slurm.sh
 	cargo fmt --version >/dev/null 2>&1 && cargo clippy --version >/dev/null 2>&1 ||
 		{ echo "rustfmt or clippy is missing: rustup component add rustfmt clippy" >&2; exit 2; }
 	begin format
@@ -53,8 +64,13 @@ bench: toolchain ## rays per second of every trace backend, then the benchmarks 
 	$(pt) -q --release -- bench trace gallery
 	cargo bench $(locked) --workspace
 
-doc: toolchain ## the crates' documentation, in target/doc
-	@RUSTDOCFLAGS=-Dwarnings cargo doc $(locked) --workspace --no-deps
+doc: toolchain ## the book, in target/book, and the crates' documentation, in target/doc
+	@mdbook=$$(scripts/setup-book.sh)
+	"$$mdbook" build docs
+	# READMEs show these pictures, too, so that they are not within the book.
+	cp docs/*.svg docs/*.png target/book/
+	RUSTDOCFLAGS=-Dwarnings cargo doc $(locked) --workspace --no-deps
+	echo "the book: $$PWD/target/book/index.html"
 
 fmt: toolchain ## format all Rust code
 	@cargo fmt --all

@@ -4,6 +4,7 @@
 use crate::commands::bake;
 use crate::commands::{
     bench, capture, compare, import, info, knobs, merge, passes, reference, render, replay, scenes, sheet,
+    study,
 };
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -61,6 +62,8 @@ pub enum Command {
     Compare(compare::CompareArgs),
     /// Put many images on one sheet, with their names.
     Sheet(sheet::SheetArgs),
+    /// Run a study: switch knobs, on these scenes with these seeds, and say whether it matters.
+    Study(Box<study::StudyArgs>),
 }
 
 impl Cli {
@@ -85,6 +88,7 @@ impl Cli {
             Command::Bake(args) => bake::run(args, out),
             Command::Compare(args) => compare::run(args, out),
             Command::Sheet(args) => sheet::run(args, out),
+            Command::Study(args) => study::run(args, out),
         }
     }
 }

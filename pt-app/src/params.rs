@@ -5,6 +5,7 @@ use pt_core::knobs;
 use pt_core::settings::{Knob, Knobs, apply_profile, apply_sets, apply_toml};
 use pt_post::BloomMode;
 use pt_shaders::records::Background;
+use serde_json::Value;
 use std::path::Path;
 
 knobs! {
@@ -127,6 +128,28 @@ pub fn resolve(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
     layer(FrameParams::default(), PROFILES, profile, sets)
 }
 
+/// The knobs that differ from their defaults, as `--set` takes them.
+pub fn assignments(params: &FrameParams) -> Vec<String> {
+    let (Ok(tree), Ok(default)) =
+        (serde_json::to_value(params), serde_json::to_value(FrameParams::default()))
+    else {
+        return Vec::new();
+    };
+    let leaf = |tree: &Value, key: &str| key.split('.').try_fold(tree, |node, name| node.get(name)).cloned();
+    let text = |value: Value| match value {
+        Value::Null => "none".to_owned(),
+        Value::String(text) => text,
+        // Of an f32, which JSON widens.
+        Value::Number(number) if number.is_f64() => (number.as_f64().unwrap_or_default() as f32).to_string(),
+        other => other.to_string(),
+    };
+    let differs = |knob: Knob| {
+        let value = leaf(&tree, &knob.key)?;
+        (leaf(&default, &knob.key).as_ref() != Some(&value)).then(|| format!("{}={}", knob.key, text(value)))
+    };
+    FrameParams::knobs().into_iter().filter_map(differs).collect()
+}
+
 /// Checks that nothing after the interleave would lose the alpha of a transparent background.
 ///
 /// # Errors
@@ -180,6 +203,20 @@ fn layer<T: Knobs>(mut params: T, built_in: &[Profile], profile: Option<&str>, s
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn assignments_say_all_that_a_profile_sets() {
+        for (name, ..) in PROFILES {
+            let sets = [
+                "denoise.temporal.firefly=none".to_owned(),
+                "lights.sun=false".into(),
+                "denoise.lf.deflicker=2.7".into(),
+            ];
+            let params = resolve(Some(name), &sets).unwrap();
+            assert_eq!(resolve(None, &assignments(&params)).unwrap(), params, "{name}");
+        }
+        assert!(assignments(&FrameParams::default()).is_empty());
+    }
 
     #[test]
     fn profiles_are_valid_and_sets_come_last() {

@@ -1,5 +1,8 @@
 //! What the command line takes and refuses.
 
+#[path = "cli/bench.rs"]
+mod bench;
+
 use std::path::PathBuf;
 
 use clap::{CommandFactory, Parser};

@@ -1,5 +1,8 @@
 //! The contract of `pt reference` and `pt merge`.
 
+#[path = "reference/slurm.rs"]
+mod slurm;
+
 use pt_image::image_file::{Layer, LayeredImage, LinearImage};
 use std::fs;
 use std::path::Path;

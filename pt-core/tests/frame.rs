@@ -1,5 +1,6 @@
 //! The frame recorder and kernels: declared accesses, reflected names, counters.
 
+use pt_core::frame::{PassRays, RayCount};
 use pt_core::test_support::TestDevice;
 use pt_core::{Buffer, ChannelImages, FramePlan, FrameSizes, Kernel, Location, Recorder, StageIo};
 use pt_shaders::channels::{MOTION, VIEW_DEPTH};
@@ -214,7 +215,8 @@ fn host_visible_buffers_round_trip() {
     assert_eq!(&buffer.read::<u32>().unwrap()[1..], [1, 2, 3]);
 }
 
-/// The amount of work is written by one pass and read by the launch of the next one; what both did comes back with the frame.
+/// The amount of work is written by one pass and read by the launch of the next one; what both did comes back with the frame, and so do numbers
+/// of rays.
 #[test]
 fn launches_that_a_pass_decides() {
     let device = TestDevice::open();
@@ -222,16 +224,21 @@ fn launches_that_a_pass_decides() {
     let copy = Buffer::new(&device, "copy of work", work.size(), Location::Readback).unwrap();
     let kernel = Kernel::compute::<TestPush>(&device, &kernels::COUNT_GROUPS, &[]).unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
+    assert_eq!(recorder.ray_counts().unwrap(), []);
+    recorder.count_rays().unwrap();
     for (rows, threads) in [(3u32, 24), (1, 32), (5, 72)] {
         let mut frame = recorder.begin().unwrap();
         let pass = frame.pass("decide", &kernel).push(&TestPush { offset: rows as f32 });
-        pass.update("work", &work).dispatch([1, 1, 1]).unwrap();
+        pass.rays(RayCount::AtMostThreads).update("work", &work).dispatch([1, 1, 1]).unwrap();
         let pass = frame.pass("count", &kernel).push(&TestPush { offset: 0.0 }).update("work", &work);
         // From the second word on: `rows` x 2 x 1 groups of 4.
-        pass.dispatch_indirect([4, 5, 2], &work, 4).unwrap();
+        pass.rays(RayCount::Listed(work.clone(), 4)).dispatch_indirect([4, 5, 2], &work, 4).unwrap();
         frame.download(&work, &copy).unwrap();
         frame.submit().unwrap();
         recorder.finish().unwrap();
         assert_eq!(copy.mapped::<u32>(), [7, rows, 2, 1, threads]);
+        let rays = |pass: &str, rays, is_upper_bound| PassRays { pass: pass.into(), rays, is_upper_bound };
+        let counted = recorder.ray_counts().unwrap();
+        assert_eq!(counted, [rays("decide", 1, true), rays("count", rows.into(), false)]);
     }
 }

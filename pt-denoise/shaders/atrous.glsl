@@ -1,4 +1,5 @@
-// What the two schedules of the a-trous filter share: weights of a pair of pixels, and their sums. Included by atrous_*.comp, which define RADIUS: taps to each side.
+// What the two schedules of the a-trous filter share: weights of a pair of pixels, and their sums. Included by atrous_*.comp, which define RADIUS: taps to each side; and
+// ROOTS: the target holds roots of light in half floats (levels_hf), else light (history_hf).
 // The kernel declares `push` as AtrousPush.
 //
 // The geometric weights are normalised. What the luminance weight takes from a tap stays with the centre instead of going to the other taps:
@@ -9,13 +10,18 @@
 #include "channels.glsl"
 #include "checkerboard.glsl"
 #include "denoise_images.glsl"
-#include "math.glsl"
-#include "pack.glsl"
+#include "edge_stopping.glsl"
+#include "packed_guide.glsl"
 
 layout(set = 2, binding = 0) uniform sampler2D source_hf;
 layout(set = 2, binding = 1) uniform sampler2D source_spec;
+#if ROOTS
+layout(set = 2, binding = 2, rgba16f) uniform writeonly image2D target_hf;
+layout(set = 2, binding = 3, rgba16f) uniform writeonly image2D target_spec;
+#else
 layout(set = 2, binding = 2, rgba32f) uniform writeonly image2D target_hf;
 layout(set = 2, binding = 3, rgba32f) uniform writeonly image2D target_spec;
+#endif
 
 #if RADIUS == 2
 // B3 spline.
@@ -52,16 +58,46 @@ struct Texel {
 const vec4 NO_LIGHT = vec4(0.0, 0.0, 0.0, -1.0);
 const Texel NO_TEXEL = Texel(vec4(0.0), vec4(0.0), NO_LIGHT, NO_LIGHT);
 
+// A texel of a source as it is filtered.
+vec4 decode_light(vec4 light) {
+    vec4 squared = light * light;
+    if (push.roots != 0u) light = vec4(squared.rgb, light.a < 0.0 ? -1.0 : squared.a * squared.a);
+    return vec4(from_rgb(light.rgb), light.a);
+}
+
+// Greatest half float.
+const float MAX_HALF = 65504.0;
+
+#if ROOTS
+// To the nearest half float, the even one of two: devices may round towards zero when they store, which would lose energy in every level.
+vec4 rounded(vec4 v) {
+    uvec4 bits = floatBitsToUint(v);
+    return uintBitsToFloat((bits + 0xfffu + ((bits >> 13u) & 1u)) & ~0x1fffu);
+}
+#endif
+
+vec4 encode_light(vec4 light) {
+#if ROOTS
+    vec4 roots = sqrt(max(light, 0.0));
+    roots.a = sqrt(roots.a);
+    roots = min(rounded(roots), MAX_HALF);
+    return light.a < 0.0 ? vec4(roots.rgb, -1.0) : roots;
+#else
+    return light;
+#endif
+}
+
 Texel load_texel(ivec2 pixel) {
     // All fetches are on their way before the first one is looked at.
     ivec2 at = flat_to_split(clamp(pixel, ivec2(0), ivec2(push.size) - 1), field_width());
-    uint packed_normal = imageLoad(ch_normal, at).x;
-    vec4 g = imageLoad(im_geometry, at), hf = texelFetch(source_hf, at, 0), spec = texelFetch(source_spec, at, 0);
-    if (!inside(pixel) || packed_normal == 0u) return NO_TEXEL;
+    uvec4 word = imageLoad(im_guide, at);
+    vec4 hf = decode_light(texelFetch(source_hf, at, 0)), spec = decode_light(texelFetch(source_spec, at, 0));
+    Guide guide = unpack_guide(word);
+    if (!inside(pixel) || guide.normal == 0u) return NO_TEXEL;
+    vec4 g = guide.geometry;
     float steep = clamp(LOG2_E / (push.depth * g.y), -1e30, 1e30);
     float narrow = 1.0 / (push.lobe * max(square(g.z), 1e-4));
-    vec4 surface = vec4(g.x, steep, square(narrow), g.w), normal = vec4(unpack_unit_vector(packed_normal), g.z);
-    return Texel(surface, normal, vec4(from_rgb(hf.rgb), hf.a), vec4(from_rgb(spec.rgb), spec.a));
+    return Texel(vec4(g.x, steep, square(narrow), g.w), vec4(unpack_unit_vector(guide.normal), g.z), hf, spec);
 }
 
 // Tolerance of missing light: larger than any other, so that it decides for no pair.
@@ -132,7 +168,7 @@ void add_tap(inout Sum sum_hf, inout Sum sum_spec, Centre p, ivec2 offset, vec4 
     float geometric = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)] - depth * inversesqrt(squared);
     // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
     if (((offset.x ^ offset.y) & 1) != 0 && push.step == 1u && min(p.surface.y, surface.y) < 0.0) geometric = -1e30;
-    // exp(-n (1 - cos)) is cos^n to within 0.27 / n.
+    // exp(-n (1 - cos)) is cos^n to within 0.37 / n.
     float turn = min(dot(p.normal.xyz, normal.xyz) - 1.0, 0.0);
     add(sum_hf, p.hf, hf, variance.x, exp2(p.power * turn + geometric));
 

@@ -1,4 +1,4 @@
-// Included by atrous_dilated_3x3.comp (RADIUS 1) and atrous_dilated_5x5.comp (RADIUS 2).
+// Included by atrous_dilated_3x3*.comp (RADIUS 1) and atrous_dilated_5x5*.comp (RADIUS 2).
 //
 // The same level of the a-trous filter as atrous_permuted.glsl without the permutation: neighbouring threads filter neighbouring pixels, and each fetches its taps, `step` pixels
 // apart, itself (Dammertz et al. 2010). For comparison: caches serve it worse with every level.
@@ -14,8 +14,8 @@ const int TAPS = 2 * RADIUS + 1, AROUND = TAPS + 2;
 vec2 variance_at(ivec2 pixel) {
     if (!inside(pixel)) return vec2(-1.0);
     ivec2 at = flat_to_split(pixel, field_width());
-    if (imageLoad(ch_normal, at).x == 0u) return vec2(-1.0);
-    return vec2(texelFetch(source_hf, at, 0).a, texelFetch(source_spec, at, 0).a);
+    if (imageLoad(im_guide, at).z == 0u) return vec2(-1.0);
+    return vec2(decode_light(texelFetch(source_hf, at, 0)).a, decode_light(texelFetch(source_spec, at, 0)).a);
 }
 
 void main() {
@@ -55,6 +55,6 @@ void main() {
             add_tap(sum_hf, sum_spec, p, ivec2(x, y), q.surface, q.normal, vec4(q.hf.xyz, tolerances[k].x), vec4(q.spec.xyz, tolerances[k].y), variance);
         }
     }
-    imageStore(target_hf, at, finish(sum_hf, p.hf, own.hf.a));
-    imageStore(target_spec, at, finish(sum_spec, p.spec, own.spec.a));
+    imageStore(target_hf, at, encode_light(finish(sum_hf, p.hf, own.hf.a)));
+    imageStore(target_spec, at, encode_light(finish(sum_spec, p.spec, own.spec.a)));
 }

@@ -1,2 +1,3 @@
 #define RADIUS 1
+#define ROOTS 0
 #include "atrous_dilated.glsl"

@@ -1,2 +1,3 @@
 #define RADIUS 2
+#define ROOTS 0
 #include "atrous_dilated.glsl"

@@ -1,4 +1,4 @@
-// Included by atrous_3x3.comp (RADIUS 1) and atrous_5x5.comp (RADIUS 2).
+// Included by atrous_3x3*.comp (RADIUS 1) and atrous_5x5*.comp (RADIUS 2).
 //
 // One level of the edge-avoiding a-trous filter for both light channels and their variances (alpha; -1 = missing light), on the flat extent:
 // Dammertz et al. 2010, "Edge-Avoiding A-Trous Wavelet Transform", with the variance-guided weights of Schied et al. 2017, section 4.4.
@@ -94,6 +94,6 @@ void main() {
         }
     }
     vec2 own = tile_variance[outer];
-    imageStore(target_hf, at, finish(sum_hf, p.hf, own.x));
-    imageStore(target_spec, at, finish(sum_spec, p.spec, own.y));
+    imageStore(target_hf, at, encode_light(finish(sum_hf, p.hf, own.x)));
+    imageStore(target_spec, at, encode_light(finish(sum_spec, p.spec, own.y)));
 }

@@ -5,7 +5,8 @@
 #include "pack.glsl"
 
 struct Guide {
-    vec4 geometry; // x = signed distance, y = depth range of the pixel (negative: the fields hold two paths), z = roughness
+    // x = signed distance, y = depth range of the pixel (negative: the fields hold two paths), z = roughness, w = angle between the rays of neighbouring pixels where it is known
+    vec4 geometry;
     uint normal;   // packed; 0 = no surface
 };
 

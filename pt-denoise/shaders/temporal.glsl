@@ -47,6 +47,15 @@ LightSample sample_at(ivec2 at, bool surface) {
 #endif
 }
 
+#if !SOURCE
+// Of the luminance of a mean of n samples, or of an exponential mean of that weight: Schied et al. 2017, section 4.2.
+vec2 temporal_variance(vec4 moments, uvec2 n) {
+    vec2 share = max(1.0 / vec2(n), vec2(push.alpha_hf, push.alpha_spec) / (2.0 - vec2(push.alpha_hf, push.alpha_spec)));
+    vec2 biased = max(moments.yw - moments.xz * moments.xz, 0.0);
+    return biased * share / max(1.0 - share, 0.5);
+}
+#endif
+
 struct History { vec3 hf; vec3 spec; vec4 moments; uint frames; vec2 hits; };
 
 const History NO_HISTORY = History(vec3(0.0), vec3(0.0), vec4(0.0), 0u, vec2(0.0));
@@ -205,12 +214,14 @@ void main() {
     }
     imageStore(im_surface, at, uvec4(word, history_word(frames), 0u, 0u));
     imageStore(im_moments, at, history.moments);
+    bool missing = word == 0u || frames.x == 0u;
 #if SOURCE
-    bool missing = frames.x == 0u;
     imageStore(target_hf, at, vec4(history.hf, missing ? -1.0 : history.hits.x));
     imageStore(target_spec, at, vec4(history.spec, missing ? -1.0 : history.hits.y));
 #else
-    imageStore(target_hf, at, vec4(history.hf, 0.0));
-    imageStore(target_spec, at, vec4(history.spec, 0.0));
+    // Where a history is short, variance.comp replaces it.
+    vec2 variance = missing ? vec2(-1.0) : temporal_variance(history.moments, max(frames, uvec2(1u)));
+    imageStore(target_hf, at, vec4(history.hf, variance.x));
+    imageStore(target_spec, at, vec4(history.spec, variance.y));
 #endif
 }

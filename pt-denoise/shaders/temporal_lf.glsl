@@ -13,9 +13,45 @@ layout(set = 2, binding = 0) uniform sampler2D sums_lf;
 #include "antilag.glsl"
 #endif
 #include "lf_light.glsl"
+#include "light_sample.glsl"
 #include "reprojection.glsl"
 
+// The group's pixels and one more on each side.
+const int TILE = 18;
+// Luma; negative: missing.
+shared float tile_luma[TILE * TILE];
+
+ShLight light_at(ivec2 at) { return ShLight(imageLoad(ch_color_lf_sh, at), imageLoad(ch_color_lf_cocg, at).xy); }
+
+void load_tile() {
+    ivec2 corner = ivec2(gl_WorkGroupID.xy) * 16 - 1;
+    for (int i = int(gl_LocalInvocationIndex); i < TILE * TILE; i += 256) {
+        ivec2 pixel = corner + ivec2(i % TILE, i / TILE);
+        float luma = -1.0;
+        if (inside(pixel)) {
+            ivec2 at = flat_to_split(pixel, field_width());
+            ShLight light = light_at(at);
+            if (is_surface(at) && is_light(light)) luma = light.luma.w;
+        }
+        tile_luma[i] = luma;
+    }
+}
+
+// Mean luma of the eight pixels around, without the brightest.
+float luma_around() {
+    ivec2 local = ivec2(gl_LocalInvocationID.xy);
+    Surroundings around = Surroundings(vec2(0.0), vec2(0.0), 0.0);
+    for (int i = 0; i < 9; ++i) {
+        float luma = tile_luma[(local.y + i / 3) * TILE + local.x + i % 3];
+        if (i != 4 && luma >= 0.0) add(around, vec2(luma));
+    }
+    return mean(around).x;
+}
+
 void main() {
+    // The same for all threads.
+    if (push.firefly_lf > 0.0) load_tile();
+    barrier();
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!inside(pixel)) return;
     ivec2 at = flat_to_split(pixel, field_width());
@@ -46,7 +82,11 @@ void main() {
     const float lag = 0.0;
     const bool repeated = false;
 #endif
-    ShLight light = ShLight(imageLoad(ch_color_lf_sh, at), imageLoad(ch_color_lf_cocg, at).xy);
+    ShLight light = light_at(at);
+    if (push.firefly_lf > 0.0 && is_light(light)) {
+        float limit = push.firefly_lf * max(luma_around(), history.luma.w);
+        if (limit > 0.0 && light.luma.w > limit) scale(light, limit / light.luma.w);
+    }
     if (word != 0u && is_light(light) && !(repeated && frames == 0.0)) {
         if (!repeated) frames = min(frames + 1.0, float(push.max_length));
         float alpha = repeated ? 0.0 : max(1.0 / frames, push.alpha_lf);

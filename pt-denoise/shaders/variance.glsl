@@ -1,22 +1,25 @@
 // Included by variance.comp (TEMPORAL 1) and variance_spatial.comp (TEMPORAL 0).
 //
 // Variance of the luminance of both light channels, into their alpha; -1 = the light is missing. On the flat extent. Schied et al. 2017,
-// section 4.2: from the moments of the samples where the history is long enough, else from the 7 x 7 pixels around. What is estimated
-// is the variance of the accumulated light: that of a sample, divided by the number of samples that the mean is worth. What the a-trous levels need to know of the surface is gathered in one image, which each of them reads.
+// section 4.2: temporal.comp has estimated it from the moments of the samples; where the history is short, it is replaced by that of the 7 x 7 pixels around.
+// What the a-trous levels need to know of the surface is gathered in one image, which each of them reads.
 #include "checkerboard.glsl"
 #include "denoise_images.glsl"
 #include "denoise_records.glsl"
 #include "edge_stopping.glsl"
+#include "packed_guide.glsl"
 #include "history.glsl"
 #include "light_sample.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { VariancePush push; };
-layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D target_hf;
-layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D target_spec;
 #if TEMPORAL
-layout(set = 2, binding = 2) uniform sampler2D source_hf;
-layout(set = 2, binding = 3) uniform sampler2D source_spec;
+// A pixel changes the alpha of its own texel, and reads the colour of the others.
+layout(set = 2, binding = 0, rgba32f) uniform image2D light_hf;
+layout(set = 2, binding = 1, rgba32f) uniform image2D light_spec;
+#else
+layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D light_hf;
+layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D light_spec;
 #endif
 
 const int RADIUS = 3;
@@ -35,7 +38,7 @@ int field_width() { return (int(push.size.x) + 1) / 2; }
 LightSample accumulated_light(ivec2 at, bool surface) {
 #if TEMPORAL
     bool known = surface && history_frames(imageLoad(im_surface, at).y) > 0u;
-    return LightSample(texelFetch(source_hf, at, 0).rgb, texelFetch(source_spec, at, 0).rgb, known);
+    return LightSample(imageLoad(light_hf, at).rgb, imageLoad(light_spec, at).rgb, known);
 #else
     return load_light(at, surface);
 #endif
@@ -91,32 +94,18 @@ vec2 spatial_variance(int centre) {
     return max(second / weights - first * first, 0.0) / spread;
 }
 
-#if TEMPORAL
-// Of a mean of n samples, or of an exponential mean of that weight.
-vec2 temporal_variance(vec4 moments, uvec2 n) {
-    vec2 share = max(1.0 / vec2(n), vec2(push.alpha_hf, push.alpha_spec) / (2.0 - vec2(push.alpha_hf, push.alpha_spec)));
-    vec2 biased = max(moments.yw - moments.xz * moments.xz, 0.0);
-    return biased * share / max(1.0 - share, 0.5);
-}
-#endif
-
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), local = ivec2(gl_LocalInvocationID.xy);
     ivec2 at = flat_to_split(pixel, field_width());
     bool in_picture = all(lessThan(pixel, ivec2(push.size)));
-    Guide guide = NO_GUIDE;
-    LightSample light = LightSample(vec3(0.0), vec3(0.0), false);
-    if (in_picture) {
-        guide = load_guide(at);
-        light = accumulated_light(at, guide.normal != 0u);
-    }
+    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS;
 #if TEMPORAL
     uint word = in_picture ? imageLoad(im_surface, at).y : 0u;
     uvec2 n = uvec2(history_frames(word), specular_frames(word));
-    bvec2 is_long = greaterThanEqual(n, uvec2(push.min_length));
+    bvec2 is_short = lessThan(n, uvec2(push.min_length));
     if (gl_LocalInvocationIndex == 0u) any_short = 0u;
     barrier();
-    if (light.known && !all(is_long)) atomicOr(any_short, 1u);
+    if (n.x > 0u && any(is_short)) atomicOr(any_short, 1u);
     barrier();
     if (any_short != 0u) load_tile();
 #else
@@ -124,14 +113,17 @@ void main() {
 #endif
     barrier();
     if (!in_picture) return;
-    imageStore(im_geometry, at, vec4(guide.geometry.xyz, imageLoad(ch_bounce_throughput, at).a));
-    vec2 variance = vec2(-1.0);
-    if (light.known) {
-        int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS;
+    imageStore(im_guide, at, pack_guide(load_guide(at), imageLoad(ch_bounce_throughput, at).a));
 #if TEMPORAL
-        variance = all(is_long) ? vec2(0.0) : spatial_variance(centre);
-        if (any(is_long)) variance = mix(variance, temporal_variance(imageLoad(im_moments, at), max(n, uvec2(1u))), is_long);
+    if (any_short == 0u || !any(is_short) || tile_normal[centre] == 0u) return;
+    vec2 variance = spatial_variance(centre);
+    if (is_short.x) imageStore(light_hf, at, vec4(imageLoad(light_hf, at).rgb, variance.x));
+    if (is_short.y) imageStore(light_spec, at, vec4(imageLoad(light_spec, at).rgb, variance.y));
 #else
+    LightSample light = LightSample(vec3(0.0), vec3(0.0), false);
+    vec2 variance = vec2(-1.0);
+    if (tile_normal[centre] != 0u) {
+        light = load_light(at, true);
         variance = spatial_variance(centre);
         if (push.firefly > 0.0) {
             Surroundings around = Surroundings(vec2(0.0), vec2(0.0), 0.0);
@@ -143,10 +135,8 @@ void main() {
             light.hf = limited(light.hf, limit.x);
             light.spec = limited(light.spec, limit.y);
         }
-#endif
-    } else {
-        light = LightSample(vec3(0.0), vec3(0.0), false);
     }
-    imageStore(target_hf, at, vec4(light.hf, variance.x));
-    imageStore(target_spec, at, vec4(light.spec, variance.y));
+    imageStore(light_hf, at, vec4(light.hf, variance.x));
+    imageStore(light_spec, at, vec4(light.spec, variance.y));
+#endif
 }

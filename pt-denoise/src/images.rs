@@ -9,14 +9,20 @@ pt_shaders::stage_images! { "denoise";
         "Diffuse light that the next frame continues, a = variance of its luminance where there is one.";
     HISTORY_SPEC: "history_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
         "Specular light that the next frame continues, a as in history_hf.";
-    GEOMETRY: "geometry", Rgba32F, Split, Frame, XYZW, "metres; -; radians",
-        "x = signed distance, y = depth range of the pixel (negative: the fields hold two paths), z = roughness, w = angle between the rays of neighbouring pixels.";
+    GUIDE: "guide", Rgba32Uint, Split, Frame, XYZW_UINT, "metres; -; radians / 1024",
+        "What the a-trous levels know of a surface: x = bits of the signed distance, y = bits of the depth range of the pixel (negative: the fields hold two paths), z = shading normal (0: no surface), w = roughness in 16 bits, then half float of the angle between the rays of neighbouring pixels.";
     PING_HF: "ping_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
         "Diffuse light between two passes, a = variance of its luminance; -1 = missing.";
     PING_SPEC: "ping_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
         "Specular light between two passes, a as in ping_hf.";
     PONG_HF: "pong_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo", "As ping_hf.";
     PONG_SPEC: "pong_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)", "As ping_spec.";
+    LEVELS_HF: "levels_hf", Rgba16F, Split, Frame, RGBA, "(linear radiance / albedo)^0.5",
+        "Diffuse light between two levels of the a-trous filter, as roots, so that half floats hold light up to 4e9; a = root of the standard deviation of its luminance; -1 = missing.";
+    LEVELS_SPEC: "levels_spec", Rgba16F, Split, Frame, RGBA, "(linear radiance / max(0.01, F0))^0.5",
+        "Specular light as in levels_hf.";
+    LEVELS2_HF: "levels2_hf", Rgba16F, Split, Frame, RGBA, "(linear radiance / albedo)^0.5", "As levels_hf.";
+    LEVELS2_SPEC: "levels2_spec", Rgba16F, Split, Frame, RGBA, "(linear radiance / max(0.01, F0))^0.5", "As levels_spec.";
     HISTORY_LF_SH: "history_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light that the next frame continues, as color_lf_sh.";
     HISTORY_LF_COCG: "history_lf_cocg", Rgba32F, Split, Frame, XYZW, "irradiance / albedo; frames; squared luma",

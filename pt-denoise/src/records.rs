@@ -147,12 +147,16 @@ gpu_struct! {
         pub normal: f32,
         /// Limit of a sample over what is expected; 0 = none.
         pub firefly: f32,
+        /// The same of indirect diffuse light.
+        pub firefly_lf: f32,
         /// See `AntilagParams::hf`.
         pub antilag_hf: f32,
         /// See `AntilagParams::spec`.
         pub antilag_spec: f32,
         /// See `AntilagParams::lf`.
         pub antilag_lf: f32,
+        /// See `AntilagParams::gate`.
+        pub gate: f32,
         /// See `AntilagParams::gate_noise`.
         pub gate_noise: f32,
         /// `SPECULAR_MOTION_*`.
@@ -171,10 +175,6 @@ gpu_struct! {
     pub struct VariancePush {
         /// Full frame in pixels.
         pub size: UVec2,
-        /// See `TemporalPush::alpha_hf`.
-        pub alpha_hf: f32,
-        /// See `TemporalPush::alpha_spec`.
-        pub alpha_spec: f32,
         /// See `AtrousParams::depth`.
         pub depth: f32,
         /// See `AtrousParams::normal`.
@@ -187,7 +187,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `atrous.comp`; see `AtrousParams`.
+    /// Push constants of `atrous_*.comp`; see `AtrousParams`.
     pub struct AtrousPush {
         /// Full frame in pixels.
         pub size: UVec2,
@@ -203,6 +203,8 @@ gpu_struct! {
         pub luminance_spec: f32,
         /// See `AtrousParams::lobe`.
         pub lobe: f32,
+        /// 1 = the source holds roots of light.
+        pub roots: u32,
     }
 }
 
@@ -225,15 +227,13 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `gradient.comp` and `gradient_filter.comp`; see `AntilagParams`.
+    /// Push constants of `gradient_filter.glsl`.
     pub struct GradientPush {
         /// Full frame in pixels.
         pub size: UVec2,
-        /// Relative change that does not count.
-        pub gate: f32,
         /// Distance of the taps, strata.
         pub step: u32,
-        /// Factor on the third component.
+        /// Factor on the third and fourth component of sums.
         pub variance: f32,
     }
 }

@@ -67,6 +67,7 @@ fn passes_agree_with_the_oracle() {
         bench.params.temporal.alpha_lf = 0.3;
         if size[0] > 10 {
             (bench.params.lf.deflicker, bench.params.lf.leak_guard) = (Some(1.2), true);
+            bench.params.temporal.firefly_lf = Some(1.5);
         }
         let mut previous: Option<Vec<LfHistory>> = None;
         for frame in 0..6u32 {
@@ -344,6 +345,27 @@ fn deflicker_limits_single_bright_tiles() {
     let [(mean_without, without), (mean_with, with)] = [None, Some(2.0)].map(spread);
     println!("deflicker: deviation {without:.3} -> {with:.3}, mean {mean_without:.3} -> {mean_with:.3}");
     assert!(with < 0.7 * without && mean_with < mean_without, "{without} {with}");
+}
+
+/// One sample in 500 is a thousand times as bright as the others, as those of bounce light through a small opening: what is over the limit leaves the picture, and the other light stays.
+#[test]
+fn single_bright_samples_are_limited() {
+    let size = [66, 48];
+    let filtered = |firefly: Option<f32>| {
+        let mut random = Random(33);
+        let mut bench = bench(size, Denoiser::Svgf);
+        bench.params.temporal.firefly_lf = firefly;
+        let mut out = Vec::new();
+        for _ in 0..8 {
+            let sample = |_| plain(if random.unit() < 0.002 { 1000.0 } else { random.exponential() });
+            out = next(&mut bench, &wall(size), (0..count(size)).map(sample).collect());
+        }
+        (mean(&out, 3), variance(&out, 3).sqrt())
+    };
+    let [(mean_without, without), (mean_with, with)] = [None, Some(20.0)].map(filtered);
+    println!("limit of single samples: deviation {without:.3} -> {with:.3}, mean {mean_without:.3} -> {mean_with:.3}");
+    // 1 without the bright samples, which add 2; at most 20 times 1 is left of each, 0.04.
+    assert!(with < 0.1 * without && (0.95..1.1).contains(&mean_with) && mean_without > 2.0, "{mean_with} {with}");
 }
 
 /// R19: a thin wall between a bright and a dark room, both with the same distance and normal in the picture: the guard keeps the light where it is, and its sum.

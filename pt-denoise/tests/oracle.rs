@@ -3,7 +3,9 @@
 mod common;
 
 use common::{Bench, Random, camera_at, count, guide};
-use pt_denoise::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
+use pt_denoise::images::{
+    HISTORY_HF, HISTORY_SPEC, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC,
+};
 use pt_denoise::oracle::{
     Accumulated, Guided, History, Light, Lit, Reflections, accumulate, atrous, blur, fix_history,
     spatial_variance, temporal_variance,
@@ -87,12 +89,16 @@ fn svgf_agrees_with_the_oracle() {
             assert_eq!(bench.lengths(), lengths, "{size:?}, frame {frame}");
             let iterations = bench.params.atrous.iterations;
             let history = bench.light(HISTORY_HF, HISTORY_SPEC);
-            let [ping, pong] = [bench.light(PING_HF, PING_SPEC), bench.light(PONG_HF, PONG_SPEC)];
+            let ping = bench.light(PING_HF, PING_SPEC);
+            let levels = [bench.roots(LEVELS_HF, LEVELS_SPEC), bench.roots(LEVELS2_HF, LEVELS2_SPEC)];
             if iterations == 1 {
-                let want: Vec<_> =
-                    now.iter().map(|h| Accumulated { hf: h.hf, spec: h.spec, variance: [0.0; 2] }).collect();
-                // Sums of positive numbers: a dozen roundings of 6e-8.
-                compare("temporal", &ping, &want, |i| [1e-6 * largest(&want[i..=i]), 0.0]);
+                let largest_of = |h: &History| h.hf.iter().chain(&h.spec).copied().fold(1e-6, f64::max);
+                for (got, want) in ping.iter().zip(&now) {
+                    // Sums of positive numbers: a dozen roundings of 6e-8.
+                    let tolerance = 1e-6 * largest_of(want);
+                    let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| near(a[k], b[k], tolerance));
+                    assert!(close(got.hf, want.hf) && close(got.spec, want.spec), "{got:?} {want:?}");
+                }
                 for (got, want) in bench.moments().iter().zip(&now) {
                     for k in 0..4 {
                         assert!(near(got[k], want.moments[k], 2e-6 * want.moments[k]), "{got:?} {want:?}");
@@ -104,17 +110,16 @@ fn svgf_agrees_with_the_oracle() {
                 }
                 let want = temporal_variance(size, &now, &bench.params);
                 // Differences of squares.
-                compare("variance", &pong, &want, |i| {
+                compare("variance", &ping, &want, |i| {
                     let square = now[i].moments[1].max(now[i].moments[3]).max(largest(&ping).powi(2));
-                    [0.0, 2e-5 * square]
+                    [1e-6 * largest(&ping[i..=i]), 2e-5 * square]
                 });
             }
             // The last level's source is still there.
             let (source, target) = match iterations {
-                1 => (&pong, &history),
+                1 => (&ping, &history),
                 2 => (&history, &ping),
-                n if n % 2 == 1 => (&ping, &pong),
-                _ => (&pong, &ping),
+                n => (&levels[n as usize % 2], &ping),
             };
             let want = atrous(size, &pixels, source, iterations - 1, &bench.params.atrous);
             let top = largest(source);
@@ -143,6 +148,7 @@ fn frames_by_themselves_agree_with_the_oracle() {
             let (pixels, light) = (guide(size, &mut random, 0), samples(size, &mut random));
             bench.next(&pixels, &light);
             let [ping, pong] = [bench.light(PING_HF, PING_SPEC), bench.light(PONG_HF, PONG_SPEC)];
+            let levels = [bench.roots(LEVELS_HF, LEVELS_SPEC), bench.roots(LEVELS2_HF, LEVELS2_SPEC)];
             if iterations == 1 {
                 let want = spatial_variance(size, &pixels, &light, &bench.params);
                 let top =
@@ -151,11 +157,18 @@ fn frames_by_themselves_agree_with_the_oracle() {
                     [2e-6 * largest(&want[i..=i]), 2e-5 * f64::from(top).powi(2)]
                 });
             }
-            let (source, target) = if iterations % 2 == 1 { (&ping, &pong) } else { (&pong, &ping) };
+            if iterations > 1 {
+                // Roots in half floats: 2^-11 of the root, 2^-10 of the light, four times that of a variance.
+                let want = atrous(size, &pixels, &ping, 0, &bench.params.atrous);
+                let (top, variance) =
+                    (largest(&ping), ping.iter().flat_map(|l| l.variance).fold(0.0, f64::max));
+                compare("first level", &levels[0], &want, |_| [2e-3 * top, 4e-3 * variance]);
+            }
+            let source = if iterations == 1 { &ping } else { &levels[iterations as usize % 2] };
             let want = atrous(size, &pixels, source, iterations - 1, &bench.params.atrous);
             let (top, variance) =
                 (largest(source), source.iter().flat_map(|l| l.variance).fold(0.0, f64::max));
-            compare("level", target, &want, |_| [1e-3 * top, 2e-3 * variance]);
+            compare("level", &pong, &want, |_| [1e-3 * top, 2e-3 * variance]);
         }
     }
 }
@@ -222,9 +235,12 @@ fn mirror_images_agree_with_the_oracle() {
             let lengths: Vec<u32> = now.iter().map(|h| h.spec_length).collect();
             assert_eq!(bench.specular_lengths(), lengths, "{what}");
             apart += now.iter().filter(|h| h.length != h.spec_length).count();
-            let want: Vec<_> =
-                now.iter().map(|h| Accumulated { hf: h.hf, spec: h.spec, variance: [0.0; 2] }).collect();
             let ping = bench.light(PING_HF, PING_SPEC);
+            let want: Vec<_> = now
+                .iter()
+                .zip(&ping)
+                .map(|(h, l)| Accumulated { hf: h.hf, spec: h.spec, variance: l.variance })
+                .collect();
             // Places in fp32: 1e-6 of a weight of neighbours that differ by all that they are.
             let around = largest(&want);
             compare(&what, &ping, &want, |_| [2e-5 * around, 0.0]);
@@ -236,7 +252,7 @@ fn mirror_images_agree_with_the_oracle() {
                 .map(|((h, l), moments)| History { hf: l.hf, spec: l.spec, moments, ..h })
                 .collect();
             let want = temporal_variance(size, &stored, &bench.params);
-            compare("variance", &bench.light(PONG_HF, PONG_SPEC), &want, |_| [0.0, 1e-4 * around.powi(2)]);
+            compare("variance", &ping, &want, |_| [0.0, 1e-4 * around.powi(2)]);
             // What the a-trous level made of it.
             let fed = bench.light(HISTORY_HF, HISTORY_SPEC);
             let stored = stored.into_iter().zip(&fed);

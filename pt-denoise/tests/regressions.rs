@@ -29,9 +29,11 @@ fn constant_light_stays_as_it_is() {
         let mut bench = Bench::of(size, denoiser);
         for frame in 0..6 {
             let out = bench.next(&wall(size), &constant(size, 0.7));
-            // A running mean in fp32: a rounding of 6e-8 a frame.
+            // A running mean in fp32: a rounding of 6e-8 a frame. Between the a-trous levels a root in a half float: 2^-11 of it, 2^-10 of the light.
+            let is_rounded = matches!(denoiser, Denoiser::Svgf | Denoiser::Asvgf | Denoiser::Atrous);
+            let tolerance = if is_rounded { 0.7 * 2f32.powi(-10) } else { 1e-6 };
             let error = largest_error(&hf(&out), 0.7).max(largest_error(&spec(&out), 0.7));
-            assert!(error < 1e-6, "{}, frame {frame}: {error}", pt_shaders::NamedEnum::name(denoiser));
+            assert!(error < tolerance, "{}, frame {frame}: {error}", pt_shaders::NamedEnum::name(denoiser));
         }
     }
 }

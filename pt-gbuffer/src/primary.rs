@@ -1,6 +1,7 @@
 use crate::camera_interior::CameraInterior;
 use crate::records::PrimaryPush;
 use crate::{GbufferParams, Jitter, frame_jitter, kernels};
+use pt_core::frame::RayCount;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
@@ -75,6 +76,7 @@ impl PrimaryRays {
         interior
             .into_iter()
             .fold(pass, |pass, interior| interior.bind(pass))
+            .rays(RayCount::Threads)
             .push(&push)
             .dispatch(inputs.split_threads())
     }

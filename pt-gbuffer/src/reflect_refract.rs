@@ -1,5 +1,6 @@
 use crate::records::ReflectRefractPush;
 use crate::{GbufferParams, ThinRefraction, kernels};
+use pt_core::frame::RayCount;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
 use pt_shaders::channels;
@@ -78,6 +79,6 @@ impl ReflectRefract {
         };
         let name = format!("reflect refract {}", bounce_index + 1);
         let pass = inputs.pass(frame, &name, &self.kernel, &Self::IO);
-        pass.touches_part().push(&push).dispatch(inputs.split_threads())
+        pass.touches_part().rays(RayCount::AtMostThreads).push(&push).dispatch(inputs.split_threads())
     }
 }

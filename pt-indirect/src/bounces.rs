@@ -2,7 +2,7 @@
 
 use crate::records::{BOUNCE_LIST_HEADS, BOUNCE_LISTS, BounceTables, IndirectPush};
 use pt_core::error::Error;
-use pt_core::frame::Pass;
+use pt_core::frame::{Pass, RayCount};
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
 use pt_core::{Buffer, Device, Location, RayLists, Result};
@@ -182,6 +182,8 @@ impl Tables {
     /// Launches a kernel that traces over a list.
     pub(crate) fn trace(&self, pass: Pass<'_, '_>, list: List, vertex: u32) -> Result<()> {
         let groups = head(list, vertex) + offset_of!(RayListHead, groups) as u64;
+        let count = head(list, vertex) + offset_of!(RayListHead, count) as u64;
+        let pass = pass.rays(RayCount::Listed(self.heads.clone(), count));
         pass.dispatch_indirect(self.lists.trace_extent(), &self.heads, groups)
     }
 

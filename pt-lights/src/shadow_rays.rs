@@ -3,7 +3,7 @@
 use crate::params::DirectParams;
 use crate::records::{DirectPush, LightRays, ShadowRayTables};
 use pt_core::error::Error;
-use pt_core::frame::Pass;
+use pt_core::frame::{Pass, RayCount};
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
 use pt_core::{Buffer, Device, Location, RayLists, Result};
@@ -127,6 +127,7 @@ impl ShadowRays {
         let slot = self.tables.borrow();
         let Some(t) = &*slot else { return Ok(()) };
         let pass = pass.addresses(&t.addresses).streams(&t.ends).streams(&t.list).streams_updated(&t.states);
+        let pass = pass.rays(RayCount::Listed(t.list.clone(), offset_of!(RayListHead, count) as u64));
         pass.dispatch_indirect(t.lists.trace_extent(), &t.list, offset_of!(RayListHead, groups) as u64)
     }
 }

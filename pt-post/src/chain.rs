@@ -104,6 +104,22 @@ impl PostChain {
         jitter: [f32; 2],
         params: &PostParams,
     ) -> Result<()> {
+        self.record_with(frame, inputs, time_step, jitter, params, |_, _| Ok(()))
+    }
+
+    /// As [`PostChain::record`]; `after_taa` is called with what temporal anti-aliasing wrote.
+    ///
+    /// # Errors
+    /// Those of `after_taa`, else as [`PostChain::record`].
+    pub fn record_with(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        time_step: Option<f32>,
+        jitter: [f32; 2],
+        params: &PostParams,
+        after_taa: impl FnOnce(&mut Frame<'_>, &Image) -> Result<()>,
+    ) -> Result<()> {
         let images = inputs.images;
         if let Some(accumulate) = &self.accumulate {
             accumulate.record(frame, inputs)?;
@@ -111,6 +127,7 @@ impl PostChain {
         if let Some(taa) = &self.taa {
             let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
             taa.record(frame, inputs, color, motion, jitter, &params.taa)?;
+            after_taa(frame, self.resolved(images))?;
         }
         let source = self.resolved(images);
         if let Some(matte) = &self.matte {
@@ -132,6 +149,11 @@ impl PostChain {
         };
         tone_map.record(frame, bloomed, &self.exposure, images.current(DISPLAY_CODES), params)?;
         fsr.record(frame, images, picture, params)
+    }
+
+    /// Whether temporal anti-aliasing is one of the stages.
+    pub fn has_taa(&self) -> bool {
+        self.taa.is_some()
     }
 
     /// The frame as linear radiance before bloom and exposure: what TAA resolved, else the running mean, else the flat frame.

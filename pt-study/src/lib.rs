@@ -1,4 +1,20 @@
 //! Studies: one switch or several, on these scenes with these seeds, and whether it matters. This crate reads study files, lists their
 //! cells, keeps results, and does the statistics and the report. It needs no device: `pt study` runs the cells.
 
+#![forbid(unsafe_code)]
+
+pub mod cell;
+mod error;
+pub mod file;
+pub mod folder;
+pub mod ledger;
+pub mod merge;
+pub mod metric;
+pub mod paired_times;
 pub mod record;
+pub mod report;
+pub mod statistics;
+pub mod summary;
+mod toml_reader;
+
+pub use error::StudyError;

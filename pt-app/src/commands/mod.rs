@@ -15,3 +15,4 @@ pub mod render;
 pub mod replay;
 pub mod scenes;
 pub mod sheet;
+pub mod study;

@@ -42,7 +42,7 @@ pub struct PassesArgs {
     pub device: Option<String>,
 }
 
-/// Runs the command: records two frames of the scene, the second one 1/60 s later, and prints the declared accesses.
+/// Runs the command: records three frames of the scene, 1/60 s apart, and prints the declared accesses.
 ///
 /// # Errors
 /// Unknown keys, a device that can't do it.
@@ -55,8 +55,9 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let size = [args.size.width, args.size.height];
     let mut full = FullFrame::new(&mut session, size, args.accumulate, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
-    // The second frame has no set-up uploads.
-    for time in [0.0, 1.0 / 60.0] {
+    // The third frame has no set-up uploads, and of images that exist twice it writes the one that has the plain name: those of the last frame
+    // end in _prev.
+    for time in [0.0, 1.0 / 60.0, 2.0 / 60.0] {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, 0.0)?;
         full.record(&mut frame, &session.gpu, &session.camera.at(time), 0, None, &params)?;

@@ -1,6 +1,6 @@
 //! What can be asked of a frame.
 
-use super::{FullFrame, Moment};
+use super::{FrameStage, FullFrame, Moment};
 use pt_core::{Buffer, ChannelImages, Image, Result};
 use pt_post::ExposureRecord;
 
@@ -28,6 +28,11 @@ impl FullFrame {
     /// With a transparent background: straight radiance and alpha of [`FullFrame::radiance`], which is premultiplied.
     pub fn matte(&self) -> Option<&Image> {
         self.post.matte(&self.images)
+    }
+
+    /// The stage of each pass of the last frame, those before its stages included.
+    pub fn pass_stages(&self) -> &[FrameStage] {
+        &self.pass_stages
     }
 
     /// Parameters of the last frame; `None` before the first.

@@ -98,6 +98,8 @@ impl FullFrame {
             post,
             made_for: params.clone(),
             moment: None,
+            oracles: None,
+            pass_stages: Vec::new(),
         })
     }
 }

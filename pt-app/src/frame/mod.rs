@@ -2,9 +2,11 @@
 
 mod access;
 mod assemble;
+mod oracle;
 mod stages;
 
-pub use stages::{Stage, bounce_lights};
+pub use oracle::{Oracle, Oracles};
+pub use stages::{FrameStage, Stage, bounce_lights};
 
 use crate::params::FrameParams;
 use pt_checkerboard::Interleave;
@@ -44,9 +46,17 @@ pub struct FullFrame {
     post: PostChain,
     made_for: FrameParams,
     moment: Option<Moment>,
+    oracles: Option<Oracles>,
+    pass_stages: Vec<FrameStage>,
 }
 
 impl FullFrame {
+    /// What a picture of `size` pixels from `camera` shows: the view of its ground truth.
+    pub fn view(camera: &Camera, size: [u32; 2], params: &FrameParams) -> FrameRecord {
+        let camera = params.gbuffer.with_lens(camera_record(camera, size));
+        FrameRecord::new(camera, camera, size, 0, 0)
+    }
+
     /// Records one frame of a scene. `time_step`: see [`Moment::time_step`].
     ///
     /// # Errors
@@ -97,6 +107,9 @@ impl FullFrame {
         }
         self.moment = Some(moment);
         self.uniforms.upload(frame, &moment.record)?;
+        let mut of_passes = Vec::new();
+        let mut passes_are_of = |frame: &Frame<'_>, stage| of_passes.resize(frame.pass_count(), stage);
+        passes_are_of(frame, FrameStage::Scene);
         let inputs = StageInputs { scene, uniforms: Some(&self.uniforms), images: &self.images };
         if let Some(traced) = &self.traced {
             let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
@@ -109,22 +122,47 @@ impl FullFrame {
             if let Some(replaced_motion) = &traced.replaced_motion {
                 replaced_motion.record(frame, &inputs, &gbuffer)?;
             }
+            passes_are_of(frame, FrameStage::Gbuffer);
             if let Some(gradient_pixels) = &traced.gradient_pixels {
                 gradient_pixels.record(frame, &inputs, &params.denoise, params.direct().replays())?;
             }
+            passes_are_of(frame, FrameStage::Denoise);
             traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
+            passes_are_of(frame, FrameStage::Lights);
             if let Some(indirect) = &traced.indirect {
                 indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
             }
+            passes_are_of(frame, FrameStage::Indirect);
         }
         if let (Some(denoise), Some(composite)) = (&self.denoise, &self.composite) {
             let light = denoise.record(frame, &inputs, &params.denoise)?;
             composite.record(frame, &inputs, light, &params.denoise)?;
+            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_composite(frame, self))?;
         }
+        passes_are_of(frame, FrameStage::Denoise);
         if let Some(interleave) = &self.interleave {
             interleave.record(frame, &inputs, &params.checkerboard)?;
+            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_interleave(frame, self))?;
         }
-        self.post.record(frame, &inputs, moment.time_step, moment.jitter, &params.post)
+        passes_are_of(frame, FrameStage::Checkerboard);
+        let fed = self.oracles.as_ref().is_some_and(Oracles::feeds_taa);
+        let jitter = if fed { [0.0; 2] } else { moment.jitter };
+        self.post.record_with(frame, &inputs, moment.time_step, jitter, &params.post, |frame, resolved| {
+            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_taa(frame, resolved))
+        })?;
+        passes_are_of(frame, FrameStage::Post);
+        self.pass_stages = of_passes;
+        Ok(())
+    }
+
+    /// Replaces the output of stages by ground truth, which [`Oracles::set_truth`] sets for each frame; `None`: no more.
+    pub fn feed(&mut self, oracles: Option<Oracles>) {
+        self.oracles = oracles;
+    }
+
+    /// The replaced stages.
+    pub fn oracles(&self) -> Option<&Oracles> {
+        self.oracles.as_ref()
     }
 
     /// Forgets the frames so far, after a cut or a teleport of the camera: the next one starts over.

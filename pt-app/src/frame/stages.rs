@@ -9,8 +9,8 @@ use pt_gbuffer::{PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::LightRays;
 use pt_lights::{DirectLighting, DirectParams};
-use pt_shaders::named_enum;
 use pt_shaders::records::LightSampler;
+use pt_shaders::{NamedEnum, named_enum};
 use std::thread;
 
 named_enum! {
@@ -22,6 +22,33 @@ named_enum! {
         Checkerboard = "checkerboard",
         /// Temporal anti-aliasing, bloom, exposure, tone map, FSR 1.
         Post = "post",
+    }
+}
+
+named_enum! {
+    /// The stages of the frame, in its order; those with knobs are named as their tables of knobs.
+    pub enum FrameStage {
+        /// What comes before the stages: uploads, moving geometry, tables of lights.
+        Scene = "scene",
+        /// Primary rays, mirrors and glass.
+        Gbuffer = "gbuffer",
+        /// Direct lighting.
+        Lights = "lights",
+        /// Indirect lighting.
+        Indirect = "indirect",
+        /// Denoiser with its gradient pixels, and composite.
+        Denoise = "denoise",
+        /// Interleave of the checkerboard fields.
+        Checkerboard = "checkerboard",
+        /// Temporal anti-aliasing, bloom, exposure, tone map, FSR 1.
+        Post = "post",
+    }
+}
+
+impl FrameStage {
+    /// Where a replay starts that runs this stage without rays, if it needs none.
+    pub fn replayed(self) -> Option<Stage> {
+        Stage::from_name(self.name()).ok()
     }
 }
 

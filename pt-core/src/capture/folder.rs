@@ -276,6 +276,21 @@ impl CaptureFolder {
         first..first + self.index.frames.len() as u32
     }
 
+    /// Reads a frame's sidecar alone.
+    ///
+    /// # Errors
+    /// As [`CaptureFolder::frame`].
+    ///
+    /// # Panics
+    /// As [`CaptureFolder::frame`].
+    pub fn sidecar(&self, number: u32) -> Result<Sidecar, FolderError> {
+        let entry = &self.index.frames[(number - self.range().start) as usize];
+        let bytes = self.read(&entry.sidecar)?;
+        let path = self.folder.join(&entry.sidecar.name);
+        serde_json::from_slice(&bytes)
+            .map_err(|error| FolderError::Content { path, problem: error.to_string() })
+    }
+
     /// Reads a frame's images and sidecar.
     ///
     /// # Errors
@@ -285,11 +300,9 @@ impl CaptureFolder {
     /// When the frame is not in [`CaptureFolder::range`].
     pub fn frame(&self, number: u32) -> Result<RecordedFrame, FolderError> {
         let entry = &self.index.frames[(number - self.range().start) as usize];
-        let sidecar = self.read(&entry.sidecar)?;
+        let sidecar = self.sidecar(number)?;
         let content =
             |name: &str, problem: String| FolderError::Content { path: self.folder.join(name), problem };
-        let sidecar: Sidecar =
-            serde_json::from_slice(&sidecar).map_err(|e| content(&entry.sidecar.name, e.to_string()))?;
         let bytes = self.read(&entry.images)?;
         let parts = decode_exr_parts(&bytes).map_err(|problem| content(&entry.images.name, problem))?;
         Ok(RecordedFrame { path: self.folder.join(&entry.images.name), parts, sidecar })

@@ -4,6 +4,7 @@
 mod copies;
 mod hazards;
 mod pass;
+mod rays;
 mod recorder;
 mod resource;
 mod timings;
@@ -11,6 +12,7 @@ mod uniforms;
 
 pub(crate) use hazards::Touch;
 pub use pass::{MissingTable, Pass};
+pub use rays::{PassRays, RayCount};
 pub use recorder::{Frame, Recorder};
 pub use resource::{PassInfo, Resource};
 pub use timings::{FrameTiming, PassTiming};

@@ -1,6 +1,7 @@
 //! Declaration of one pass.
 
 use super::hazards::Touch;
+use super::rays::RayCount;
 use super::recorder::Frame;
 use super::resource::{Keep, PassInfo, Resource};
 use crate::buffer::Buffer;
@@ -48,6 +49,7 @@ pub struct Pass<'f, 'r> {
     textures: Option<TextureTable>,
     push: Vec<u8>,
     touches_part: bool,
+    rays: Option<RayCount>,
     problem: Option<String>,
     missing: Option<MissingTable>,
 }
@@ -82,6 +84,7 @@ impl<'f, 'r> Pass<'f, 'r> {
             textures: None,
             push: Vec::new(),
             touches_part: false,
+            rays: None,
             problem: None,
             missing: None,
         }
@@ -221,6 +224,12 @@ impl<'f, 'r> Pass<'f, 'r> {
         self
     }
 
+    /// Declares how many rays it traces, for [`super::Recorder::count_rays`].
+    pub fn rays(mut self, count: RayCount) -> Self {
+        self.rays = Some(count);
+        self
+    }
+
     /// Push constants; the type is the one that the kernel was made with.
     pub fn push<P: GpuStruct>(mut self, constants: &P) -> Self {
         self.push = bytemuck::bytes_of(constants).to_vec();
@@ -269,6 +278,9 @@ impl<'f, 'r> Pass<'f, 'r> {
             touches.push((resource.id(), touch(stage, resource, *how)));
         }
         let sets = self.write_descriptors(&device)?;
+        if let Some(count) = &self.rays {
+            self.frame.note_rays(&self.name, extent, count)?;
+        }
 
         let listed = || self.bound.values().chain(&self.streamed);
         let names = |keep: &dyn Fn(Use) -> bool| {

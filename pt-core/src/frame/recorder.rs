@@ -1,6 +1,7 @@
 //! Frames in flight, their command buffers, timestamps and counters.
 
 use super::hazards::{Barrier, Hazards, Touch};
+use super::rays::RayCounter;
 use super::resource::{Keep, PassInfo};
 use super::timings::{FrameTiming, PassTiming, TimingSample};
 use crate::buffer::{Buffer, Location};
@@ -18,7 +19,7 @@ const MAX_PASSES: u32 = 256;
 const TIMEOUT_S: u64 = 600;
 
 /// After copies that the host reads.
-const TO_HOST: Barrier = Barrier {
+pub(super) const TO_HOST: Barrier = Barrier {
     src_stage: vk::PipelineStageFlags2::ALL_TRANSFER,
     src_access: vk::AccessFlags2::TRANSFER_WRITE,
     dst_stage: vk::PipelineStageFlags2::HOST,
@@ -55,6 +56,7 @@ pub struct Recorder {
     table: Vec<PassInfo>,
     /// Counters when the last frame was submitted.
     counted: Counters,
+    pub(super) ray_counter: Option<RayCounter>,
 }
 
 impl Recorder {
@@ -69,6 +71,7 @@ impl Recorder {
             finished: 0,
             table: Vec::new(),
             counted: device.counters(),
+            ray_counter: None,
         };
         for _ in 0..FRAMES_IN_FLIGHT {
             recorder.slots.push(Slot::new(device)?);
@@ -100,6 +103,9 @@ impl Recorder {
             raw.begin_command_buffer(slot.cmd, &begin).context("vkBeginCommandBuffer")?;
         }
         self.table.clear();
+        if let Some(counter) = &mut self.ray_counter {
+            counter.begin_frame();
+        }
         Ok(Frame { recorder: self, slot: index, started, passes: Vec::new() })
     }
 
@@ -234,6 +240,15 @@ impl<'r> Frame<'r> {
     /// Frames since the recorder was made.
     pub fn index(&self) -> u32 {
         self.recorder.frame
+    }
+
+    /// Passes recorded so far.
+    pub fn pass_count(&self) -> usize {
+        self.passes.len()
+    }
+
+    pub(super) fn ray_counter(&mut self) -> Option<&mut RayCounter> {
+        self.recorder.ray_counter.as_mut()
     }
 
     /// Fills the start of a device-local buffer from the host, in frame order.

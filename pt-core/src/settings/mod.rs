@@ -9,6 +9,7 @@ mod tree;
 
 pub use error::{InvalidValue, SettingsError, check_range};
 pub use knobs::{Knob, Knobs};
+pub use tree::closest_key;
 
 use serde_json::Value;
 use std::path::Path;

@@ -38,19 +38,25 @@ pub(super) fn unknown(tree: &Value, key: &str) -> SettingsError {
             _ => break,
         }
     }
+    let leaves = leaves(tree);
+    let closest = closest_key(key, leaves.iter().map(|(candidate, _)| candidate.as_str()));
+    SettingsError::UnknownKey {
+        key: key.into(),
+        closest: closest.unwrap_or_default().into(),
+        table: if path.is_empty() { "the top level".into() } else { format!("{:?}", path.join(".")) },
+        keys: node.as_object().map(names).unwrap_or_default(),
+    }
+}
+
+/// The one of `known` that is spelt most like `key`: a slip in the whole key, or the right name without or under the wrong table; among the
+/// latter the likest table. `None` without any.
+pub fn closest_key<'a>(key: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
-    // A slip in the whole key, or the right name without or under the wrong table; among the latter the likest table.
     let distance = |candidate: &str| {
         let whole = strsim::damerau_levenshtein(candidate, key);
         (whole.min(strsim::damerau_levenshtein(&last(candidate), &last(key)) + 1), whole)
     };
-    let closest = leaves(tree).into_iter().map(|(candidate, _)| candidate).min_by_key(|key| distance(key));
-    SettingsError::UnknownKey {
-        key: key.into(),
-        closest: closest.unwrap_or_default(),
-        table: if path.is_empty() { "the top level".into() } else { format!("{:?}", path.join(".")) },
-        keys: node.as_object().map(names).unwrap_or_default(),
-    }
+    known.into_iter().min_by_key(|candidate| distance(candidate))
 }
 
 fn names(table: &Map<String, Value>) -> String {

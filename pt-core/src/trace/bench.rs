@@ -125,15 +125,36 @@ pub fn rate(
     (backend, kind): (TraceBackend, RayKind),
     options: BenchOptions,
 ) -> Result<f64> {
+    let rates = rates(device, (meshes, instances), camera, (backend, &[kind]), options)?;
+    Ok(rates.first().map_or(0.0, |(_, rate)| *rate))
+}
+
+/// As [`rate`], of several kinds of rays; those that the scene has not are left out.
+///
+/// # Errors
+/// When the backend can't be set up.
+pub fn rates(
+    device: &Device,
+    (meshes, instances): (&[MeshGeometry], &[InstancePlacement]),
+    camera: &CameraRecord,
+    (backend, kinds): (TraceBackend, &[RayKind]),
+    options: BenchOptions,
+) -> Result<Vec<(RayKind, f64)>> {
     let rays = NativeRays::new(meshes, instances, camera, options.size, options.seed)?;
-    let Some(list) = rays.lists.iter().find(|list| list.kind == kind && !list.rays.is_empty()) else {
-        return Ok(0.0);
-    };
+    let lists: Vec<_> =
+        rays.lists.iter().filter(|list| kinds.contains(&list.kind) && !list.rays.is_empty()).collect();
+    let mut rates = Vec::new();
+    if lists.is_empty() {
+        return Ok(rates);
+    }
     let mut run = Run::new(device, meshes, instances, backend)?;
-    let mut timed = run.add(list)?;
-    run.warm_up(&mut timed)?;
-    run.time(&mut timed, options.windows.max(1))?;
-    Ok(best(&timed.rates))
+    for list in lists {
+        let mut timed = run.add(list)?;
+        run.warm_up(&mut timed)?;
+        run.time(&mut timed, options.windows.max(1))?;
+        rates.push((list.kind, best(&timed.rates)));
+    }
+    Ok(rates)
 }
 
 /// The measurements of `auto`.

@@ -14,7 +14,7 @@ pub(super) const ALL: u32 = 0xff;
 const OFFSET: f32 = 1e-5;
 
 /// Rays a renderer shoots.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RayKind {
     /// From the camera through the pixel centres.
@@ -30,6 +30,16 @@ pub enum RayKind {
 impl RayKind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Primary, Self::Bounce, Self::Shadow, Self::BounceShadow];
+
+    /// Its name, as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Primary => "primary",
+            Self::Bounce => "bounce",
+            Self::Shadow => "shadow",
+            Self::BounceShadow => "bounce-shadow",
+        }
+    }
 
     pub(super) fn query(self) -> Query {
         match self {

@@ -104,3 +104,19 @@ fn filter(
     }
     Accumulated { hf: colours[0], spec: colours[1], variance: variances }
 }
+
+#[cfg(test)]
+mod tests {
+    /// The weight by normals is an exponential of the cosine, where Schied et al. 2017 take a power of it.
+    #[test]
+    fn the_exponential_is_close_to_the_power() {
+        for sharpness in [1.0, 8.0, 128.0, 1024.0] {
+            let greater = |k: i32| {
+                let cosine: f64 = f64::from(k) / 100_000.0;
+                (sharpness * (cosine - 1.0)).exp() - cosine.powf(sharpness)
+            };
+            let [least, most] = [f64::min, f64::max].map(|pick| (0..=100_000).map(greater).fold(0.0, pick));
+            assert!(least >= 0.0 && most < 0.37 / sharpness, "{sharpness}: {least} to {most}");
+        }
+    }
+}

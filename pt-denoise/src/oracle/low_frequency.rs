@@ -1,6 +1,6 @@
 //! `temporal_lf.comp`, `lf_downsample.comp`, `lf_deflicker.comp`, `lf_atrous.comp` and `lf_upsample.comp`.
 
-use super::frame::{Guided, cosine, depth_weight, same_path};
+use super::frame::{Guided, cosine, depth_weight, mean_without_brightest, neighbour, same_path};
 use super::gradients::{Adaptive, kept_frames};
 use super::temporal::taps;
 use crate::{LfParams, TemporalParams};
@@ -77,6 +77,17 @@ pub fn accumulate_lf(
             }
         }
         if pixel.material != 0 && is_light(&light[i]) {
+            let sample = params.firefly_lf.map_or(light[i], |firefly| {
+                let around: Vec<f64> = (0..9)
+                    .filter(|k| *k != 4)
+                    .filter_map(|k| neighbour(size, i, [k % 3 - 1, k / 3 - 1]))
+                    .filter(|j| pixels[*j].material != 0 && is_light(&light[*j]))
+                    .map(|j| light[j][3])
+                    .collect();
+                let limit = f64::from(firefly) * mean_without_brightest(&around).max(now.light[3]);
+                let bright = limit > 0.0 && light[i][3] > limit;
+                if bright { scaled(light[i], limit / light[i][3]) } else { light[i] }
+            });
             let mut weight = 0.0;
             if !repeated {
                 now.length = (now.length + 1).min(crate::passes::MAX_LENGTH);
@@ -85,8 +96,8 @@ pub fn accumulate_lf(
             weight += (1.0 - weight) * f64::from(lag);
             let before = scaled(now.light, 1.0 - weight);
             now.light = before;
-            add(&mut now.light, &light[i], weight);
-            now.second += (light[i][3].powi(2) - now.second) * weight;
+            add(&mut now.light, &sample, weight);
+            now.second += (sample[3].powi(2) - now.second) * weight;
         }
         now
     };

@@ -14,7 +14,7 @@ mod variance;
 pub use atrous::atrous;
 pub use composite::{Pixel, composite, diffuse_albedo, reflected, specular_f0};
 pub use frame::{Accumulated, Guided, Light, Rgb};
-pub use gradient_pixels::{Seen, brightest_candidates};
+pub use gradient_pixels::{Forward, Seen, brightest_candidates, forward_candidates};
 pub use gradients::{Adaptive, GradientSample, filter_gradients, gradients, strata, sums_direct, sums_lf};
 pub use low_frequency::{
     LfHistory, LowFrequency, Tile, accumulate_lf, atrous_lf, deflicker, downsample, upsample,

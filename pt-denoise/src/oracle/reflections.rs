@@ -34,7 +34,7 @@ const FARTHEST_HIT: f32 = 1e6;
 const HIT_TOLERANCE: f32 = 0.1;
 
 /// Where a point is in the picture, UV.
-fn project(camera: &CameraRecord, position: DVec3) -> [f64; 2] {
+pub(super) fn project(camera: &CameraRecord, position: DVec3) -> [f64; 2] {
     let view = camera.view_from_world.as_dmat4().transform_point3(position);
     let plane = [0, 1].map(|k| view[k] / -view.z / f64::from(camera.half_extent[k]));
     [0.5 + 0.5 * plane[0], 0.5 - 0.5 * plane[1]]

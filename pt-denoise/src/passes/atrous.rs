@@ -1,11 +1,10 @@
 //! The edge-avoiding a-trous filter.
 
 use super::declared;
-use crate::images::GEOMETRY;
+use crate::images::{GUIDE, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC};
 use crate::kernels;
 use crate::records::{AtrousKernel, AtrousPush, Schedule};
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo, knobs};
-use pt_shaders::channels::NORMAL;
 
 knobs! {
     /// Knobs of the a-trous filter and of the variance that guides it.
@@ -35,45 +34,75 @@ knobs! {
     }
 }
 
-/// One kernel for all levels.
+/// The kernels of the levels.
 pub(crate) struct Atrous {
+    /// Writes light.
     kernel: Kernel,
+    /// Writes roots of light, in half floats.
+    roots: Kernel,
     /// Pixels that a group filters; `None`: neighbours are filtered together.
     group: Option<[u32; 2]>,
 }
 
-impl Atrous {
-    /// The images that it accesses besides source and target.
-    pub(crate) const IO: StageIo = StageIo { reads: &[NORMAL, GEOMETRY], ..StageIo::of("denoise a-trous") };
+/// What the levels write besides the images between them.
+#[derive(Clone, Copy)]
+pub(crate) struct AtrousTargets<'a> {
+    /// Of the first level, where its output is kept.
+    pub first: Option<SplitLight<'a>>,
+    /// Of the last level.
+    pub last: SplitLight<'a>,
+}
 
-    /// Creates the kernel.
+impl Atrous {
+    const LEVEL: StageIo = StageIo { reads: &[GUIDE], ..StageIo::of("denoise a-trous") };
+    const BETWEEN: StageIo = StageIo {
+        writes: &[LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC],
+        ..StageIo::of("denoise a-trous")
+    };
+    /// The images that it accesses besides source and targets.
+    pub(crate) const IO: [StageIo; 2] = [Self::LEVEL, Self::BETWEEN];
+
+    /// Creates the kernels.
     pub(crate) fn new(device: &Device, params: &AtrousParams) -> Result<Self> {
-        let (code, group) = match (params.schedule, params.kernel) {
-            (Schedule::Permuted, AtrousKernel::Three) => (&kernels::ATROUS_3X3, Some([16, 8])),
-            (Schedule::Permuted, AtrousKernel::Five) => (&kernels::ATROUS_5X5, Some([8, 8])),
-            (Schedule::Dilated, AtrousKernel::Three) => (&kernels::ATROUS_DILATED_3X3, None),
-            (Schedule::Dilated, AtrousKernel::Five) => (&kernels::ATROUS_DILATED_5X5, None),
+        let (code, roots, group) = match (params.schedule, params.kernel) {
+            (Schedule::Permuted, AtrousKernel::Three) => {
+                (&kernels::ATROUS_3X3, &kernels::ATROUS_3X3_ROOTS, Some([16, 8]))
+            }
+            (Schedule::Permuted, AtrousKernel::Five) => {
+                (&kernels::ATROUS_5X5, &kernels::ATROUS_5X5_ROOTS, Some([8, 8]))
+            }
+            (Schedule::Dilated, AtrousKernel::Three) => {
+                (&kernels::ATROUS_DILATED_3X3, &kernels::ATROUS_DILATED_3X3_ROOTS, None)
+            }
+            (Schedule::Dilated, AtrousKernel::Five) => {
+                (&kernels::ATROUS_DILATED_5X5, &kernels::ATROUS_DILATED_5X5_ROOTS, None)
+            }
         };
-        Ok(Self { kernel: declared::<AtrousPush>(device, code, &Self::IO, &[])?, group })
+        let kernel = |code| declared::<AtrousPush>(device, code, &Self::LEVEL, &[]);
+        Ok(Self { kernel: kernel(code)?, roots: kernel(roots)?, group })
     }
 
-    /// Adds all levels to the frame and returns the last one's output. `source` is what the first level reads, with variances in alpha;
-    /// `targets` are written in turn: the first by the first level, and by no other if there are three.
+    /// Adds all levels to the frame and returns the last one's output. `source`: light with variances in alpha.
     pub(crate) fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
         source: SplitLight<'a>,
-        targets: &[SplitLight<'a>],
+        targets: AtrousTargets<'a>,
         params: &AtrousParams,
     ) -> Result<SplitLight<'a>> {
-        let size = inputs.images.size();
-        let mut source = source;
-        // A first target of its own is not overwritten.
-        let (first, ring) = if targets.len() > 2 { targets.split_at(1) } else { (&targets[..0], targets) };
-        let order = first.iter().chain(ring.iter().cycle());
-        for (level, &target) in (0..params.iterations).zip(order) {
+        let images = inputs.images;
+        let size = images.size();
+        let between = [[LEVELS_HF, LEVELS_SPEC], [LEVELS2_HF, LEVELS2_SPEC]]
+            .map(|[hf, spec]| SplitLight { hf: images.current(hf), spec: images.current(spec), lf: None });
+        let (mut source, mut from_roots) = (source, false);
+        for level in 0..params.iterations {
             let step = 1 << level;
+            let (target, to_roots) = match targets.first {
+                Some(first) if level == 0 => (first, false),
+                _ if level + 1 == params.iterations => (targets.last, false),
+                _ => (between[level as usize % 2], true),
+            };
             let push = AtrousPush {
                 size: size.into(),
                 step,
@@ -82,21 +111,23 @@ impl Atrous {
                 luminance_hf: params.luminance_hf,
                 luminance_spec: params.luminance_spec,
                 lobe: params.lobe,
+                roots: from_roots.into(),
             };
             let threads = match self.group {
                 // Whole groups for each of the lattices that a level consists of.
                 Some(group) => [0, 1].map(|i| size[i].div_ceil(step).div_ceil(group[i]) * step * group[i]),
                 None => size,
             };
+            let kernel = if to_roots { &self.roots } else { &self.kernel };
             inputs
-                .pass(frame, &format!("denoise a-trous {level}"), &self.kernel, &Self::IO)
+                .pass(frame, &format!("denoise a-trous {level}"), kernel, &Self::LEVEL)
                 .sample("source_hf", source.hf)
                 .sample("source_spec", source.spec)
                 .write("target_hf", target.hf)
                 .write("target_spec", target.spec)
                 .push(&push)
                 .dispatch([threads[0], threads[1], 1])?;
-            source = target;
+            (source, from_roots) = (target, to_roots);
         }
         Ok(source)
     }

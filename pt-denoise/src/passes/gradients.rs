@@ -11,7 +11,7 @@ use crate::kernels;
 use crate::records::{GradientFilter, GradientPixel, GradientPush, Projection, Stratum, TemporalPush};
 use pt_core::kernel::Constant;
 use pt_core::{Device, Frame, Image, Kernel, Result, StageInputs, StageIo, knobs};
-use pt_shaders::channels::{COLOR_HF, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE};
+use pt_shaders::channels::ChannelId;
 
 knobs! {
     /// Knobs of adaptive temporal filtering (`asvgf`).
@@ -47,195 +47,110 @@ impl AntilagParams {
     }
 }
 
-/// Filtered gradients of direct light.
+/// Filtered changes of the light.
 #[derive(Clone, Copy)]
-pub(crate) struct DirectGradients<'a> {
+pub(crate) struct Changes<'a> {
     /// Of the gradient pixels.
     pub pixels: &'a Image,
     /// Of diffuse light against its history.
     pub sums_hf: &'a Image,
     /// Of specular light against its history.
     pub sums_spec: &'a Image,
+    /// Of indirect diffuse light against its history, if there is any.
+    pub sums_lf: Option<&'a Image>,
 }
 
-/// What is compared.
-#[derive(Clone, Copy, PartialEq)]
-enum Compared {
-    /// The light of gradient pixels with that of the last frame.
-    Pixels,
-    /// Sums of direct light with those of the history.
-    Direct,
-    /// Sums of indirect diffuse light with those of the history.
-    Indirect,
-}
-
-/// Gradients of one kind and their filter.
-struct Gradients {
-    compared: Compared,
-    change: Kernel,
+/// Changes of the light, of gradient pixels and of sums against the history, and their filter.
+pub(crate) struct Gradients {
+    compare: Kernel,
     filter: Kernel,
-    io: StageIo,
+    indirect: bool,
 }
 
 impl Gradients {
-    fn new(device: &Device, compared: Compared, params: &AntilagParams) -> Result<Self> {
-        let constants = [params.stratum_constant()];
-        let (change, io) = match compared {
-            Compared::Pixels => {
-                let io = AntilagDirect::PIXELS;
-                (declared::<GradientPush>(device, &kernels::GRADIENT, &io, &constants)?, io)
-            }
-            Compared::Direct => {
-                let io = AntilagDirect::SUMS;
-                (declared::<TemporalPush>(device, &kernels::GRADIENT_DIRECT, &io, &constants)?, io)
-            }
-            Compared::Indirect => {
-                let io = AntilagIndirect::SUMS;
-                (declared::<TemporalPush>(device, &kernels::GRADIENT_LF, &io, &constants)?, io)
-            }
+    const DIRECT: StageIo = StageIo {
+        reads: with_surfaces![COLOR_HF, COLOR_SPEC; GRADIENT_SAMPLE],
+        reads_previous: with_surfaces_before![MOMENTS],
+        writes: &[GRADIENTS, SUMS_HF, SUMS_SPEC],
+        ..StageIo::of("denoise gradients")
+    };
+    const INDIRECT: StageIo = StageIo {
+        reads: with_surfaces![COLOR_HF, COLOR_SPEC, COLOR_LF_SH, COLOR_LF_COCG; GRADIENT_SAMPLE],
+        reads_previous: with_surfaces_before![MOMENTS, HISTORY_LF_SH, HISTORY_LF_COCG],
+        writes: &[GRADIENTS, SUMS_HF, SUMS_SPEC, SUMS_LF],
+        ..StageIo::of("denoise gradients")
+    };
+    const FILTER: StageIo = StageIo::of("denoise gradients");
+
+    const fn comparison(indirect: bool) -> StageIo {
+        if indirect { Self::INDIRECT } else { Self::DIRECT }
+    }
+
+    /// The declarations of its passes; `indirect`: there is indirect diffuse light.
+    pub(crate) const fn io(indirect: bool) -> [StageIo; 2] {
+        let targets: &[_] = match indirect {
+            true => &[GRADIENTS2, SUMS2_HF, SUMS2_SPEC, SUMS2_LF],
+            false => &[GRADIENTS2, SUMS2_HF, SUMS2_SPEC],
         };
-        let constants = [params.stratum_constant(), ("radius", Constant::Int(params.filter.radius()))];
-        let filter = Kernel::compute::<GradientPush>(device, &kernels::GRADIENT_FILTER, &constants)?;
-        Ok(Self { compared, change, filter, io })
+        [Self::comparison(indirect), StageIo { writes: targets, ..Self::FILTER }]
     }
 
-    fn constants(inputs: &StageInputs<'_>, params: &DenoiseParams, step: u32, variance: f32) -> GradientPush {
-        GradientPush { size: inputs.images.size().into(), gate: params.antilag.gate, step, variance }
+    /// Creates the kernels.
+    pub(crate) fn new(device: &Device, params: &AntilagParams, indirect: bool) -> Result<Self> {
+        let (compare, filter) = match indirect {
+            true => (&kernels::GRADIENTS_INDIRECT, &kernels::GRADIENT_FILTER_INDIRECT),
+            false => (&kernels::GRADIENTS, &kernels::GRADIENT_FILTER),
+        };
+        let [stratum, radius] =
+            [params.stratum_constant(), ("radius", Constant::Int(params.filter.radius()))];
+        let io = Self::comparison(indirect);
+        Ok(Self {
+            compare: declared::<TemporalPush>(device, compare, &io, &[stratum])?,
+            filter: declared::<GradientPush>(device, filter, &Self::FILTER, &[stratum, radius])?,
+            indirect,
+        })
     }
 
-    /// One thread per stratum.
-    fn strata(inputs: &StageInputs<'_>, params: &DenoiseParams) -> [u32; 3] {
-        let [x, y] = inputs.images.size().map(|side| side.div_ceil(params.antilag.stratum.side()));
-        [x, y, 1]
-    }
-
-    /// Threads of the pass that compares: sums take one for each pixel, so that the four pixels of the history are sought side by side.
-    fn threads(&self, inputs: &StageInputs<'_>, params: &DenoiseParams) -> [u32; 3] {
-        match self.compared {
-            Compared::Pixels => Self::strata(inputs, params),
-            Compared::Direct | Compared::Indirect => inputs.flat_threads(),
-        }
-    }
-
-    /// Adds the pass that compares to the frame.
-    fn compare(&self, frame: &mut Frame<'_>, inputs: &StageInputs<'_>, params: &DenoiseParams) -> Result<()> {
-        let pass = inputs.pass(frame, self.io.stage, &self.change, &self.io);
-        match self.compared {
-            Compared::Pixels => pass.push(&Self::constants(inputs, params, 1, 1.0)),
-            Compared::Direct | Compared::Indirect => pass.push(&push(params, inputs.images)),
-        }
-        .dispatch(self.threads(inputs, params))
-    }
-
-    /// Adds the levels of the filter over the first image and returns the filtered one.
-    fn filtered<'a>(
+    /// Adds the passes to the frame and returns the filtered changes.
+    pub(crate) fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
         params: &DenoiseParams,
-        images: [ChannelId; 2],
-    ) -> Result<&'a Image> {
-        let name = images[0].channel().name;
-        let [mut now, mut next] = images.map(|id| inputs.images.current(id));
+    ) -> Result<Changes<'a>> {
+        // A thread for each pixel, so that the four pixels of the history are sought side by side.
+        inputs
+            .pass(frame, "denoise gradients", &self.compare, &Self::comparison(self.indirect))
+            .push(&push(params, inputs.images))
+            .dispatch(inputs.flat_threads())?;
+        let images = |[pixels, hf, spec, lf]: [ChannelId; 4]| Changes {
+            pixels: inputs.images.current(pixels),
+            sums_hf: inputs.images.current(hf),
+            sums_spec: inputs.images.current(spec),
+            sums_lf: self.indirect.then(|| inputs.images.current(lf)),
+        };
+        let mut now = images([GRADIENTS, SUMS_HF, SUMS_SPEC, SUMS_LF]);
+        let mut next = images([GRADIENTS2, SUMS2_HF, SUMS2_SPEC, SUMS2_LF]);
+        let filter = params.antilag.filter;
+        let [x, y] = inputs.images.size().map(|side| side.div_ceil(params.antilag.stratum.side()));
         for level in 0..params.antilag.iterations {
-            let filter = params.antilag.filter;
-            let variance =
-                if self.compared == Compared::Pixels { 1.0 } else { filter.variance_factor(level) };
-            inputs
-                .pass(
-                    frame,
-                    &format!("denoise {name} {} {level}", filter.pass_name()),
-                    &self.filter,
-                    &StageIo::of(name),
-                )
-                .sample("source", now)
-                .write("target", next)
-                .push(&Self::constants(inputs, params, filter.step(level), variance))
-                .dispatch(Self::strata(inputs, params))?;
+            let name = format!("denoise gradients {} {level}", filter.pass_name());
+            let mut pass = inputs
+                .pass(frame, &name, &self.filter, &Self::FILTER)
+                .sample("source_pixels", now.pixels)
+                .sample("source_hf", now.sums_hf)
+                .sample("source_spec", now.sums_spec)
+                .write("target_pixels", next.pixels)
+                .write("target_hf", next.sums_hf)
+                .write("target_spec", next.sums_spec);
+            if let (Some(source), Some(target)) = (now.sums_lf, next.sums_lf) {
+                pass = pass.sample("source_lf", source).write("target_lf", target);
+            }
+            let (step, variance) = (filter.step(level), filter.variance_factor(level));
+            pass.push(&GradientPush { size: inputs.images.size().into(), step, variance }).dispatch([x, y, 1])?;
             std::mem::swap(&mut now, &mut next);
         }
         Ok(now)
-    }
-}
-
-/// Changes of direct light: of gradient pixels, and of sums against the history.
-pub(crate) struct AntilagDirect {
-    pixels: Gradients,
-    sums: Gradients,
-}
-
-impl AntilagDirect {
-    const PIXELS: StageIo = StageIo {
-        reads: &[COLOR_HF, COLOR_SPEC, GRADIENT_SAMPLE],
-        writes: &[GRADIENTS],
-        ..StageIo::of("denoise gradients")
-    };
-    const SUMS: StageIo = StageIo {
-        reads: with_surfaces![COLOR_HF, COLOR_SPEC; GRADIENT_SAMPLE],
-        reads_previous: with_surfaces_before![MOMENTS],
-        writes: &[SUMS_HF, SUMS_SPEC],
-        ..StageIo::of("denoise sums")
-    };
-    /// The declarations of its passes.
-    pub(crate) const IO: [StageIo; 3] = [
-        Self::PIXELS,
-        Self::SUMS,
-        StageIo { writes: &[GRADIENTS2, SUMS2_HF, SUMS2_SPEC], ..StageIo::of("denoise gradients") },
-    ];
-
-    /// Creates the kernels.
-    pub(crate) fn new(device: &Device, params: &AntilagParams) -> Result<Self> {
-        let of = |compared| Gradients::new(device, compared, params);
-        Ok(Self { pixels: of(Compared::Pixels)?, sums: of(Compared::Direct)? })
-    }
-
-    /// Adds the passes to the frame and returns the filtered gradients.
-    pub(crate) fn record<'a>(
-        &self,
-        frame: &mut Frame<'_>,
-        inputs: &StageInputs<'a>,
-        params: &DenoiseParams,
-    ) -> Result<DirectGradients<'a>> {
-        self.pixels.compare(frame, inputs, params)?;
-        self.sums.compare(frame, inputs, params)?;
-        Ok(DirectGradients {
-            pixels: self.pixels.filtered(frame, inputs, params, [GRADIENTS, GRADIENTS2])?,
-            sums_hf: self.sums.filtered(frame, inputs, params, [SUMS_HF, SUMS2_HF])?,
-            sums_spec: self.sums.filtered(frame, inputs, params, [SUMS_SPEC, SUMS2_SPEC])?,
-        })
-    }
-}
-
-/// Changes of indirect diffuse light: of sums against the history.
-pub(crate) struct AntilagIndirect {
-    sums: Gradients,
-}
-
-impl AntilagIndirect {
-    const SUMS: StageIo = StageIo {
-        reads: with_surfaces![COLOR_LF_SH, COLOR_LF_COCG],
-        reads_previous: with_surfaces_before![HISTORY_LF_SH, HISTORY_LF_COCG],
-        writes: &[SUMS_LF],
-        ..StageIo::of("denoise sums lf")
-    };
-    /// The declarations of its passes.
-    pub(crate) const IO: [StageIo; 2] =
-        [Self::SUMS, StageIo { writes: &[SUMS2_LF], ..StageIo::of("denoise sums lf") }];
-
-    /// Creates the kernels.
-    pub(crate) fn new(device: &Device, params: &AntilagParams) -> Result<Self> {
-        Ok(Self { sums: Gradients::new(device, Compared::Indirect, params)? })
-    }
-
-    /// Adds the passes to the frame and returns the filtered sums.
-    pub(crate) fn record<'a>(
-        &self,
-        frame: &mut Frame<'_>,
-        inputs: &StageInputs<'a>,
-        params: &DenoiseParams,
-    ) -> Result<&'a Image> {
-        self.sums.compare(frame, inputs, params)?;
-        self.sums.filtered(frame, inputs, params, [SUMS_LF, SUMS2_LF])
     }
 }
 

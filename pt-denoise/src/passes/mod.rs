@@ -49,10 +49,10 @@ mod recurrent;
 mod temporal;
 mod variance;
 
-pub(crate) use atrous::Atrous;
 pub use atrous::AtrousParams;
+pub(crate) use atrous::{Atrous, AtrousTargets};
 pub use gradients::AntilagParams;
-pub(crate) use gradients::{AntilagDirect, AntilagIndirect};
+pub(crate) use gradients::{Changes, Gradients};
 pub use low_frequency::LfParams;
 pub(crate) use low_frequency::{LfSpatial, LfTemporal};
 pub use recurrent::RecurrentParams;

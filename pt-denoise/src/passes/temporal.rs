@@ -1,7 +1,7 @@
 //! Temporal accumulation.
 
 use super::declared;
-use super::gradients::DirectGradients;
+use super::gradients::Changes;
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, MOMENTS, SURFACE};
 use crate::kernels;
@@ -29,6 +29,8 @@ knobs! {
         /// A sample is limited to this many times what history and the pixels around hold, the brightest of them left out, and what exceeds the
         /// limit is lost; none is no limit.
         pub firefly: Option<f32> = Some(1e5), in 1.0..=1e6;
+        /// The same of indirect diffuse light, by its luma.
+        pub firefly_lf: Option<f32> = None, in 1.0..=1e6;
         /// What the history of specular light follows; mirror images need a pinhole or thin-lens camera, and pixels that show a surface directly.
         pub specular: SpecularMotion = SpecularMotion::Surface, source "Zhdanov 2021, chapter 49" => structural;
         /// Where the history of specular light follows the surface, it is forgotten as far as the reflection has turned, in units of the lobe alpha =
@@ -66,9 +68,11 @@ pub(super) fn push(params: &DenoiseParams, images: &ChannelImages) -> TemporalPu
         depth: temporal.depth,
         normal: temporal.normal_cosine(),
         firefly: temporal.firefly_limit(),
+        firefly_lf: temporal.firefly_lf.unwrap_or(0.0),
         antilag_hf: antilag.hf,
         antilag_spec: antilag.spec,
         antilag_lf: antilag.lf,
+        gate: antilag.gate,
         gate_noise: antilag.gate_noise,
         specular: temporal.specular.code(),
         parallax: temporal.parallax.unwrap_or(0.0),
@@ -141,15 +145,15 @@ impl Temporal {
         Ok(Self { kernel: declared::<TemporalPush>(device, code, &io, constants)?, io })
     }
 
-    /// Adds its pass to the frame. The alpha of `target` says nothing, but of filtered light. `gradients`: of a kernel that follows changes of the light;
-    /// `source`: of one that takes filtered light.
+    /// Adds its pass to the frame. The alpha of `target` is the variance of the luminance that follows from the moments, or the hit distance of filtered light. `changes`: of a
+    /// kernel that follows changes of the light; `source`: of one that takes filtered light.
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'_>,
         source: Option<SplitLight<'_>>,
         target: SplitLight<'_>,
-        gradients: Option<DirectGradients<'_>>,
+        changes: Option<Changes<'_>>,
         params: &DenoiseParams,
     ) -> Result<()> {
         let mut pass = inputs
@@ -159,11 +163,11 @@ impl Temporal {
         if let Some(source) = source {
             pass = pass.sample("source_hf", source.hf).sample("source_spec", source.spec);
         }
-        if let Some(gradients) = gradients {
+        if let Some(changes) = changes {
             pass = pass
-                .sample("gradients", gradients.pixels)
-                .sample("sums_hf", gradients.sums_hf)
-                .sample("sums_spec", gradients.sums_spec);
+                .sample("gradients", changes.pixels)
+                .sample("sums_hf", changes.sums_hf)
+                .sample("sums_spec", changes.sums_spec);
         }
         let mut push = push(params, inputs.images);
         // Pixels without the brightest of the last frame are too dark in the history: a difference says nothing.

@@ -3,7 +3,7 @@
 use super::{Variant, history, writing};
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC};
-use crate::passes::{Form, Temporal};
+use crate::passes::{Changes, Form, Temporal};
 use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
 
 pub(super) struct Accumulate {
@@ -28,6 +28,7 @@ impl Variant for Accumulate {
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
+        _changes: Option<Changes<'_>>,
         params: &DenoiseParams,
     ) -> Result<SplitLight<'a>> {
         let history = history(inputs.images);

@@ -3,7 +3,7 @@
 use super::{Variant, ping, pong, writing};
 use crate::DenoiseParams;
 use crate::images::{PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
-use crate::passes::{Atrous, Variance};
+use crate::passes::{Atrous, AtrousTargets, Changes, Variance};
 use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
 
 pub(super) struct AtrousAlone {
@@ -14,7 +14,8 @@ pub(super) struct AtrousAlone {
 impl AtrousAlone {
     pub(super) fn io() -> Vec<StageIo> {
         const TARGETS: StageIo = writing("denoise a-trous", &[PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]);
-        vec![Variance::SPATIAL_IO, Atrous::IO, TARGETS]
+        let [level, between] = Atrous::IO;
+        vec![Variance::SPATIAL_IO, level, between, TARGETS]
     }
 
     pub(super) fn new(device: &Device, params: &DenoiseParams) -> Result<Self> {
@@ -27,10 +28,11 @@ impl Variant for AtrousAlone {
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
+        _changes: Option<Changes<'_>>,
         params: &DenoiseParams,
     ) -> Result<SplitLight<'a>> {
         let (ping, pong) = (ping(inputs.images), pong(inputs.images));
-        self.variance.record(frame, inputs, None, ping, params)?;
-        self.atrous.record(frame, inputs, ping, &[pong, ping], &params.atrous)
+        self.variance.record(frame, inputs, ping, params)?;
+        self.atrous.record(frame, inputs, ping, AtrousTargets { first: None, last: pong }, &params.atrous)
     }
 }

@@ -1,12 +1,11 @@
 //! What the variants do with indirect diffuse light.
 
-use crate::passes::{AntilagIndirect, LfSpatial, LfTemporal};
+use crate::passes::{Changes, LfSpatial, LfTemporal};
 use crate::{DenoiseParams, Denoiser};
 use pt_core::{Device, Frame, LowFrequencyLight, Result, SplitLight, StageInputs, StageIo};
 
 /// The passes over indirect diffuse light of a variant.
 pub(super) struct LowFrequency {
-    gradients: Option<AntilagIndirect>,
     temporal: Option<LfTemporal>,
     spatial: Option<LfSpatial>,
 }
@@ -27,7 +26,6 @@ impl LowFrequency {
         let [temporal, spatial] = Self::passes(variant);
         let mut all = vec![SplitLight::UNFILTERED_INDIRECT];
         if variant == Denoiser::Asvgf {
-            all.extend(AntilagIndirect::IO);
             all.push(LfTemporal::IO_ANTILAG);
         } else if temporal {
             all.push(LfTemporal::IO);
@@ -43,7 +41,6 @@ impl LowFrequency {
         let [temporal, spatial] = Self::passes(variant);
         let adaptive = variant == Denoiser::Asvgf;
         Ok(Self {
-            gradients: adaptive.then(|| AntilagIndirect::new(device, &params.antilag)).transpose()?,
             temporal: temporal.then(|| LfTemporal::new(device, adaptive, params)).transpose()?,
             spatial: spatial.then(|| LfSpatial::new(device)).transpose()?,
         })
@@ -55,12 +52,13 @@ impl LowFrequency {
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
         source: LowFrequencyLight<'a>,
+        changes: Option<Changes<'_>>,
         params: &DenoiseParams,
     ) -> Result<LowFrequencyLight<'a>> {
         let mut light = source;
         if let Some(temporal) = &self.temporal {
-            let gradients = self.gradients.as_ref().map(|g| g.record(frame, inputs, params)).transpose()?;
-            light = temporal.record(frame, inputs, gradients, params)?;
+            let sums = changes.and_then(|changes| changes.sums_lf);
+            light = temporal.record(frame, inputs, sums, params)?;
         }
         match &self.spatial {
             Some(spatial) => spatial.record(frame, inputs, light, &params.lf),

@@ -8,6 +8,7 @@ mod svgf;
 
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
+use crate::passes::{Changes, Gradients};
 use crate::records::Denoiser;
 use low_frequency::LowFrequency;
 use pt_core::{ChannelImages, Device, Error, Frame, Result, SplitLight, StageInputs, StageIo};
@@ -15,11 +16,12 @@ use pt_shaders::channels::ChannelId;
 
 /// A variant with its kernels.
 trait Variant: Send + Sync {
-    /// Adds its passes to the frame and returns the filtered light.
+    /// Adds its passes to the frame and returns the filtered light. `changes`: of a variant that follows them.
     fn record<'a>(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
+        changes: Option<Changes<'_>>,
         params: &DenoiseParams,
     ) -> Result<SplitLight<'a>>;
 }
@@ -27,6 +29,8 @@ trait Variant: Send + Sync {
 /// The denoiser that the knobs ask for, from the lighting stages to the composite.
 pub struct DenoiseChain {
     io: Vec<StageIo>,
+    /// Of a variant that follows changes of the light.
+    gradients: Option<Gradients>,
     variant: Option<Box<dyn Variant>>,
     /// Of indirect diffuse light, if there is any.
     low_frequency: Option<LowFrequency>,
@@ -53,7 +57,8 @@ impl DenoiseChain {
             }
         };
         let low_frequency = indirect.then(|| LowFrequency::new(device, params)).transpose()?;
-        Ok(Self { io: params.passes(indirect), variant, low_frequency })
+        let gradients = params.follows_changes().then(|| Gradients::new(device, &params.antilag, indirect));
+        Ok(Self { io: params.passes(indirect), gradients: gradients.transpose()?, variant, low_frequency })
     }
 
     /// The declarations of its passes, in order; [`Denoiser::Off`] only hands on what it is given.
@@ -72,18 +77,24 @@ impl DenoiseChain {
         params: &DenoiseParams,
     ) -> Result<SplitLight<'a>> {
         let unfiltered = SplitLight::unfiltered(inputs.images);
+        let changes = self.gradients.as_ref().map(|g| g.record(frame, inputs, params)).transpose()?;
         let lf = match (&self.low_frequency, unfiltered.lf) {
-            (Some(passes), Some(source)) => Some(passes.record(frame, inputs, source, params)?),
+            (Some(passes), Some(source)) => Some(passes.record(frame, inputs, source, changes, params)?),
             _ => None,
         };
         match &self.variant {
-            Some(variant) => Ok(SplitLight { lf, ..variant.record(frame, inputs, params)? }),
+            Some(variant) => Ok(SplitLight { lf, ..variant.record(frame, inputs, changes, params)? }),
             None => Ok(SplitLight { lf, ..unfiltered }),
         }
     }
 }
 
 impl DenoiseParams {
+    /// Whether the variant's history follows changes of the light.
+    fn follows_changes(&self) -> bool {
+        self.variant == Denoiser::Asvgf
+    }
+
     /// The declarations of the variant's passes, in order; `indirect`: there is indirect light.
     pub fn passes(&self, indirect: bool) -> Vec<StageIo> {
         let direct = match self.variant {
@@ -94,7 +105,13 @@ impl DenoiseParams {
             Denoiser::Atrous => atrous::AtrousAlone::io(),
             Denoiser::Recurrent => recurrent::Recurrent::io(self),
         };
-        let mut all = if indirect { LowFrequency::io(self.variant) } else { Vec::new() };
+        let mut all = Vec::new();
+        if self.follows_changes() {
+            all.extend(Gradients::io(indirect));
+        }
+        if indirect {
+            all.extend(LowFrequency::io(self.variant));
+        }
         all.extend(direct);
         all
     }

@@ -3,7 +3,7 @@
 use super::{Variant, history, ping, pong, writing};
 use crate::DenoiseParams;
 use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
-use crate::passes::{Blur, Form, RecurrentBlur, Temporal};
+use crate::passes::{Blur, Changes, Form, RecurrentBlur, Temporal};
 use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
 
 pub(super) struct Recurrent {
@@ -36,6 +36,7 @@ impl Variant for Recurrent {
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
+        _changes: Option<Changes<'_>>,
         params: &DenoiseParams,
     ) -> Result<SplitLight<'a>> {
         let images = inputs.images;

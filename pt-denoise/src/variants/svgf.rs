@@ -1,14 +1,12 @@
 //! Spatiotemporal variance-guided filtering: Schied et al. 2017; with gradients its adaptive form: Schied, Peters and Dachsbacher 2018.
 
-use super::{Variant, history, ping, pong, writing};
+use super::{Variant, history, ping, writing};
 use crate::DenoiseParams;
-use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
-use crate::passes::{AntilagDirect, Atrous, Form, Temporal, Variance};
+use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC};
+use crate::passes::{Atrous, AtrousTargets, Changes, Form, Temporal, Variance};
 use pt_core::{Device, Frame, Result, SplitLight, StageInputs, StageIo};
 
 pub(super) struct Svgf {
-    /// Of the adaptive form.
-    gradients: Option<AntilagDirect>,
     temporal: Temporal,
     variance: Variance,
     atrous: Atrous,
@@ -22,16 +20,14 @@ impl Svgf {
     /// `adaptive`: of the adaptive form.
     pub(super) fn io(params: &DenoiseParams, adaptive: bool) -> Vec<StageIo> {
         const TARGETS: StageIo =
-            writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]);
-        let mut all = if adaptive { AntilagDirect::IO.to_vec() } else { Vec::new() };
+            writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC]);
         let temporal = Temporal::io(Self::form(adaptive), &params.temporal);
-        all.extend([temporal, Variance::TEMPORAL_IO, Atrous::IO, TARGETS]);
-        all
+        let [level, between] = Atrous::IO;
+        vec![temporal, Variance::TEMPORAL_IO, TARGETS, level, between]
     }
 
     pub(super) fn new(device: &Device, params: &DenoiseParams, adaptive: bool) -> Result<Self> {
         Ok(Self {
-            gradients: adaptive.then(|| AntilagDirect::new(device, &params.antilag)).transpose()?,
             temporal: Temporal::new(device, Self::form(adaptive), params)?,
             variance: Variance::temporal(device)?,
             atrous: Atrous::new(device, &params.atrous)?,
@@ -44,15 +40,15 @@ impl Variant for Svgf {
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'a>,
+        changes: Option<Changes<'_>>,
         params: &DenoiseParams,
     ) -> Result<SplitLight<'a>> {
         let images = inputs.images;
-        let (history, ping, pong) = (history(images), ping(images), pong(images));
+        let (history, ping) = (history(images), ping(images));
         let accumulated = if params.atrous.feedback { ping } else { history };
-        let gradients = self.gradients.as_ref().map(|g| g.record(frame, inputs, params)).transpose()?;
-        self.temporal.record(frame, inputs, None, accumulated, gradients, params)?;
-        self.variance.record(frame, inputs, Some(accumulated), pong, params)?;
-        let targets: &[_] = if params.atrous.feedback { &[history, ping, pong] } else { &[ping, pong] };
-        self.atrous.record(frame, inputs, pong, targets, &params.atrous)
+        self.temporal.record(frame, inputs, None, accumulated, changes, params)?;
+        self.variance.record(frame, inputs, accumulated, params)?;
+        let targets = AtrousTargets { first: params.atrous.feedback.then_some(history), last: ping };
+        self.atrous.record(frame, inputs, accumulated, targets, &params.atrous)
     }
 }

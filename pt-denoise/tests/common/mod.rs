@@ -202,6 +202,18 @@ impl Bench {
         hf.iter().zip(&spec).map(pair).collect()
     }
 
+    /// The same between two levels of the a-trous filter, which are roots.
+    pub fn roots(&self, hf: ChannelId, spec: ChannelId) -> Vec<Accumulated> {
+        let squared = |c: [f64; 3]| c.map(|v| v * v);
+        let variance = |v: f64| if v < 0.0 { -1.0 } else { v.powi(4) };
+        let one = |l: Accumulated| Accumulated {
+            hf: squared(l.hf),
+            spec: squared(l.spec),
+            variance: l.variance.map(variance),
+        };
+        self.light(hf, spec).into_iter().map(one).collect()
+    }
+
     /// Lengths of the histories in flat order.
     pub fn lengths(&self) -> Vec<u32> {
         let words = self.images.current(SURFACE).read_u32().unwrap();

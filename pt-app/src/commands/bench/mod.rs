@@ -1,11 +1,14 @@
 //! `pt bench`: its commands.
 
+pub mod compare;
+pub mod frame;
 pub mod path;
 pub mod post;
 pub mod trace;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
+use frame::Subject;
 use std::io::Write;
 
 /// `pt bench`
@@ -25,6 +28,14 @@ pub enum BenchCommand {
     Post(post::BenchPostArgs),
     /// Paths and rays per second of the reference path tracer, compared with the CPU tracing the same number of rays.
     Path(Box<path::BenchPathArgs>),
+    /// GPU time, bytes, rays and shares of the measured bandwidth and ray rates of every pass of the frame.
+    Frame(Box<frame::BenchFrameArgs>),
+    /// The same of the passes of one stage; a stage that needs no rays runs alone on a recorded frame.
+    Stage(Box<frame::BenchStageArgs>),
+    /// The frame, then each stage that needs no rays alone.
+    All(Box<frame::BenchFrameArgs>),
+    /// Compare two runs of a benchmark of the frame: which passes have become slower.
+    Compare(compare::CompareArgs),
 }
 
 /// Runs the command.
@@ -36,5 +47,9 @@ pub fn run(args: &BenchArgs, out: &mut impl Write) -> Result<bool> {
         BenchCommand::Trace(args) => trace::run(args, out),
         BenchCommand::Path(args) => path::run(args, out),
         BenchCommand::Post(args) => post::run(args, out),
+        BenchCommand::Frame(args) => frame::run(args, Subject::Frame, out),
+        BenchCommand::Stage(args) => frame::run(&args.frame, Subject::Stage(args.stage), out),
+        BenchCommand::All(args) => frame::run(args, Subject::All, out),
+        BenchCommand::Compare(args) => compare::run(args, out),
     }
 }

@@ -6,7 +6,8 @@ mod report;
 pub use args::RenderArgs;
 
 use crate::aov;
-use crate::frame::FullFrame;
+use crate::frame::{FullFrame, Oracles};
+use crate::ground_truth::{TruthOf, path_trace, radiance};
 use crate::interrupt::Interrupt;
 use crate::origin::Origin;
 use crate::output::Output;
@@ -21,6 +22,7 @@ use pt_core::frame::FrameTiming;
 use pt_gbuffer::hidden_lobes;
 use pt_image::image_file::{LayeredImage, OutputFormat};
 use pt_post::Upscale;
+use pt_reference::ReferenceParams;
 use pt_shaders::channels::ChannelId;
 use std::io::Write;
 use std::path::Path;
@@ -46,6 +48,10 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let size = args.frame.output_size();
     let mut full = FullFrame::new(&mut session, size, args.frame.accumulate, &params)?;
     session.load.mark("kernels and images");
+    if !args.oracle.is_empty() {
+        let oracles = Oracles::new(&session.device, &full, &args.oracle)?;
+        full.feed(Some(oracles));
+    }
     let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
 
     // Texels, the planes of the file, and its compressed bytes.
@@ -92,6 +98,13 @@ fn render(
     let mut index = 0;
     loop {
         let time = args.frame.time(index);
+        if let Some(oracles) = full.oracles() {
+            let record = FullFrame::view(&session.camera.at(time), args.frame.output_size(), params);
+            let view = TruthOf { scene: &session.scene, camera: &args.frame.camera, time, record };
+            let knobs = ReferenceParams { spp: args.oracle_spp, ..ReferenceParams::default() };
+            let truth = path_trace(&session.device, session.gpu.backend(), &view, &knobs)?;
+            oracles.set_truth(&radiance(&truth))?;
+        }
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, previous)?;
         full.record(&mut frame, &session.gpu, &session.camera.at(time), seed, time_step, params)?;

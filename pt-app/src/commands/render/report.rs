@@ -2,6 +2,7 @@
 
 use super::RenderArgs;
 use crate::session::Session;
+use crate::timings::{pass_spreads, warm};
 use anyhow::{Context, Result};
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
@@ -9,12 +10,6 @@ use pt_image::atomic_file::write_atomic;
 use serde_json::json;
 use std::io::Write;
 use std::path::Path;
-
-/// Frames whose times count: the first two compile kernels and fill caches.
-fn warm(timings: &[FrameTiming]) -> &[FrameTiming] {
-    let first = timings.partition_point(|timing| timing.frame < 2);
-    if first < timings.len() { &timings[first..] } else { timings }
-}
 
 /// Writes the times of `frames` frames; of a long run `timings` are a sample.
 pub(super) fn write_timings(
@@ -25,19 +20,10 @@ pub(super) fn write_timings(
     session: &Session,
 ) -> Result<()> {
     let counted = warm(timings);
-    let passes: Vec<_> = counted.first().map_or(Vec::new(), |frame| {
-        (0..frame.passes.len())
-            .map(|i| {
-                let name = &frame.passes[i].pass;
-                let times: Vec<_> = counted
-                    .iter()
-                    .filter_map(|f| f.passes.get(i).filter(|p| p.pass == *name).map(|p| p.ms))
-                    .collect();
-                let Spread { median_ms, p95_ms } = Spread::of(times);
-                json!({ "pass": name, "median_ms": median_ms, "p95_ms": p95_ms })
-            })
-            .collect()
-    });
+    let passes: Vec<_> = pass_spreads(counted)
+        .into_iter()
+        .map(|(name, Spread { median_ms, p95_ms })| json!({ "pass": name, "median_ms": median_ms, "p95_ms": p95_ms }))
+        .collect();
     let frame = Spread::of(counted.iter().map(|f| f.gpu_ms).collect());
     let info = session.device.info();
     let document = json!({

@@ -1,0 +1,94 @@
+//! `pt study` runs the cells of a study file, each in this process, and summarizes them.
+
+mod args;
+mod dry_run;
+mod measure;
+mod pictures;
+mod plan;
+mod runner;
+mod summary;
+mod truth;
+
+pub use args::{MergeArgs, StudyArgs, StudyCommand};
+
+use crate::interrupt::Interrupt;
+use crate::output::check_folder;
+use crate::progress::Progress;
+use anyhow::{Result, ensure};
+use plan::Plan;
+use pt_core::{Device, DeviceOptions};
+use pt_study::folder::{Finished, Folder, read_results, read_study};
+use pt_study::merge::merge;
+use runner::Runner;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Runs the command.
+///
+/// # Errors
+/// A wrong study file, a folder of something else, files that can't be read or written, a device that can't do it.
+pub fn run(args: &StudyArgs, out: &mut impl Write) -> Result<bool> {
+    match &args.command {
+        Some(StudyCommand::Merge(args)) => {
+            let cells = merge(&args.shards, &args.output)?;
+            writeln!(out, "{cells} cells joined")?;
+            conclude(&args.output, out)?;
+        }
+        None => run_study(args, out)?,
+    }
+    Ok(true)
+}
+
+fn run_study(args: &StudyArgs, out: &mut impl Write) -> Result<()> {
+    let plan = Plan::new(args)?;
+    if args.dry_run {
+        return dry_run::print(&plan, args.output.as_deref(), out);
+    }
+    let Some(output) = &args.output else { return Ok(()) };
+    check_folder(output)?;
+    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: args.validation })?;
+    let record = plan.record(&device);
+    let folder = Folder::open(output, &record, args.resume)?;
+    let cells = plan.shard();
+    let interrupt = Interrupt::listen()?;
+    let cache = args.cache.clone().unwrap_or_else(|| output.join("references"));
+    let mut runner = Runner::new(&plan, &device, &cache, output)?;
+    let done = cells.iter().filter(|cell| matches!(folder.finished(&cell.name), Ok(Some(_)))).count() as u32;
+    let mut progress = Progress::resuming(done, cells.len() as u32, "cell");
+    let mut finished: Vec<Finished> = Vec::new();
+    for cell in cells {
+        if let Some(found) = folder.finished(&cell.name)? {
+            finished.push(found);
+            continue;
+        }
+        if interrupt.is_pressed() {
+            break;
+        }
+        let found = runner.run(cell)?;
+        folder.keep(&found)?;
+        finished.push(found);
+        progress.step();
+    }
+    progress.finish();
+    interrupt.report(finished.len() as u32, cells.len() as u32, "cells");
+    if finished.len() < cells.len() {
+        writeln!(out, "{} of {} cells are done; --resume goes on", finished.len(), cells.len())?;
+        return Ok(());
+    }
+    folder.finish(&finished)?;
+    conclude(folder.path(), out)
+}
+
+/// Prints the summary, writes the report, and ends with its path.
+fn conclude(folder: &Path, out: &mut impl Write) -> Result<()> {
+    let (study, cells) = (read_study(folder)?, read_results(folder)?);
+    ensure!(!cells.is_empty(), "{}: has no cells", folder.display());
+    summary::print(&study, &cells, out)?;
+    writeln!(out, "{}", report(folder)?.display())?;
+    Ok(())
+}
+
+/// Writes the report of a result folder; returns its path.
+fn report(folder: &Path) -> Result<PathBuf> {
+    Ok(folder.join("results.jsonl"))
+}

@@ -1,0 +1,69 @@
+//! The answer of a study on the terminal.
+
+use anyhow::Result;
+use pt_study::record::{CellRecord, StudyRecord};
+use pt_study::summary::{Interval, summarize};
+use std::io::Write;
+
+/// Prints a table for each metric: the variants from the best to the worst, those that are not told apart from the baseline beside it.
+///
+/// # Errors
+/// When the output is closed.
+pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) -> Result<()> {
+    writeln!(out, "{}: {}", study.name, study.question)?;
+    writeln!(out, "{}, {}, {} cells", study.device, study.driver, cells.len())?;
+    let width = study.variants.iter().map(|v| v.name.chars().count()).max().unwrap_or(0).max(7);
+    for (summary, metric) in summarize(study, cells).iter().zip(&study.metrics) {
+        writeln!(out, "\n{}: {} (perfect: {})", metric.name, metric.formula, metric.perfect)?;
+        writeln!(
+            out,
+            "{:<width$}  {:>5}  {:>10}  {:>23}  {:>11}  {:>25}  {:>7}  verdict",
+            "variant", "cells", "mean", "95 % interval", "difference", "95 % interval", "p"
+        )?;
+        for row in summary.ranked() {
+            writeln!(
+                out,
+                "{:<width$}  {:>5}  {:>10}  {:>23}  {:>11}  {:>25}  {:>7}  {}",
+                row.variant,
+                row.cells,
+                number(row.mean),
+                interval(row.interval),
+                signed(row.difference),
+                interval(row.difference_interval),
+                row.p.map_or("-".into(), |p| if p < 1e-4 { "<0.0001".into() } else { format!("{p:.4}") }),
+                row.verdict.text(),
+            )?;
+        }
+    }
+    writeln!(
+        out,
+        "\ndifference: of the distance from the perfect value to that of the baseline ({}), paired by scene, camera, size, backend and seed; \
+         p: corrected for all comparisons (Holm)",
+        study.baseline
+    )?;
+    Ok(())
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or("-".into(), digits)
+}
+
+fn signed(value: Option<f64>) -> String {
+    value.map_or("-".into(), |value| if value > 0.0 { format!("+{}", digits(value)) } else { digits(value) })
+}
+
+fn interval(interval: Option<Interval>) -> String {
+    interval.map_or("-".into(), |Interval { low, high }| format!("{} to {}", digits(low), digits(high)))
+}
+
+/// Four digits that count.
+fn digits(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        size if (1e-3..1e4).contains(&size) => {
+            let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ => format!("{value:.3e}"),
+    }
+}

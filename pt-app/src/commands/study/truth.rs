@@ -1,0 +1,184 @@
+//! The ground truth of a study's frames: path traced once and kept by content, or recorded in a capture.
+
+use super::plan::{Plan, camera_args};
+use crate::ground_truth::{TruthOf, path_trace};
+use crate::session::Session;
+use anyhow::{Context, Result, bail, ensure};
+use pt_core::Device;
+use pt_core::capture::folder::CaptureFolder;
+use pt_core::capture::sidecar::CapturedCamera;
+use pt_image::image_file::LinearImage;
+use pt_reference::ReferenceParams;
+use pt_scene::Scene;
+use pt_shaders::records::FrameRecord;
+use pt_study::cell::Cell;
+use pt_study::file::Against;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// The ground truth of a frame, with the name of its picture.
+#[derive(Clone)]
+pub struct Truth {
+    /// Linear radiance.
+    pub image: Rc<LinearImage>,
+    /// Name by content, fit for a file.
+    pub key: String,
+}
+
+/// Where ground truth comes from.
+pub enum Truths {
+    /// It is path traced, and kept in a folder.
+    Traced(Traced),
+    /// It was recorded.
+    Captured(CaptureFolder, PathBuf),
+}
+
+/// Path traced ground truth.
+pub struct Traced {
+    device: Device,
+    folder: PathBuf,
+    params: ReferenceParams,
+    /// Those of the view that is worked on.
+    kept: HashMap<String, Rc<LinearImage>>,
+}
+
+impl Truths {
+    /// The ground truth that the plan asks for; `cache`: folder for references.
+    ///
+    /// # Errors
+    /// A capture that cannot be read, or lacks frames.
+    pub fn new(plan: &Plan, device: &Device, cache: &Path) -> Result<Self> {
+        let study = &plan.study;
+        match &study.against {
+            Against::Reference { .. } => {
+                std::fs::create_dir_all(cache)
+                    .with_context(|| format!("{}: cannot be made", cache.display()))?;
+                Ok(Self::Traced(Traced {
+                    device: device.clone(),
+                    folder: cache.into(),
+                    params: plan.reference.clone(),
+                    kept: HashMap::new(),
+                }))
+            }
+            Against::Capture(path) => {
+                let folder = CaptureFolder::open(path)?;
+                for frame in study.measure.clone() {
+                    let place = frame.checked_sub(folder.range().start).map(|i| i as usize);
+                    let entry = place.and_then(|i| folder.index.frames.get(i));
+                    let entry = entry.with_context(|| {
+                        let there = folder.range();
+                        format!(
+                            "{}: has the frames {}..{}, and the study measures {frame}",
+                            path.display(),
+                            there.start,
+                            there.end
+                        )
+                    })?;
+                    ensure!(
+                        entry.reference.is_some(),
+                        "{}: frame {frame} has no reference; record it with pt capture --reference-spp",
+                        path.display()
+                    );
+                }
+                Ok(Self::Captured(folder, path.clone()))
+            }
+        }
+    }
+
+    /// The ground truth of frame `index`, which the session renders
+    ///
+    /// # Errors
+    /// A reference of another scene, size or camera; files that can't be read or written; a device that can't do it.
+    pub fn of_frame(&mut self, cell: &Cell, scene: &Scene, view: View<'_>) -> Result<Truth> {
+        match self {
+            Self::Traced(traced) => traced.of_frame(cell, scene, view),
+            Self::Captured(folder, path) => captured(folder, path, cell, view),
+        }
+    }
+}
+
+/// What a frame shows.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// The session that renders it.
+    pub session: &'a Session,
+    /// Number of the frame.
+    pub index: u32,
+    /// Scene time, seconds.
+    pub time: f64,
+    /// Its camera and the size of the picture.
+    pub record: FrameRecord,
+}
+
+impl Traced {
+    fn of_frame(&mut self, cell: &Cell, scene: &Scene, view: View<'_>) -> Result<Truth> {
+        let session = view.session;
+        // A view that does not move is the same at each time.
+        let moves = scene.rig.as_ref().is_some_and(|rig| rig.is_animated());
+        let info = session.device.info();
+        let words = serde_json::json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "device": [&info.name, &info.driver_line()],
+            "scene": scene.fingerprint(),
+            "camera": CapturedCamera::from(&view.record.camera),
+            "time": moves.then_some(view.time),
+            "size": cell.size,
+            "params": self.params,
+        });
+        let key = blake3::hash(words.to_string().as_bytes()).to_hex()[..24].to_owned();
+        if let Some(image) = self.kept.get(&key) {
+            return Ok(Truth { image: Rc::clone(image), key });
+        }
+        let path = self.folder.join(format!("{key}.exr"));
+        if !path.exists() {
+            let camera = camera_args(&cell.camera)?;
+            let truth = TruthOf { scene, camera: &camera, time: view.time, record: view.record };
+            path_trace(&self.device, session.gpu.backend(), &truth, &self.params)?
+                .to_image()?
+                .write_exr(&path)?;
+        }
+        // As the file has it, also the first time.
+        let image = Rc::new(LinearImage::read(&path)?);
+        ensure!(
+            [image.width, image.height] == cell.size,
+            "{}: has not the size of the frame; remove it",
+            path.display()
+        );
+        // Memory for the views of one cell.
+        if self.kept.len() > 256 {
+            self.kept.clear();
+        }
+        self.kept.insert(key.clone(), Rc::clone(&image));
+        Ok(Truth { image, key })
+    }
+}
+
+/// The reference that a capture has of the frame.
+fn captured(folder: &CaptureFolder, path: &Path, cell: &Cell, view: View<'_>) -> Result<Truth> {
+    let name = path.display();
+    let index = &folder.index;
+    if index.scene != view.session.scene.name {
+        bail!(
+            "{name}: is of the scene {}, the cell of {}; give a capture of the same scene",
+            index.scene,
+            view.session.scene.name
+        );
+    }
+    if index.output_size != cell.size {
+        let [[w, h], [cw, ch]] = [index.output_size, cell.size];
+        bail!("{name}: has frames of {w}x{h}, the cell of {cw}x{ch}; give a capture of the same size");
+    }
+    let place = (view.index - folder.range().start) as usize;
+    let entry = &index.frames[place];
+    let recorded = folder.sidecar(view.index)?;
+    if recorded.camera != CapturedCamera::from(&view.record.camera) {
+        bail!(
+            "{name}: frame {} was recorded with another camera or at another time; give a capture of the same view",
+            view.index
+        );
+    }
+    let reference = entry.reference.as_ref().context("the reference was there before")?;
+    let image = LinearImage::read(&path.join(&reference.name))?;
+    Ok(Truth { image: Rc::new(image), key: reference.blake3[..24.min(reference.blake3.len())].into() })
+}

@@ -1,0 +1,64 @@
+//! Path traces the ground truth of a frame.
+
+use crate::args::CameraArgs;
+use crate::session::{Session, fold_seed};
+use anyhow::Result;
+use pt_core::Device;
+use pt_core::trace::TraceBackend;
+use pt_image::image_file::{ImageState, LinearImage};
+use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
+use pt_scene::Scene;
+use pt_shaders::records::FrameRecord;
+
+/// Seed of ground truth: no seed of a frame gives the same random numbers in practice.
+const SEED: u64 = 0x7275_7468_5f6f_6672;
+
+/// The view that is path traced.
+pub struct TruthOf<'a> {
+    /// The scene; it is moved to `time`.
+    pub scene: &'a Scene,
+    /// Its camera.
+    pub camera: &'a CameraArgs,
+    /// Scene time, seconds.
+    pub time: f64,
+    /// The cameras and the size of the frame.
+    pub record: FrameRecord,
+}
+
+/// Path traces a view, in a session of its own: what else is rendered does not depend on whether this was called.
+///
+/// # Errors
+/// A device that can't do it.
+pub fn path_trace(
+    device: &Device,
+    backend: TraceBackend,
+    view: &TruthOf<'_>,
+    params: &ReferenceParams,
+) -> Result<EstimateFile> {
+    let mut scene = view.scene.clone();
+    scene.set_time(view.time, view.time);
+    let mut session = Session::on(device, backend, view.camera, scene)?;
+    let Session { device, scene, gpu, lights, .. } = &mut session;
+    lights.prepare(device, scene, gpu, params.lights.choice())?;
+    let record = FrameRecord { seed: fold_seed(SEED), frame_index: 0, ..view.record };
+    let spp = params.spp;
+    let mut render = Progressive::new(device, gpu, lights, record, params.clone(), None, 0)?;
+    while render.next_sample() < spp {
+        render.step(scene, gpu, lights, spp)?;
+    }
+    let identity = Identity::default().with("scene", &scene.name).with("time", view.time);
+    let estimate = render.state()?.estimate(spp);
+    Ok(EstimateFile {
+        estimate,
+        ranges: std::iter::once(0..spp).collect(),
+        background: params.background,
+        identity,
+    })
+}
+
+/// The radiance of an estimate.
+pub fn radiance(file: &EstimateFile) -> LinearImage {
+    let [width, height] = file.estimate.size;
+    let pixels = file.estimate.pixels.iter().map(|pixel| pixel.mean.to_array()).collect();
+    LinearImage { width, height, pixels, state: ImageState::SceneReferred }
+}

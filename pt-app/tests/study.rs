@@ -1,0 +1,173 @@
+//! `pt study`: the shipped studies are valid, a killed study goes on to the same bytes, and the ledger adds up.
+
+use pt_study::folder::{read_results, read_study};
+use pt_study::record::CellRecord;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+fn pt(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pt"));
+    command.current_dir(folder).args(args).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn run(folder: &Path, args: &[&str]) -> Output {
+    pt(folder, args).output().unwrap()
+}
+
+/// Standard output of a command that succeeds.
+fn text(folder: &Path, args: &[&str]) -> String {
+    let output = run(folder, args);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one line of an error, with exit code 2.
+fn refused(folder: &Path, args: &[&str]) -> String {
+    let output = run(folder, args);
+    assert_eq!(output.status.code(), Some(2), "{args:?}");
+    let line = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(line.trim_end().lines().count(), 1, "{line}");
+    line
+}
+
+#[test]
+fn shipped_studies_are_valid() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies");
+    let files: Vec<PathBuf> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let names = [
+        "bounces",
+        "checkerboard",
+        "denoiser",
+        "frame",
+        "gradient-filter",
+        "gradient-projection",
+        "light-samplers",
+        "random",
+        "restir-under-denoiser",
+        "sh-vs-rgb",
+        "stabilisers",
+        "upscalers",
+    ];
+    for name in names {
+        assert!(files.contains(&folder.join(format!("{name}.toml"))), "{name}");
+    }
+    for file in &files {
+        let text = text(&folder, &["study", file.to_str().unwrap(), "--dry-run"]);
+        assert!(
+            text.contains(" cells: ") && text.contains("estimated time on a GPU"),
+            "{}: {text}",
+            file.display()
+        );
+    }
+}
+
+#[test]
+fn what_cannot_run_is_said_in_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let write = |name: &str, rest: &str| {
+        fs::write(at.join(name), format!("scenes = [\"cornell\"]\nmetrics = [\"relmse\"]\n{rest}")).unwrap();
+    };
+    write("key.toml", "set = { denoise.varant = \"off\" }\n");
+    let line = refused(at, &["study", "key.toml", "-o", "out"]);
+    assert!(
+        line.contains("key.toml:3:17: unknown knob \"denoise.varant\", closest: \"denoise.variant\""),
+        "{line}"
+    );
+    write("value.toml", "[[axis]]\nkey = \"denoise.variant\"\nvalues = [\"off\", \"svg\"]\n");
+    let line = refused(at, &["study", "value.toml", "-o", "out"]);
+    assert!(line.contains("value.toml:5:19: denoise.variant = svg: expected off, accumulate"), "{line}");
+    write("profile.toml", "[[axis]]\nkey = \"profile\"\nvalues = [\"realtim\"]\n");
+    assert!(
+        refused(at, &["study", "profile.toml", "-o", "out"])
+            .contains("variant realtim: profile realtim: no such file")
+    );
+    let many: Vec<String> = (0..1000).map(|i| i.to_string()).collect();
+    let axis = |name: &str| format!("[[axis]]\nname = \"{name}\"\nvalues = [{}]\n", many.join(","));
+    write("many.toml", &format!("{}{}", axis("a"), axis("b")));
+    let line = refused(at, &["study", "many.toml", "--dry-run"]);
+    assert!(line.contains("the study has 5000000 cells") && line.contains("--yes"), "{line}");
+    write("good.toml", "");
+    assert!(refused(at, &["study", "good.toml"]).contains("--output"));
+    assert!(
+        refused(at, &["study", "good.toml", "--dry-run", "--filter", "scene=gallery"])
+            .contains("no cell has scene=gallery")
+    );
+    assert!(refused(at, &["study", "good.toml", "-o", "out", "--shard", "0/4"]).contains("from 1"));
+    assert!(refused(at, &["study", "none.toml", "-o", "out"]).contains("none.toml"));
+    fs::write(at.join("file"), "").unwrap();
+    assert!(refused(at, &["study", "good.toml", "-o", "file"]).contains("is a file"));
+    assert!(!at.join("out").exists(), "nothing is half-written");
+}
+
+/// A denoiser of two, a placebo with the same random numbers, and a ledger over all stages that can be fed.
+const SMALL: &str = r#"
+question = "Does it go on?"
+scenes = ["cornell"]
+sizes = ["16x12"]
+backends = ["compute"]
+seeds = 2
+frames = 3
+measure = 2
+spp = 16
+metrics = ["relmse", "temporal_pixel"]
+pairing = "seed"
+set = { indirect.bounces = 0, reference.max_bounces = 0, post.taa.enabled = true, gbuffer.jitter = "halton" }
+
+[[axis]]
+name = "placebo"
+values = ["a", "b"]
+
+[ledger]
+"#;
+
+#[test]
+fn a_killed_study_goes_on_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::write(at.join("small.toml"), SMALL).unwrap();
+    let printed = text(at, &["study", "small.toml", "-o", "whole", "--cache", "cache"]);
+    assert!(printed.contains("no difference shown"), "{printed}");
+    let mut killed = pt(at, &["study", "small.toml", "-o", "killed", "--cache", "cache"]).spawn().unwrap();
+    // As soon as a cell is there.
+    let cells = at.join("killed/cells");
+    let count = || {
+        fs::read_dir(&cells).map_or(0, |list| {
+            list.flatten().filter(|e| e.path().extension().is_some_and(|e| e == "jsonl")).count()
+        })
+    };
+    while count() == 0 && killed.try_wait().unwrap().is_none() {
+        sleep(Duration::from_millis(5));
+    }
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    assert!(!at.join("killed/results.jsonl").exists(), "it was killed before its end");
+    text(at, &["study", "small.toml", "-o", "killed", "--cache", "cache", "--resume"]);
+    let bytes = |name: &str| fs::read(at.join(name).join("results.jsonl")).unwrap();
+    assert!(bytes("killed") == bytes("whole"), "the same bytes");
+
+    let record = read_study(&at.join("whole")).unwrap();
+    assert_eq!((record.cells, record.baseline.as_str()), (4, "a"));
+    let results = read_results(&at.join("whole")).unwrap();
+    for CellRecord { metrics, frames, ledger, images, .. } in &results {
+        assert!(metrics["relmse"].unwrap() > 0.0 && metrics["temporal_pixel"].unwrap() > 0.0, "{metrics:?}");
+        assert_eq!(frames["relmse"].len(), 2);
+        assert!(images.values().all(|name| at.join("whole").join(name).is_file()));
+        let ledger = ledger.as_ref().unwrap();
+        let names: Vec<_> = ledger.parts.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["denoise", "interleave", "taa"]);
+        let sum: f64 = ledger.parts.iter().map(|(_, part)| part).sum::<f64>() + ledger.interaction;
+        assert!((sum - ledger.total).abs() <= 1e-12 * ledger.total, "{ledger:?}");
+        assert!((ledger.total - metrics["relmse"].unwrap()).abs() <= 1e-12, "the error that was measured");
+        // With ground truth after TAA nothing is left but the rounding to half floats: 2^-11 of each value, squared.
+        assert!(ledger.interaction.abs() < 1e-6, "{ledger:?}");
+        // Noise is most of the error of one sample a pixel.
+        assert!(ledger.parts[0].1 > 0.5 * ledger.total, "{ledger:?}");
+    }
+    // The placebo has the same random numbers and the same result.
+    assert_eq!(results[0].frames, results[2].frames);
+}

@@ -1,0 +1,2 @@
+#define INDIRECT 0
+#include "gradients.glsl"

@@ -1,0 +1,2 @@
+#define INDIRECT 1
+#include "gradients.glsl"

@@ -1,0 +1,5 @@
+//! Tells the tests whether there is a browser for them.
+
+fn main() {
+    pt_test_data::declare_browser();
+}

@@ -1,0 +1,110 @@
+//! The answer of the study: a table for each metric, with ranks that do not order what the noise does not.
+
+use super::input::Results;
+use super::number::{Column, significant};
+use super::rank::ranks;
+use super::series::Series;
+use super::table::{Datum, Table};
+use crate::record::MetricRecord;
+use crate::statistics::mean_and_interval;
+use crate::summary::{Interval, Summary, SummaryRow, Verdict};
+use serde::Serialize;
+
+/// The summary of one metric.
+#[derive(Serialize)]
+pub struct Answer {
+    pub metric: String,
+    pub formula: String,
+    /// What a perfect picture has, as text.
+    pub perfect: String,
+    /// Names of variants by verdict.
+    pub better: Vec<String>,
+    pub worse: Vec<String>,
+    pub same: Vec<String>,
+    pub table: Table,
+}
+
+/// GPU time of a variant: mean over its cells and interval.
+pub fn cost_of(results: &Results, variant: &str) -> (Option<f64>, Option<Interval>) {
+    let of = results.cells.iter().filter(|cell| cell.variant == variant);
+    let times: Vec<f64> = of.filter_map(|cell| Some(results.timings.get(&cell.cell)?.gpu_ms)).collect();
+    mean_and_interval(&times)
+}
+
+pub fn answers(results: &Results, summaries: &[Summary], series: &[Series]) -> Vec<Answer> {
+    let metrics = results.study.metrics.iter();
+    let of = |metric: &MetricRecord| summaries.iter().find(|summary| summary.metric == metric.name);
+    metrics.filter_map(|metric| Some(answer(results, metric, of(metric)?, series))).collect()
+}
+
+fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &[Series]) -> Answer {
+    let with = |verdict: Verdict| -> Vec<String> {
+        let rows = summary.rows.iter().filter(|row| row.verdict == verdict);
+        rows.map(|row| row.variant.clone()).collect()
+    };
+    let ends = |i: Option<Interval>| i.into_iter().flat_map(|i| [i.low, i.high]);
+    let means = Column::of(summary.rows.iter().filter_map(|row| row.mean));
+    let differences = Column::of(summary.rows.iter().flat_map(|row| ends(row.difference_interval)));
+    let ranks = ranks(&summary.rows);
+    let mut table = Table::new([
+        "#Rank",
+        "Variant",
+        "#Mean",
+        "#95 % interval",
+        "#Difference to baseline",
+        "#95 % interval of the difference",
+        "#p (Holm)",
+        "Verdict",
+        "#GPU ms",
+        "#Cells",
+    ]);
+    let mut rows: Vec<(&SummaryRow, Option<usize>)> =
+        summary.rows.iter().zip(ranks.iter().copied()).collect();
+    // Rows of one rank stay in the order of the study, so that their order says nothing.
+    rows.sort_by_key(|(_, rank)| rank.unwrap_or(usize::MAX));
+    for (row, rank) in rows {
+        let shared = ranks.iter().filter(|other| rank.is_some() && **other == rank).count() > 1;
+        let number = |value: Option<f64>, text: &dyn Fn(f64) -> String| {
+            value.map_or_else(Datum::none, |value| Datum::number(value, text(value)))
+        };
+        let interval = |interval: Option<Interval>, text: &dyn Fn(f64) -> String| {
+            interval.map_or_else(Datum::none, |i| {
+                Datum::number(i.high - i.low, format!("{} to {}", text(i.low), text(i.high)))
+            })
+        };
+        let verdict = match row.verdict {
+            Verdict::Better => "better",
+            Verdict::Worse => "worse",
+            Verdict::Baseline | Verdict::NoDifference => "",
+        };
+        let series = series.iter().find(|series| series.name == row.variant);
+        table.rows.push(vec![
+            rank.map_or_else(Datum::none, |rank| {
+                Datum::number(rank as f64, format!("{rank}{}", if shared { "=" } else { "" }))
+            }),
+            series.map_or_else(|| Datum::text(&row.variant), Datum::series),
+            number(row.mean, &|v| means.text(v)),
+            interval(row.interval, &|v| means.text(v)),
+            number(row.difference, &|v| differences.signed(v)),
+            interval(row.difference_interval, &|v| differences.signed(v)),
+            number(row.p, &p_value),
+            Datum { class: verdict, ..Datum::text(row.verdict.text()) },
+            Datum::value(cost_of(results, &row.variant).0),
+            Datum::number(row.cells as f64, row.cells.to_string()),
+        ]);
+    }
+    Answer {
+        metric: metric.name.clone(),
+        formula: metric.formula.clone(),
+        perfect: super::number::short(metric.perfect),
+        better: with(Verdict::Better),
+        worse: with(Verdict::Worse),
+        same: with(Verdict::NoDifference),
+        table,
+    }
+}
+
+/// p-values below a thousandth are not told apart.
+fn p_value(p: f64) -> String {
+    if p < 0.001 { "< 0.001".into() } else { significant(p, 2) }
+}
