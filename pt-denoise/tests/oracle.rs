@@ -4,7 +4,8 @@ mod common;
 
 use common::{Bench, Random, camera_at, count, guide};
 use pt_denoise::images::{
-    HISTORY_HF, HISTORY_SPEC, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC,
+    HISTORY_HF, HISTORY_SPEC, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF,
+    PONG_SPEC,
 };
 use pt_denoise::oracle::{
     Accumulated, Guided, History, Light, Lit, Reflections, accumulate, atrous, blur, fix_history,

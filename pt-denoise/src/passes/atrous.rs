@@ -96,8 +96,11 @@ impl Atrous {
     ) -> Result<SplitLight<'a>> {
         let images = inputs.images;
         let size = images.size();
-        let between = [[LEVELS_HF, LEVELS_SPEC], [LEVELS2_HF, LEVELS2_SPEC]]
-            .map(|[hf, spec]| SplitLight { hf: images.current(hf), spec: images.current(spec), lf: None });
+        let between = [[LEVELS_HF, LEVELS_SPEC], [LEVELS2_HF, LEVELS2_SPEC]].map(|[hf, spec]| SplitLight {
+            hf: images.current(hf),
+            spec: images.current(spec),
+            lf: None,
+        });
         let (mut source, mut from_roots) = (source, false);
         for level in 0..params.iterations {
             let step = 1 << level;
