@@ -27,7 +27,9 @@ use pt_shaders::records::Background;
 use records::CompositePush;
 
 pub use passes::{AntilagParams, AtrousParams, LfParams, RecurrentParams, TemporalParams};
-pub use records::{AtrousKernel, Denoiser, GradientFilter, GradientPixel, Projection, Schedule, SpecularMotion, Stratum};
+pub use records::{
+    AtrousKernel, Denoiser, GradientFilter, GradientPixel, Projection, Schedule, SpecularMotion, Stratum,
+};
 pub use variants::DenoiseChain;
 
 knobs! {

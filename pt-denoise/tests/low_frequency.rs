@@ -363,9 +363,14 @@ fn single_bright_samples_are_limited() {
         (mean(&out, 3), variance(&out, 3).sqrt())
     };
     let [(mean_without, without), (mean_with, with)] = [None, Some(20.0)].map(filtered);
-    println!("limit of single samples: deviation {without:.3} -> {with:.3}, mean {mean_without:.3} -> {mean_with:.3}");
+    println!(
+        "limit of single samples: deviation {without:.3} -> {with:.3}, mean {mean_without:.3} -> {mean_with:.3}"
+    );
     // 1 without the bright samples, which add 2; at most 20 times 1 is left of each, 0.04.
-    assert!(with < 0.1 * without && (0.95..1.1).contains(&mean_with) && mean_without > 2.0, "{mean_with} {with}");
+    assert!(
+        with < 0.1 * without && (0.95..1.1).contains(&mean_with) && mean_without > 2.0,
+        "{mean_with} {with}"
+    );
 }
 
 /// R19: a thin wall between a bright and a dark room, both with the same distance and normal in the picture: the guard keeps the light where it is, and its sum.

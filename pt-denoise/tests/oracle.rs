@@ -4,7 +4,8 @@ mod common;
 
 use common::{Bench, Random, camera_at, count, guide};
 use pt_denoise::images::{
-    HISTORY_HF, HISTORY_SPEC, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC,
+    HISTORY_HF, HISTORY_SPEC, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF,
+    PONG_SPEC,
 };
 use pt_denoise::oracle::{
     Accumulated, Guided, History, Light, Lit, Reflections, accumulate, atrous, blur, fix_history,
@@ -66,10 +67,13 @@ fn largest(light: &[Accumulated]) -> f64 {
 
 #[test]
 fn svgf_agrees_with_the_oracle() {
-    let permuted =
-        AtrousKernel::ALL.iter().flat_map(|kernel| SIZES.map(|size| (size, *kernel, Schedule::Permuted)));
-    let dilated = AtrousKernel::ALL.iter().map(|kernel| ([29, 17], *kernel, Schedule::Dilated));
-    for (size, kernel, schedule) in permuted.chain(dilated) {
+    let permuted = SIZES.map(|size| (size, AtrousKernel::Three, Schedule::Permuted));
+    let others = [
+        ([29, 17], AtrousKernel::Five, Schedule::Permuted),
+        ([29, 17], AtrousKernel::Three, Schedule::Dilated),
+        ([17, 5], AtrousKernel::Five, Schedule::Dilated),
+    ];
+    for (size, kernel, schedule) in permuted.into_iter().chain(others) {
         let mut random = Random(size[0].into());
         let mut params = DenoiseParams { variant: Denoiser::Svgf, ..DenoiseParams::default() };
         (params.atrous.kernel, params.atrous.schedule) = (kernel, schedule);

@@ -122,8 +122,7 @@ pub fn forward_candidates(
         (0..9).find_map(|k| {
             let k = i64::from((k + first) % 9);
             let other = [was[0] + k % 3 - 1, was[1] + k / 3 - 1];
-            let inside =
-                (0..across as i64).contains(&other[0]) && (0..down as i64).contains(&other[1]);
+            let inside = (0..across as i64).contains(&other[0]) && (0..down as i64).contains(&other[1]);
             let other = inside.then(|| other[1] as usize * across + other[0] as usize)?;
             let tap = pixel_of(size, side, other, (random(other) % count) as usize)?;
             let number = lands_in(stratum, tap)?;

@@ -11,8 +11,8 @@ knobs! {
     pub struct AtrousParams {
         /// Levels of the filter; the taps of each are twice as far apart as those of the one before.
         pub iterations: u32 = 5, in 1..=7, source "Schied et al. 2017, section 4.4";
-        /// Taps of a level and their weights: 3x3 takes a third of the time and reaches half as far.
-        pub kernel: AtrousKernel = AtrousKernel::Five, source "Dammertz et al. 2010" => structural;
+        /// Taps of a level and their weights: 5x5 takes twice the time and reaches twice as far.
+        pub kernel: AtrousKernel = AtrousKernel::Three, source "Dammertz et al. 2010" => structural;
         /// Whether the first level's output is the history of the next frame, as in the paper; otherwise history is not filtered in space, which keeps
         /// shadows sharper while nothing moves.
         pub feedback: bool = false, source "Schied et al. 2017, section 4.1";
@@ -33,6 +33,9 @@ knobs! {
         pub schedule: Schedule = Schedule::Permuted, source "Dolp, Hanika and Dachsbacher 2024" => structural;
     }
 }
+
+/// Pixels that a thread filters.
+const ROWS: u32 = 2;
 
 /// The kernels of the levels.
 pub(crate) struct Atrous {
@@ -93,8 +96,11 @@ impl Atrous {
     ) -> Result<SplitLight<'a>> {
         let images = inputs.images;
         let size = images.size();
-        let between = [[LEVELS_HF, LEVELS_SPEC], [LEVELS2_HF, LEVELS2_SPEC]]
-            .map(|[hf, spec]| SplitLight { hf: images.current(hf), spec: images.current(spec), lf: None });
+        let between = [[LEVELS_HF, LEVELS_SPEC], [LEVELS2_HF, LEVELS2_SPEC]].map(|[hf, spec]| SplitLight {
+            hf: images.current(hf),
+            spec: images.current(spec),
+            lf: None,
+        });
         let (mut source, mut from_roots) = (source, false);
         for level in 0..params.iterations {
             let step = 1 << level;
@@ -115,7 +121,10 @@ impl Atrous {
             };
             let threads = match self.group {
                 // Whole groups for each of the lattices that a level consists of.
-                Some(group) => [0, 1].map(|i| size[i].div_ceil(step).div_ceil(group[i]) * step * group[i]),
+                Some(group) => {
+                    let [x, y] = [0, 1].map(|i| size[i].div_ceil(step).div_ceil(group[i]) * step * group[i]);
+                    [x, y / ROWS]
+                }
                 None => size,
             };
             let kernel = if to_roots { &self.roots } else { &self.kernel };

@@ -147,7 +147,8 @@ impl Gradients {
                 pass = pass.sample("source_lf", source).write("target_lf", target);
             }
             let (step, variance) = (filter.step(level), filter.variance_factor(level));
-            pass.push(&GradientPush { size: inputs.images.size().into(), step, variance }).dispatch([x, y, 1])?;
+            pass.push(&GradientPush { size: inputs.images.size().into(), step, variance })
+                .dispatch([x, y, 1])?;
             std::mem::swap(&mut now, &mut next);
         }
         Ok(now)

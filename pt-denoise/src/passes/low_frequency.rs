@@ -144,17 +144,22 @@ impl LfSpatial {
         let tiles = [size[0].div_ceil(TILE_SIDE), size[1].div_ceil(TILE_SIDE), 1];
         let mut now = light(images, TILES_LF_SH, TILES_LF_COCG);
         let mut next = light(images, TILES2_LF_SH, TILES2_LF_COCG);
-        let mut pass =
-            |name: &str, kernel, io, source: LowFrequencyLight<'_>, target: LowFrequencyLight<'_>, push, threads| {
-                inputs
-                    .pass(frame, name, kernel, io)
-                    .sample("source_sh", source.sh)
-                    .sample("source_cocg", source.cocg)
-                    .write("target_sh", target.sh)
-                    .write("target_cocg", target.cocg)
-                    .push(&push)
-                    .dispatch(threads)
-            };
+        let mut pass = |name: &str,
+                        kernel,
+                        io,
+                        source: LowFrequencyLight<'_>,
+                        target: LowFrequencyLight<'_>,
+                        push,
+                        threads| {
+            inputs
+                .pass(frame, name, kernel, io)
+                .sample("source_sh", source.sh)
+                .sample("source_cocg", source.cocg)
+                .write("target_sh", target.sh)
+                .write("target_cocg", target.cocg)
+                .push(&push)
+                .dispatch(threads)
+        };
         let pixels = inputs.flat_threads();
         let once = constants(1, false);
         pass("denoise lf downsample", &self.downsample, &Self::DOWNSAMPLE, source, now, once, pixels)?;

@@ -29,7 +29,7 @@ knobs! {
         /// A sample is limited to this many times what history and the pixels around hold, the brightest of them left out, and what exceeds the
         /// limit is lost; none is no limit.
         pub firefly: Option<f32> = Some(1e5), in 1.0..=1e6;
-        /// The same of indirect diffuse light, by its luma.
+        /// A sample of indirect diffuse light is limited in the same way, by its luma, and what exceeds the limit is lost; none is no limit.
         pub firefly_lf: Option<f32> = None, in 1.0..=1e6;
         /// What the history of specular light follows; mirror images need a pinhole or thin-lens camera, and pixels that show a surface directly.
         pub specular: SpecularMotion = SpecularMotion::Surface, source "Zhdanov 2021, chapter 49" => structural;

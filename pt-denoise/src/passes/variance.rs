@@ -17,11 +17,8 @@ pub(crate) struct Variance {
 
 impl Variance {
     /// What it accesses besides the light, of accumulated light.
-    pub(crate) const TEMPORAL_IO: StageIo = StageIo {
-        reads: with_guides![SURFACE],
-        writes: &[GUIDE],
-        ..StageIo::of("denoise variance")
-    };
+    pub(crate) const TEMPORAL_IO: StageIo =
+        StageIo { reads: with_guides![SURFACE], writes: &[GUIDE], ..StageIo::of("denoise variance") };
     /// The same of each frame by itself.
     pub(crate) const SPATIAL_IO: StageIo = StageIo {
         reads: with_guides![COLOR_HF, COLOR_SPEC],

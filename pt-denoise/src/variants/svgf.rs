@@ -19,8 +19,7 @@ impl Svgf {
 
     /// `adaptive`: of the adaptive form.
     pub(super) fn io(params: &DenoiseParams, adaptive: bool) -> Vec<StageIo> {
-        const TARGETS: StageIo =
-            writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC]);
+        const TARGETS: StageIo = writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC]);
         let temporal = Temporal::io(Self::form(adaptive), &params.temporal);
         let [level, between] = Atrous::IO;
         vec![temporal, Variance::TEMPORAL_IO, TARGETS, level, between]
