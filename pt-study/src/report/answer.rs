@@ -41,19 +41,19 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
         let rows = summary.rows.iter().filter(|row| row.verdict == verdict);
         rows.map(|row| row.variant.clone()).collect()
     };
-    let ends = |i: Option<Interval>| i.into_iter().flat_map(|i| [i.low, i.high]);
     let means = Column::of(summary.rows.iter().filter_map(|row| row.mean));
-    let differences = Column::of(summary.rows.iter().flat_map(|row| ends(row.difference_interval)));
+    let half_width = |row: &SummaryRow| row.difference_interval.map(|i| (i.high - i.low) / 2.0);
+    let differences = Column::of_uncertain(summary.rows.iter().filter_map(half_width));
     let ranks = ranks(&summary.rows);
     let mut table = Table::new([
         "#Rank",
         "Variant",
+        "Verdict",
         "#Mean",
         "#95 % interval",
         "#Difference to baseline",
         "#95 % interval of the difference",
         "#p (Holm)",
-        "Verdict",
         "#GPU ms",
         "#Cells",
     ]);
@@ -82,12 +82,12 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
                 Datum::number(rank as f64, format!("{rank}{}", if shared { "=" } else { "" }))
             }),
             series.map_or_else(|| Datum::text(&row.variant), Datum::series),
+            Datum { class: verdict, ..Datum::text(row.verdict.text()) },
             number(row.mean, &|v| means.text(v)),
             interval(row.interval, &|v| means.text(v)),
             number(row.difference, &|v| differences.signed(v)),
             interval(row.difference_interval, &|v| differences.signed(v)),
             number(row.p, &p_value),
-            Datum { class: verdict, ..Datum::text(row.verdict.text()) },
             Datum::value(cost_of(results, &row.variant).0),
             Datum::number(row.cells as f64, row.cells.to_string()),
         ]);
