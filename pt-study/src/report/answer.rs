@@ -41,9 +41,16 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
         let rows = summary.rows.iter().filter(|row| row.verdict == verdict);
         rows.map(|row| row.variant.clone()).collect()
     };
-    let means = Column::of(summary.rows.iter().filter_map(|row| row.mean));
-    let half_width = |row: &SummaryRow| row.difference_interval.map(|i| (i.high - i.low) / 2.0);
-    let differences = Column::of_uncertain(summary.rows.iter().filter_map(half_width));
+    let half_width = |i: Interval| (i.high - i.low) / 2.0;
+    let rows = || summary.rows.iter();
+    let means = Column::of_uncertain(
+        rows().filter_map(|row| row.mean),
+        rows().filter_map(|row| row.interval.map(half_width)),
+    );
+    let differences = Column::of_uncertain(
+        rows().filter_map(|row| row.difference),
+        rows().filter_map(|row| row.difference_interval.map(half_width)),
+    );
     let ranks = ranks(&summary.rows);
     let mut table = Table::new([
         "#Rank",
@@ -88,7 +95,7 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
             number(row.difference, &|v| differences.signed(v)),
             interval(row.difference_interval, &|v| differences.signed(v)),
             number(row.p, &p_value),
-            Datum::value(cost_of(results, &row.variant).0),
+            number(cost_of(results, &row.variant).0, &|ms| significant(ms, 3)),
             Datum::number(row.cells as f64, row.cells.to_string()),
         ]);
     }

@@ -26,7 +26,7 @@ pub fn figures(source: &Source<'_>) -> Result<Vec<Figure>, ReportError> {
 
     let mut series: Vec<Series> =
         stages.iter().enumerate().map(|(number, stage)| Series::numbered(stage, number)).collect();
-    series.push(Series::neutral(INTERACTION));
+    series.push(Series::rest(INTERACTION));
     // Bars have no markers: the legend shows squares.
     series.iter_mut().for_each(|series| series.marker = Marker::Square);
     let variants: Vec<(&Series, Vec<&LedgerRecord>)> = source
