@@ -42,19 +42,26 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
         let rows = summary.rows.iter().filter(|row| row.verdict == verdict);
         rows.map(|row| row.variant.clone()).collect()
     };
-    let ends = |i: Option<Interval>| i.into_iter().flat_map(|i| [i.low, i.high]);
-    let means = Column::of(summary.rows.iter().filter_map(|row| row.mean));
-    let differences = Column::of(summary.rows.iter().flat_map(|row| ends(row.difference_interval)));
+    let half_width = |i: Interval| (i.high - i.low) / 2.0;
+    let rows = || summary.rows.iter();
+    let means = Column::of_uncertain(
+        rows().filter_map(|row| row.mean),
+        rows().filter_map(|row| row.interval.map(half_width)),
+    );
+    let differences = Column::of_uncertain(
+        rows().filter_map(|row| row.difference),
+        rows().filter_map(|row| row.difference_interval.map(half_width)),
+    );
     let ranks = ranks(&summary.rows);
     let mut table = Table::new([
         "#Rank",
         "Variant",
+        "Verdict",
         "#Mean",
         "#95 % interval",
         "#Difference to baseline",
         "#95 % interval of the difference",
         "#p (Holm)",
-        "Verdict",
         "#GPU ms",
         "#Cells",
     ]);
@@ -83,13 +90,13 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
                 Datum::number(rank as f64, format!("{rank}{}", if shared { "=" } else { "" }))
             }),
             series.map_or_else(|| Datum::text(&row.variant), Datum::series),
+            Datum { class: verdict, ..Datum::text(row.verdict.text()) },
             number(row.mean, &|v| means.text(v)),
             interval(row.interval, &|v| means.text(v)),
             number(row.difference, &|v| differences.signed(v)),
             interval(row.difference_interval, &|v| differences.signed(v)),
             number(row.p, &p_value),
-            Datum { class: verdict, ..Datum::text(row.verdict.text()) },
-            Datum::value(cost_of(results, &row.variant).0),
+            number(cost_of(results, &row.variant).0, &|ms| significant(ms, 3)),
             Datum::number(row.cells as f64, row.cells.to_string()),
         ]);
     }

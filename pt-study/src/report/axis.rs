@@ -54,7 +54,19 @@ impl Axis {
 
     /// Text of a mark.
     pub fn text(&self, position: f64) -> String {
-        super::number::short(if self.logarithmic { 10_f64.powf(position) } else { position })
+        if self.logarithmic {
+            return super::number::short(10_f64.powf(position));
+        }
+        // As many decimals as tell two marks apart.
+        let step = self.marks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let decimals = if step.is_finite() { (-step.log10().floor()).max(0.0) } else { 0.0 };
+        if position == 0.0 {
+            "0".into()
+        } else if (0.0..=5.0).contains(&decimals) && position.abs() < 1e6 {
+            format!("{position:.0$}", decimals as usize)
+        } else {
+            super::number::significant(position, 4)
+        }
     }
 }
 
@@ -125,6 +137,11 @@ mod tests {
             assert!(axis.marks.iter().all(|m| (axis.low..=axis.high).contains(m)));
             assert!(!zero || axis.low <= 0.0 && axis.high >= 0.0);
         }
+        let axis = Axis::of("x", [0.996, 1.004].into_iter(), false, true);
+        assert_eq!(
+            axis.marks.iter().map(|m| axis.text(*m)).collect::<Vec<_>>(),
+            ["0.996", "0.998", "1.000", "1.002", "1.004"]
+        );
         let axis = Axis::of("x", [0.01, 0.5].into_iter(), false, true);
         assert!(axis.logarithmic && axis.position(0.0).is_none());
         assert_eq!(

@@ -13,7 +13,7 @@ const PANEL: (u32, u32) = (500, 310);
 /// Height of a bar and its gap.
 const BAR: u32 = 30;
 /// Room for the labels of bars.
-const BAR_LABELS: i32 = 132;
+const BAR_LABELS: i32 = 170;
 /// Letters of a label of a bar.
 const BAR_LETTERS: usize = 18;
 /// The library divides sizes of fonts by 1.24.

@@ -3,7 +3,7 @@
 use super::ReportError;
 use super::draw::{Stack, bars, columns};
 use super::figure::{Figure, Panel, Source};
-use super::series::Series;
+use super::series::{Marker, Series};
 use super::table::{Datum, Table};
 use crate::record::{CellRecord, LedgerRecord};
 
@@ -26,7 +26,9 @@ pub fn figures(source: &Source<'_>) -> Result<Vec<Figure>, ReportError> {
 
     let mut series: Vec<Series> =
         stages.iter().enumerate().map(|(number, stage)| Series::numbered(stage, number)).collect();
-    series.push(Series::neutral(INTERACTION));
+    series.push(Series::rest(INTERACTION));
+    // Bars have no markers: the legend shows squares.
+    series.iter_mut().for_each(|series| series.marker = Marker::Square);
     let variants: Vec<(&Series, Vec<&LedgerRecord>)> = source
         .series
         .iter()

@@ -25,7 +25,8 @@ use answer::Answer;
 use figure::{Figure, Source};
 use input::Results;
 use minijinja::syntax::SyntaxConfig;
-use minijinja::{Environment, UndefinedBehavior, Value};
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior};
 use pictures::Pictures;
 use provenance::Fact;
 use serde::Serialize;
@@ -125,8 +126,5 @@ fn fill_in(page: &Page<'_>) -> Result<String, ReportError> {
         .set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(failed)?);
     templates.add_template("parts.html", include_str!("parts.html")).map_err(failed)?;
     templates.add_template("page.html", include_str!("page.html")).map_err(failed)?;
-    templates
-        .get_template("page.html")
-        .and_then(|template| template.render(Value::serialize(page)))
-        .map_err(failed)
+    templates.get_template("page.html").and_then(|template| template.render(Serde(page))).map_err(failed)
 }

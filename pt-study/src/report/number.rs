@@ -1,7 +1,9 @@
 //! Numbers as text.
 
-/// Significant digits of a column of means.
+/// Significant digits of the smallest magnitude in a column of means.
 const DIGITS: i32 = 4;
+/// Digits of the smallest uncertainty where there is one: more digits would be noise.
+const UNCERTAIN_DIGITS: i32 = 2;
 /// Most decimals of a column; smaller numbers are written with an exponent.
 const MOST_DECIMALS: i32 = 7;
 
@@ -40,9 +42,19 @@ pub struct Column {
 impl Column {
     /// Enough decimals for the smallest magnitude of the values to show its leading digits.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
+        let decimals = Self::decimals(values, DIGITS).unwrap_or(0);
+        Self { decimals }
+    }
+
+    /// Enough decimals for the smallest of the uncertainties of the values; for the values if none has an uncertainty.
+    pub fn of_uncertain(values: impl Iterator<Item = f64>, uncertainties: impl Iterator<Item = f64>) -> Self {
+        Self::decimals(uncertainties, UNCERTAIN_DIGITS)
+            .map_or_else(|| Self::of(values), |decimals| Self { decimals })
+    }
+
+    fn decimals(values: impl Iterator<Item = f64>, digits: i32) -> Option<i32> {
         let least = values.map(f64::abs).filter(|v| *v > 0.0 && v.is_finite()).fold(f64::INFINITY, f64::min);
-        let decimals = if least.is_finite() { DIGITS - 1 - least.log10().floor() as i32 } else { 0 };
-        Self { decimals: decimals.max(0) }
+        least.is_finite().then(|| (digits - 1 - least.log10().floor() as i32).max(0))
     }
 
     /// The number without a sign if it is positive.
@@ -83,6 +95,9 @@ mod tests {
         let column = Column::of([0.0123, 1.5].into_iter());
         assert_eq!((column.text(0.0123), column.text(1.5)), ("0.01230".into(), "1.50000".into()));
         assert_eq!((column.signed(0.5), column.signed(-0.5)), ("+0.50000".into(), "-0.50000".into()));
+        let uncertain = |half: &[f64]| Column::of_uncertain([0.25].into_iter(), half.iter().copied());
+        assert_eq!(uncertain(&[0.0012, 0.3]).signed(0.25), "+0.2500");
+        assert_eq!(uncertain(&[0.0]).signed(0.25), "+0.2500");
         assert_eq!(Column::of([1e-9].into_iter()).text(1e-9), "1.00e-9");
         assert_eq!(Column::of(std::iter::empty()).text(0.0), "0");
     }

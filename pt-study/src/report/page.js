@@ -179,12 +179,17 @@ function viewer() {
     const [atX, atY] = within(event);
     zoomBy(2 ** (-event.deltaY / 240), atX, atY);
   }, { passive: false });
-  stage.addEventListener("pointerdown", (event) => stage.setPointerCapture(event.pointerId));
+  let from = [0, 0];
+  stage.addEventListener("pointerdown", (event) => {
+    stage.setPointerCapture(event.pointerId);
+    from = [event.clientX, event.clientY];
+  });
   stage.addEventListener("pointermove", (event) => {
     if (!stage.hasPointerCapture(event.pointerId)) return;
     const box = within(event)[2];
-    x += event.movementX / box.width;
-    y += event.movementY / box.height;
+    x += (event.clientX - from[0]) / box.width;
+    y += (event.clientY - from[1]) / box.height;
+    from = [event.clientX, event.clientY];
     place();
   });
   stage.addEventListener("keydown", (event) => {

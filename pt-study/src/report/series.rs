@@ -10,8 +10,10 @@ use serde::Serialize;
 /// Colours that people with any kind of colour blindness tell apart (after Okabe and Ito 2008, darkened for lines on white).
 const COLORS: [(u8, u8, u8); 7] =
     [(0, 114, 178), (199, 82, 0), (0, 128, 96), (168, 81, 138), (168, 116, 0), (60, 148, 201), (140, 60, 60)];
-/// Colour of the baseline, and of the interaction of stages.
+/// Colour of the baseline.
 const NEUTRAL: RGBColor = RGBColor(85, 85, 85);
+/// Colour of what remains beside the parts of a sum.
+const REST: RGBColor = RGBColor(150, 154, 160);
 /// Text and axes.
 pub const INK: RGBColor = RGBColor(51, 51, 52);
 /// Lines of the grid.
@@ -51,9 +53,14 @@ impl Series {
         Self { name: name.into(), hex, slot, dashed, marker, color }
     }
 
-    /// The series that others are compared with, or what remains beside them.
+    /// The series that others are compared with.
     pub fn neutral(name: &str) -> Self {
         Self::new(name, NEUTRAL, "neutral".into(), false, Marker::Circle)
+    }
+
+    /// What remains beside the parts of a sum.
+    pub fn rest(name: &str) -> Self {
+        Self::new(name, REST, "rest".into(), false, Marker::Square)
     }
 
     /// The series with a number.

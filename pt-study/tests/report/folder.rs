@@ -171,7 +171,8 @@ fn write_png(path: &Path, pixel: impl Fn(u32, u32) -> [u8; 3]) {
 fn shade(x: u32, y: u32, scene: usize, noise_seed: u64, error: f64) -> [u8; 3] {
     let (u, v) = (f64::from(x) / f64::from(SIZE[0]), f64::from(y) / f64::from(SIZE[1]));
     let ball = (1.0 - ((u - 0.55) * 6.0).powi(2) - ((v - 0.6) * 3.4).powi(2)).max(0.0).sqrt();
-    let wall = [0.75 - 0.5 * u, 0.35 + 0.2 * v, 0.2 + 0.5 * u];
+    let mut wall = [0.75 - 0.5 * u, 0.35 + 0.2 * v, 0.2 + 0.5 * u];
+    wall.rotate_left(scene);
     let at = u64::from(y * SIZE[0] + x) + (scene as u64) * 77_777;
     let noise = 1.0 + error * noise(noise_seed << 24 ^ at);
     wall.map(|wall| ((0.8 * wall + 0.7 * ball * (1.2 - v)) * noise * 255.0).clamp(0.0, 255.0) as u8)
