@@ -159,15 +159,63 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
         assert!(images.values().all(|name| at.join("whole").join(name).is_file()));
         let ledger = ledger.as_ref().unwrap();
         let names: Vec<_> = ledger.parts.iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(names, ["denoise", "interleave", "taa"]);
+        assert_eq!(names, ["lights", "indirect", "denoise", "interleave", "taa"]);
         let sum: f64 = ledger.parts.iter().map(|(_, part)| part).sum::<f64>() + ledger.interaction;
         assert!((sum - ledger.total).abs() <= 1e-12 * ledger.total, "{ledger:?}");
         assert!((ledger.total - metrics["relmse"].unwrap()).abs() <= 1e-12, "the error that was measured");
         // With ground truth after TAA nothing is left but the rounding to half floats: 2^-11 of each value, squared.
         assert!(ledger.interaction.abs() < 1e-6, "{ledger:?}");
+        // No bounces: nothing to feed.
+        assert_eq!(ledger.parts[1].1, 0.0, "{ledger:?}");
         // Noise is most of the error of one sample a pixel.
         assert!(ledger.parts[0].1 > 0.5 * ledger.total, "{ledger:?}");
     }
     // The placebo has the same random numbers and the same result.
     assert_eq!(results[0].frames, results[2].frames);
+}
+
+#[test]
+fn recorded_references_are_of_the_same_view() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    text(
+        at,
+        &[
+            "capture",
+            "plane",
+            "--size",
+            "16x12",
+            "--frames",
+            "0..2",
+            "--reference-spp",
+            "4",
+            "--backend",
+            "compute",
+            "-o",
+            "recorded",
+        ],
+    );
+    let study = |scene: &str, rest: &str| {
+        let head = "against = \"recorded\"\nmetrics = [\"relmse\"]\nseeds = 1\nframes = 2\nbackends = [\"compute\"]\n";
+        fs::write(at.join("s.toml"), format!("scenes = [\"{scene}\"]\n{head}{rest}")).unwrap();
+    };
+    study("plane", "sizes = [\"16x12\"]\n");
+    text(at, &["study", "s.toml", "-o", "same"]);
+    let value = read_results(&at.join("same")).unwrap()[0].metrics["relmse"].unwrap();
+    assert!(value > 0.0 && value < 1.0, "{value}");
+    study("cornell", "sizes = [\"16x12\"]\n");
+    let line = refused(at, &["study", "s.toml", "-o", "scene"]);
+    assert!(line.contains("recorded: is of the scene plane, the cell of cornell"), "{line}");
+    study("plane", "cameras = [\"above\"]\nsizes = [\"16x12\"]\n");
+    assert!(refused(at, &["study", "s.toml", "-o", "camera"]).contains("with another camera"));
+    study("plane", "sizes = [\"16x12\"]\nmeasure = \"0..3\"\n");
+    assert!(refused(at, &["study", "s.toml", "-o", "frames"]).contains("within 0..2"));
+    // Another version, which is seen before a scene is opened.
+    let index = at.join("recorded/index.json");
+    let changed = fs::read_to_string(&index)
+        .unwrap()
+        .replace(&format!("\"{}\"", env!("CARGO_PKG_VERSION")), "\"0.0.7\"");
+    fs::write(&index, changed).unwrap();
+    study("plane", "sizes = [\"16x12\"]\n");
+    assert!(refused(at, &["study", "s.toml", "-o", "version"]).contains("was recorded by version 0.0.7"));
 }

@@ -2,9 +2,11 @@
 
 mod access;
 mod assemble;
+mod fed;
 mod oracle;
 mod stages;
 
+pub use fed::FrameTime;
 pub use oracle::{Oracle, Oracles};
 pub use stages::{Stage, bounce_lights};
 
@@ -69,11 +71,7 @@ impl FullFrame {
         time_step: Option<f32>,
         params: &FrameParams,
     ) -> pt_core::Result<()> {
-        let (size, index) = (self.images.size(), frame.index());
-        let camera = params.gbuffer.with_lens(camera_record(camera, size));
-        let previous = self.previous_camera.replace(camera).unwrap_or(camera);
-        let record = FrameRecord::new(camera, previous, size, index, seed);
-        let moment = Moment { record, jitter: frame_jitter(params.gbuffer.jitter, index), time_step };
+        let moment = self.next_moment(camera, frame.index(), seed, time_step, params);
         self.images.begin_frame();
         self.stages(frame, Some(scene), moment, params)
     }
@@ -94,6 +92,22 @@ impl FullFrame {
         Ok(self.stages(frame, None, moment, params)?)
     }
 
+    /// Parameters of frame `index`, from which `camera` looks.
+    fn next_moment(
+        &mut self,
+        camera: &Camera,
+        index: u32,
+        seed: u32,
+        time_step: Option<f32>,
+        params: &FrameParams,
+    ) -> Moment {
+        let size = self.images.size();
+        let camera = params.gbuffer.with_lens(camera_record(camera, size));
+        let previous = self.previous_camera.replace(camera).unwrap_or(camera);
+        let record = FrameRecord::new(camera, previous, size, index, seed);
+        Moment { record, jitter: frame_jitter(params.gbuffer.jitter, index), time_step }
+    }
+
     fn stages(
         &mut self,
         frame: &mut Frame<'_>,
@@ -101,43 +115,76 @@ impl FullFrame {
         moment: Moment,
         params: &FrameParams,
     ) -> pt_core::Result<()> {
-        if let Some(key) = self.made_for.structural_difference(params) {
-            return Err(pt_core::Error::StructuralKnob { key });
-        }
-        self.moment = Some(moment);
-        self.uniforms.upload(frame, &moment.record)?;
-        let inputs = StageInputs { scene, uniforms: Some(&self.uniforms), images: &self.images };
+        self.begin_stages(frame, moment, params)?;
+        let inputs = self.inputs(scene);
+        self.surfaces(frame, &inputs, params)?;
         if let Some(traced) = &self.traced {
             let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
-            let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
-            let light_kinds = params.lights.push(0.0).kinds;
-            traced.primary.record(frame, &inputs, &gbuffer)?;
-            for bounce in 0..gbuffer.reflect_refract {
-                traced.reflect_refract.record(frame, &inputs, &gbuffer, light_kinds, bounce)?;
-            }
-            if let Some(replaced_motion) = &traced.replaced_motion {
-                replaced_motion.record(frame, &inputs, &gbuffer)?;
-            }
-            if let Some(gradient_pixels) = &traced.gradient_pixels {
-                gradient_pixels.record(frame, &inputs, &params.denoise, params.direct().replays())?;
-            }
             traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
             if let Some(indirect) = &traced.indirect {
                 indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
             }
         }
+        self.after_light(frame, &inputs, moment, params)
+    }
+
+    fn begin_stages(
+        &mut self,
+        frame: &mut Frame<'_>,
+        moment: Moment,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
+        if let Some(key) = self.made_for.structural_difference(params) {
+            return Err(pt_core::Error::StructuralKnob { key });
+        }
+        self.moment = Some(moment);
+        self.uniforms.upload(frame, &moment.record)
+    }
+
+    /// The stages before the light.
+    fn surfaces(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
+        let Some(traced) = &self.traced else { return Ok(()) };
+        let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
+        let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
+        let light_kinds = params.lights.push(0.0).kinds;
+        traced.primary.record(frame, inputs, &gbuffer)?;
+        for bounce in 0..gbuffer.reflect_refract {
+            traced.reflect_refract.record(frame, inputs, &gbuffer, light_kinds, bounce)?;
+        }
+        if let Some(replaced_motion) = &traced.replaced_motion {
+            replaced_motion.record(frame, inputs, &gbuffer)?;
+        }
+        if let Some(gradient_pixels) = &traced.gradient_pixels {
+            gradient_pixels.record(frame, inputs, &params.denoise, params.direct().replays())?;
+        }
+        Ok(())
+    }
+
+    /// The stages after the light.
+    fn after_light(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        moment: Moment,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
         if let (Some(denoise), Some(composite)) = (&self.denoise, &self.composite) {
-            let light = denoise.record(frame, &inputs, &params.denoise)?;
-            composite.record(frame, &inputs, light, &params.denoise)?;
+            let light = denoise.record(frame, inputs, &params.denoise)?;
+            composite.record(frame, inputs, light, &params.denoise)?;
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_composite(frame, self))?;
         }
         if let Some(interleave) = &self.interleave {
-            interleave.record(frame, &inputs, &params.checkerboard)?;
+            interleave.record(frame, inputs, &params.checkerboard)?;
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_interleave(frame, self))?;
         }
         let fed = self.oracles.as_ref().is_some_and(Oracles::feeds_taa);
         let jitter = if fed { [0.0; 2] } else { moment.jitter };
-        self.post.record_with(frame, &inputs, moment.time_step, jitter, &params.post, |frame, resolved| {
+        self.post.record_with(frame, inputs, moment.time_step, jitter, &params.post, |frame, resolved| {
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_taa(frame, resolved))
         })
     }
