@@ -49,6 +49,11 @@ impl Plan {
             file.display()
         );
         let variants = study.variants();
+        ensure!(
+            !variants.is_empty(),
+            "{}: the study has more than {MANY_CELLS} variants; give shorter axes",
+            file.display()
+        );
         let resolved = |variant: &Variant| {
             let params = params_of(&study, &variant.set)?;
             check_background(&params, study.accumulate)?;
