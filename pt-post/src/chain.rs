@@ -151,11 +151,6 @@ impl PostChain {
         fsr.record(frame, images, picture, params)
     }
 
-    /// Whether temporal anti-aliasing is one of the stages.
-    pub fn has_taa(&self) -> bool {
-        self.taa.is_some()
-    }
-
     /// The frame as linear radiance before bloom and exposure: what TAA resolved, else the running mean, else the flat frame.
     pub fn resolved<'a>(&self, images: &'a ChannelImages) -> &'a Image {
         images.current(match (&self.taa, &self.accumulate) {

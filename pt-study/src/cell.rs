@@ -58,8 +58,7 @@ impl Study {
         lists.into_iter().map(|size| size as u64).fold(self.variant_count(), u64::saturating_mul)
     }
 
-    /// The variants, in the order of the file: the last axis changes fastest. Empty for more than [`MANY_CELLS`] squared would be absurd; callers
-    /// ask for [`Study::cell_count`] first.
+    /// The variants, in the order of the file: the last axis changes fastest. Empty if there are more than [`MANY_CELLS`].
     pub fn variants(&self) -> Vec<Variant> {
         if self.variant_count() > MANY_CELLS {
             return Vec::new();

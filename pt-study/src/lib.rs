@@ -6,6 +6,7 @@
 pub mod cell;
 mod error;
 pub mod file;
+mod file_reader;
 pub mod folder;
 pub mod ledger;
 pub mod merge;

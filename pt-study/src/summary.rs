@@ -122,6 +122,12 @@ pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
     summaries
 }
 
+/// Mean of values that differ in noise alone, and its interval, as [`estimate`] has them.
+pub fn mean_and_interval(values: &[f64]) -> (Option<f64>, Option<Interval>) {
+    let found = estimate(&[values]);
+    (found.map(|e| e.mean), found.and_then(|e| e.interval))
+}
+
 /// Values by strata: all that cells have in common with the cell of the baseline but the seed.
 fn strata<'a>(values: impl Iterator<Item = (Pair<'a>, f64)>) -> Vec<Vec<f64>> {
     let mut strata: BTreeMap<_, Vec<f64>> = BTreeMap::new();

@@ -31,8 +31,8 @@ impl FullFrame {
     }
 
     /// The stage of each pass of the last frame, those before its stages included.
-    pub fn pass_stages(&self) -> &[FrameStage] {
-        &self.pass_stages
+    pub fn pass_stages(&self) -> Vec<FrameStage> {
+        self.pass_stages.borrow().clone()
     }
 
     /// Parameters of the last frame; `None` before the first.

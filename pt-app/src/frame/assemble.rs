@@ -99,7 +99,7 @@ impl FullFrame {
             made_for: params.clone(),
             moment: None,
             oracles: None,
-            pass_stages: Vec::new(),
+            pass_stages: Default::default(),
         })
     }
 }

@@ -2,9 +2,11 @@
 
 mod access;
 mod assemble;
+mod fed;
 mod oracle;
 mod stages;
 
+pub use fed::FrameTime;
 pub use oracle::{Oracle, Oracles};
 pub use stages::{FrameStage, Stage, bounce_lights};
 
@@ -21,6 +23,7 @@ use pt_scene::gpu::{GpuScene, camera_record};
 use pt_shaders::channels::ChannelId;
 use pt_shaders::records::{CameraRecord, FrameRecord};
 use stages::TracedStages;
+use std::cell::RefCell;
 
 /// Parameters of one frame besides its images and knobs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +50,7 @@ pub struct FullFrame {
     made_for: FrameParams,
     moment: Option<Moment>,
     oracles: Option<Oracles>,
-    pass_stages: Vec<FrameStage>,
+    pass_stages: RefCell<Vec<FrameStage>>,
 }
 
 impl FullFrame {
@@ -70,11 +73,7 @@ impl FullFrame {
         time_step: Option<f32>,
         params: &FrameParams,
     ) -> pt_core::Result<()> {
-        let (size, index) = (self.images.size(), frame.index());
-        let camera = params.gbuffer.with_lens(camera_record(camera, size));
-        let previous = self.previous_camera.replace(camera).unwrap_or(camera);
-        let record = FrameRecord::new(camera, previous, size, index, seed);
-        let moment = Moment { record, jitter: frame_jitter(params.gbuffer.jitter, index), time_step };
+        let moment = self.next_moment(camera, frame.index(), seed, time_step, params);
         self.images.begin_frame();
         self.stages(frame, Some(scene), moment, params)
     }
@@ -95,10 +94,47 @@ impl FullFrame {
         Ok(self.stages(frame, None, moment, params)?)
     }
 
+    /// Parameters of frame `index`, from which `camera` looks.
+    fn next_moment(
+        &mut self,
+        camera: &Camera,
+        index: u32,
+        seed: u32,
+        time_step: Option<f32>,
+        params: &FrameParams,
+    ) -> Moment {
+        let size = self.images.size();
+        let camera = params.gbuffer.with_lens(camera_record(camera, size));
+        let previous = self.previous_camera.replace(camera).unwrap_or(camera);
+        let record = FrameRecord::new(camera, previous, size, index, seed);
+        Moment { record, jitter: frame_jitter(params.gbuffer.jitter, index), time_step }
+    }
+
     fn stages(
         &mut self,
         frame: &mut Frame<'_>,
         scene: Option<&dyn SceneResources>,
+        moment: Moment,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
+        self.begin_stages(frame, moment, params)?;
+        let inputs = self.inputs(scene);
+        self.surfaces(frame, &inputs, params)?;
+        if let Some(traced) = &self.traced {
+            let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
+            traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
+            self.passes_are_of(frame, FrameStage::Lights);
+            if let Some(indirect) = &traced.indirect {
+                indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
+            }
+            self.passes_are_of(frame, FrameStage::Indirect);
+        }
+        self.after_light(frame, &inputs, moment, params)
+    }
+
+    fn begin_stages(
+        &mut self,
+        frame: &mut Frame<'_>,
         moment: Moment,
         params: &FrameParams,
     ) -> pt_core::Result<()> {
@@ -107,51 +143,67 @@ impl FullFrame {
         }
         self.moment = Some(moment);
         self.uniforms.upload(frame, &moment.record)?;
-        let mut of_passes = Vec::new();
-        let mut passes_are_of = |frame: &Frame<'_>, stage| of_passes.resize(frame.pass_count(), stage);
-        passes_are_of(frame, FrameStage::Scene);
-        let inputs = StageInputs { scene, uniforms: Some(&self.uniforms), images: &self.images };
-        if let Some(traced) = &self.traced {
-            let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
-            let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
-            let light_kinds = params.lights.push(0.0).kinds;
-            traced.primary.record(frame, &inputs, &gbuffer)?;
-            for bounce in 0..gbuffer.reflect_refract {
-                traced.reflect_refract.record(frame, &inputs, &gbuffer, light_kinds, bounce)?;
-            }
-            if let Some(replaced_motion) = &traced.replaced_motion {
-                replaced_motion.record(frame, &inputs, &gbuffer)?;
-            }
-            passes_are_of(frame, FrameStage::Gbuffer);
-            if let Some(gradient_pixels) = &traced.gradient_pixels {
-                gradient_pixels.record(frame, &inputs, &params.denoise, params.direct().replays())?;
-            }
-            passes_are_of(frame, FrameStage::Denoise);
-            traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
-            passes_are_of(frame, FrameStage::Lights);
-            if let Some(indirect) = &traced.indirect {
-                indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
-            }
-            passes_are_of(frame, FrameStage::Indirect);
+        self.pass_stages.borrow_mut().clear();
+        self.passes_are_of(frame, FrameStage::Scene);
+        Ok(())
+    }
+
+    /// The passes since the last call belong to `stage`.
+    fn passes_are_of(&self, frame: &Frame<'_>, stage: FrameStage) {
+        self.pass_stages.borrow_mut().resize(frame.pass_count(), stage);
+    }
+
+    /// The stages before the light.
+    fn surfaces(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
+        let Some(traced) = &self.traced else { return Ok(()) };
+        let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
+        let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
+        let light_kinds = params.lights.push(0.0).kinds;
+        traced.primary.record(frame, inputs, &gbuffer)?;
+        for bounce in 0..gbuffer.reflect_refract {
+            traced.reflect_refract.record(frame, inputs, &gbuffer, light_kinds, bounce)?;
         }
+        if let Some(replaced_motion) = &traced.replaced_motion {
+            replaced_motion.record(frame, inputs, &gbuffer)?;
+        }
+        self.passes_are_of(frame, FrameStage::Gbuffer);
+        if let Some(gradient_pixels) = &traced.gradient_pixels {
+            gradient_pixels.record(frame, inputs, &params.denoise, params.direct().replays())?;
+        }
+        self.passes_are_of(frame, FrameStage::Denoise);
+        Ok(())
+    }
+
+    /// The stages after the light.
+    fn after_light(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        moment: Moment,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
         if let (Some(denoise), Some(composite)) = (&self.denoise, &self.composite) {
-            let light = denoise.record(frame, &inputs, &params.denoise)?;
-            composite.record(frame, &inputs, light, &params.denoise)?;
+            let light = denoise.record(frame, inputs, &params.denoise)?;
+            composite.record(frame, inputs, light, &params.denoise)?;
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_composite(frame, self))?;
         }
-        passes_are_of(frame, FrameStage::Denoise);
+        self.passes_are_of(frame, FrameStage::Denoise);
         if let Some(interleave) = &self.interleave {
-            interleave.record(frame, &inputs, &params.checkerboard)?;
+            interleave.record(frame, inputs, &params.checkerboard)?;
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_interleave(frame, self))?;
         }
-        passes_are_of(frame, FrameStage::Checkerboard);
+        self.passes_are_of(frame, FrameStage::Checkerboard);
         let fed = self.oracles.as_ref().is_some_and(Oracles::feeds_taa);
         let jitter = if fed { [0.0; 2] } else { moment.jitter };
-        self.post.record_with(frame, &inputs, moment.time_step, jitter, &params.post, |frame, resolved| {
+        self.post.record_with(frame, inputs, moment.time_step, jitter, &params.post, |frame, resolved| {
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_taa(frame, resolved))
         })?;
-        passes_are_of(frame, FrameStage::Post);
-        self.pass_stages = of_passes;
+        self.passes_are_of(frame, FrameStage::Post);
         Ok(())
     }
 

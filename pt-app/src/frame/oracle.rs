@@ -1,6 +1,7 @@
 //! Stages whose output is replaced by ground truth, to see what error the stages after them add.
 
 use super::FullFrame;
+use crate::params::FrameParams;
 use pt_core::split::to_split;
 use pt_core::{Device, Error, Frame, Image, Result, Substitute};
 use pt_image::image_file::LinearImage;
@@ -10,6 +11,10 @@ use pt_shaders::named_enum;
 named_enum! {
     /// Stages whose output can be replaced by ground truth, in the order of the frame.
     pub enum Oracle {
+        /// Direct lighting: the mean of many runs on the same surfaces.
+        Lights = "lights",
+        /// Indirect lighting: the same.
+        Indirect = "indirect",
         /// The composite of the denoised light: what is left is the error of interleave and anti-aliasing.
         Denoise = "denoise",
         /// The flat frame: what is left is the error of anti-aliasing.
@@ -19,10 +24,40 @@ named_enum! {
     }
 }
 
+impl Oracle {
+    /// Whether a frame has the stage.
+    pub fn is_in(self, params: &FrameParams) -> bool {
+        match self {
+            Self::Indirect => params.indirect.is_on(),
+            Self::Taa => params.post.uses_taa(),
+            Self::Lights | Self::Denoise | Self::Interleave => true,
+        }
+    }
+
+    /// Why the mean of many runs is not the ground truth of the stage; `None`: it is.
+    pub fn cannot_be_fed(self, params: &FrameParams) -> Option<String> {
+        use pt_shaders::records::LightSampler;
+        let learns = matches!(
+            params.lights.sampler,
+            LightSampler::RestirDi | LightSampler::NeeAt | LightSampler::ClusterStats
+        );
+        let merged = params.lights.rays == pt_lights::records::LightRays::Merged;
+        (matches!(self, Self::Lights | Self::Indirect) && learns && merged).then(|| {
+            format!(
+                "the light sampler {} learns from each run, so that the mean of many runs is not that of the frame; take another one, \
+                 or do not feed {}",
+                params.lights.sampler.name(),
+                self.name()
+            )
+        })
+    }
+}
+
 /// The replaced stages of a frame. Ground truth is the radiance of whole pixels, so that anti-aliasing is told that a fed frame was sampled in the
 /// middle of its pixels.
 pub struct Oracles {
     on: Vec<Oracle>,
+    runs: u32,
     full: Substitute,
     half: Substitute,
     /// Ground truth in the order of the fields.
@@ -38,15 +73,20 @@ impl Oracles {
         Oracle::NAMED.iter().map(|value| value.name).collect()
     }
 
-    /// Replaces the output of the stages `on` in a frame.
+    /// Replaces the output of the stages `on` in a frame of `params`; the light is the mean of `runs` runs.
     ///
     /// # Errors
     /// A frame that lacks a stage, or that is smaller than its picture; a device that refuses.
-    pub fn new(device: &Device, frame: &FullFrame, on: &[Oracle]) -> Result<Self> {
-        if on.contains(&Oracle::Taa) && !frame.post.has_taa() {
-            return Err(Error::Unsupported(
-                "the frame has no taa to feed with ground truth; post.taa.enabled=true switches it on".into(),
-            ));
+    pub fn new(device: &Device, frame: &FullFrame, on: &[Oracle], runs: u32) -> Result<Self> {
+        let params = &frame.made_for;
+        if let Some(stage) = on.iter().find(|stage| !stage.is_in(params)) {
+            return Err(Error::Unsupported(format!(
+                "the frame has no {} to feed with ground truth",
+                stage.name()
+            )));
+        }
+        if let Some(reason) = on.iter().find_map(|stage| stage.cannot_be_fed(params)) {
+            return Err(Error::Unsupported(reason));
         }
         let size = frame.images.size();
         if frame.radiance().extent() != size {
@@ -57,6 +97,7 @@ impl Oracles {
         let image = |name, extent| Image::new(device, name, Format::Rgba32F, extent);
         Ok(Self {
             on: on.to_vec(),
+            runs: runs.max(1),
             full: Substitute::new(device, Format::Rgba32F)?,
             half: Substitute::new(device, Format::Rgba16F)?,
             split: image("ground truth, split", pt_core::split::split_size(size))?,
@@ -80,7 +121,25 @@ impl Oracles {
 
     /// Whether the colour that anti-aliasing reads is ground truth.
     pub(super) fn feeds_taa(&self) -> bool {
-        self.on.iter().any(|stage| *stage != Oracle::Taa)
+        self.is_fed(Oracle::Denoise) || self.is_fed(Oracle::Interleave)
+    }
+
+    /// Whether light is fed.
+    pub(super) fn feeds_light(&self) -> bool {
+        self.is_fed(Oracle::Lights) || self.is_fed(Oracle::Indirect)
+    }
+
+    /// Whether path traced ground truth is needed for each frame.
+    pub fn needs_truth(&self) -> bool {
+        self.feeds_taa() || self.is_fed(Oracle::Taa)
+    }
+
+    pub(super) fn is_fed(&self, stage: Oracle) -> bool {
+        self.on.contains(&stage)
+    }
+
+    pub(super) fn runs(&self) -> u32 {
+        self.runs
     }
 
     pub(super) fn after_composite(&self, frame: &mut Frame<'_>, full: &FullFrame) -> Result<()> {
@@ -103,7 +162,7 @@ impl Oracles {
         truth: &Image,
         target: &Image,
     ) -> Result<()> {
-        if !self.on.contains(&stage) {
+        if !self.is_fed(stage) {
             return Ok(());
         }
         pass.record(frame, &format!("ground truth of {}", stage.name()), truth, target)

@@ -31,11 +31,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "F.json", help_heading = "Output")]
     pub timings: Option<PathBuf>,
 
-    /// Replace the output of stages by ground truth, which is path traced for each frame: denoise (the composite of the denoised light), interleave
-    /// (the flat frame), taa (the anti-aliased frame). What is left is the error that later stages add.
+    /// Replace the output of stages by ground truth: lights and indirect by the mean of many runs on the same surfaces; denoise (the composite of the
+    /// denoised light), interleave (the flat frame) and taa (the anti-aliased frame) by path traced radiance. What is left is the error that
+    /// later stages add.
     #[arg(long, value_name = "STAGE,...", value_delimiter = ',', value_parser = named::<Oracle>(), conflicts_with = "accumulate", help_heading = "Frame")]
     pub oracle: Vec<Oracle>,
-    /// Samples per pixel of the ground truth of --oracle.
+    /// Samples per pixel, or runs of the lighting, of the ground truth of --oracle.
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Frame")]
     pub oracle_spp: u32,
 

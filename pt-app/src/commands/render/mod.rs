@@ -6,7 +6,7 @@ mod report;
 pub use args::RenderArgs;
 
 use crate::aov;
-use crate::frame::{FullFrame, Oracles};
+use crate::frame::{FrameTime, FullFrame, Oracles};
 use crate::ground_truth::{TruthOf, path_trace, radiance};
 use crate::interrupt::Interrupt;
 use crate::origin::Origin;
@@ -49,7 +49,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let mut full = FullFrame::new(&mut session, size, args.frame.accumulate, &params)?;
     session.load.mark("kernels and images");
     if !args.oracle.is_empty() {
-        let oracles = Oracles::new(&session.device, &full, &args.oracle)?;
+        let oracles = Oracles::new(&session.device, &full, &args.oracle, args.oracle_spp)?;
         full.feed(Some(oracles));
     }
     let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
@@ -98,23 +98,21 @@ fn render(
     let mut index = 0;
     loop {
         let time = args.frame.time(index);
-        if let Some(oracles) = full.oracles() {
+        if let Some(oracles) = full.oracles().filter(|oracles| oracles.needs_truth()) {
             let record = FullFrame::view(&session.camera.at(time), args.frame.output_size(), params);
             let view = TruthOf { scene: &session.scene, camera: &args.frame.camera, time, record };
             let knobs = ReferenceParams { spp: args.oracle_spp, ..ReferenceParams::default() };
             let truth = path_trace(&session.device, session.gpu.backend(), &view, &knobs)?;
             oracles.set_truth(&radiance(&truth))?;
         }
-        let mut frame = recorder.begin()?;
-        session.update(&mut frame, time, previous)?;
-        full.record(&mut frame, &session.gpu, &session.camera.at(time), seed, time_step, params)?;
-        frame.submit()?;
+        full.render(&mut recorder, session, FrameTime { time, previous, seed, time_step }, params)?;
         if index == 0 && args.timings.is_some() {
             session.device.wait_idle()?;
             session.load.mark("first frame");
         }
         previous = time;
-        progress.advance_to(recorder.finished());
+        // Frames that are fed take several submissions.
+        progress.advance_to(if args.oracle.is_empty() { recorder.finished() } else { index });
         progress.show("");
         index += 1;
         if index == args.frames || interrupt.is_pressed() {

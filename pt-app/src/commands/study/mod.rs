@@ -14,7 +14,7 @@ pub use args::{MergeArgs, StudyArgs, StudyCommand};
 use crate::interrupt::Interrupt;
 use crate::output::check_folder;
 use crate::progress::Progress;
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use plan::Plan;
 use pt_core::{Device, DeviceOptions};
 use pt_study::folder::{Finished, Folder, read_results, read_study};
@@ -82,8 +82,11 @@ fn run_study(args: &StudyArgs, out: &mut impl Write) -> Result<()> {
 /// Prints the summary, writes the report, and ends with its path.
 fn conclude(folder: &Path, out: &mut impl Write) -> Result<()> {
     let (study, cells) = (read_study(folder)?, read_results(folder)?);
-    ensure!(!cells.is_empty(), "{}: has no cells", folder.display());
-    summary::print(&study, &cells, out)?;
+    if cells.is_empty() {
+        writeln!(out, "no cells: there are more shards than cells")?;
+    } else {
+        summary::print(&study, &cells, out)?;
+    }
     writeln!(out, "{}", report(folder)?.display())?;
     Ok(())
 }

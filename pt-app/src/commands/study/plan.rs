@@ -2,14 +2,15 @@
 
 use super::StudyArgs;
 use crate::args::{CameraArgs, CameraChoice, LookAt};
-use crate::frame::Oracles;
+use crate::frame::{Oracle, Oracles};
 use crate::params::{
     FrameParams, ReferenceSettings, all_knobs, assignments, check_background, resolve, resolve_reference,
 };
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use pt_core::Device;
 use pt_post::Upscale;
 use pt_reference::ReferenceParams;
+use pt_shaders::NamedEnum;
 use pt_study::cell::{Cell, MANY_CELLS, Shard, Variant, filtered};
 use pt_study::file::{Against, PROFILE, Setting, Study};
 use pt_study::record::{AxisRecord, FORMAT, StudyRecord, VariantRecord};
@@ -48,6 +49,11 @@ impl Plan {
             file.display()
         );
         let variants = study.variants();
+        ensure!(
+            !variants.is_empty(),
+            "{}: the study has more than {MANY_CELLS} variants; give shorter axes",
+            file.display()
+        );
         let resolved = |variant: &Variant| {
             let params = params_of(&study, &variant.set)?;
             check_background(&params, study.accumulate)?;
@@ -55,6 +61,12 @@ impl Plan {
                 !(study.accumulate && params.post.upscale == Upscale::Taau),
                 "accumulate averages frames of the picture's own size, and post.upscale is taau"
             );
+            let stages = study.ledger.iter().flat_map(|ledger| &ledger.stages);
+            for stage in stages.filter_map(|name| Oracle::from_name(name).ok()) {
+                if let Some(reason) = stage.cannot_be_fed(&params) {
+                    bail!("ledger: {reason}");
+                }
+            }
             Ok(params)
         };
         let params = variants

@@ -4,7 +4,7 @@ use super::measure::Shot;
 use super::pictures;
 use super::plan::{Plan, camera_args};
 use super::truth::{Truths, View};
-use crate::frame::{FullFrame, Oracle, Oracles};
+use crate::frame::{FrameTime, FullFrame, Oracle, Oracles};
 use crate::session::{Session, fold_seed, open_scene};
 use crate::timings::{pass_spreads, warm};
 use anyhow::{Context, Result};
@@ -24,6 +24,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Runs of the lighting stages whose mean a ledger takes for the ground truth of the light: 1/64 of the variance stays with the stages after them.
+const LIGHT_RUNS: u32 = 64;
 
 /// Runs the cells of a plan, one after the other. No cell depends on those before it: each has a session of its own.
 pub struct Runner<'a> {
@@ -119,12 +122,24 @@ impl<'a> Runner<'a> {
         let Some(ledger) = &plan.study.ledger else { return Ok(None) };
         let stages: Vec<Oracle> =
             ledger.stages.iter().map(|name| Oracle::from_name(name)).collect::<Result<_, _>>()?;
-        let mut fed = Vec::new();
-        for end in 1..=stages.len() {
-            let mut session = self.session(cell)?;
-            let found = self.render(cell, &mut session, &stages[..end])?;
-            session.check_validation()?;
-            fed.push((ledger.stages[end - 1].clone(), found.ledger));
+        let params = &plan.params[cell.variant];
+        let mut fed: Vec<(String, Vec<Option<f64>>)> = Vec::new();
+        for (i, &stage) in stages.iter().enumerate() {
+            let before = fed.last().map_or(&errors, |(_, errors)| errors).clone();
+            // Light is fed together with the light before it. What comes before the other stages no longer matters when they are fed.
+            let is_light = matches!(stage, Oracle::Lights | Oracle::Indirect);
+            let on: Vec<Oracle> = if is_light { stages[..=i].to_vec() } else { vec![stage] };
+            // A stage that the frame does not have adds nothing.
+            let on: Vec<Oracle> = on.into_iter().filter(|stage| stage.is_in(params)).collect();
+            let found = if on.contains(&stage) {
+                let mut session = self.session(cell)?;
+                let found = self.render(cell, &mut session, &on)?;
+                session.check_validation()?;
+                found.ledger
+            } else {
+                before
+            };
+            fed.push((stage.name().to_owned(), found));
         }
         Ok(split(ledger.metric.name(), &errors, &fed))
     }
@@ -162,7 +177,7 @@ impl<'a> Runner<'a> {
         let params = &self.plan.params[cell.variant];
         let mut full = FullFrame::new(session, cell.size, study.accumulate, params)?;
         if !on.is_empty() {
-            let oracles = Oracles::new(&self.device, &full, on)?;
+            let oracles = Oracles::new(&self.device, &full, on, LIGHT_RUNS)?;
             full.feed(Some(oracles));
         }
         let seed = fold_seed(cell.random_seed);
@@ -178,7 +193,7 @@ impl<'a> Runner<'a> {
             let time = study.time + if study.accumulate { 0.0 } else { f64::from(index) / study.fps };
             let is_shot = (first_shot..study.measure.end).contains(&index);
             let mut truth = None;
-            if is_shot || !on.is_empty() {
+            if is_shot || full.oracles().is_some_and(Oracles::needs_truth) {
                 let record = FullFrame::view(&session.camera.at(time), cell.size, params);
                 let (_, scene) = self.scene.as_ref().context("the scene of the cell is open")?;
                 truth = Some(self.truths.of_frame(cell, scene, View { session, index, time, record })?);
@@ -186,10 +201,7 @@ impl<'a> Runner<'a> {
             if let (Some(oracles), Some(truth)) = (full.oracles(), &truth) {
                 oracles.set_truth(&truth.image)?;
             }
-            let mut frame = recorder.begin()?;
-            session.update(&mut frame, time, previous)?;
-            full.record(&mut frame, &session.gpu, &session.camera.at(time), seed, time_step, params)?;
-            frame.submit()?;
+            full.render(&mut recorder, session, FrameTime { time, previous, seed, time_step }, params)?;
             previous = time;
             let Some(truth) = truth.filter(|_| is_shot) else { continue };
             let shot = Shot::of(&full, truth, temporal)?;

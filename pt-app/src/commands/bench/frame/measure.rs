@@ -49,7 +49,7 @@ impl<'a> Whole<'a> {
         let Plan { seed, params, .. } = self.plan;
         let camera = session.camera.at(now);
         self.full.record(frame, &session.gpu, &camera, seed, Some(TIME_STEP as f32), params)?;
-        Ok(self.full.pass_stages().to_vec())
+        Ok(self.full.pass_stages())
     }
 
     /// Runs frames until the histories are full and the device is warm.
@@ -104,7 +104,7 @@ impl<'a> Whole<'a> {
                 }
                 Ok(())
             })?;
-            Ok(alone.pass_stages().to_vec())
+            Ok(alone.pass_stages())
         };
         warm_up(&session.device, &mut record)?;
         let mut samples = Samples::new(self.plan);
