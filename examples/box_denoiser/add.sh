@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Adds the denoiser `box`, the example of the book, to a checkout: two files and the seven lines that make them a variant.
+# Adds the denoiser `box`, the example of the book, to a checkout: two files and the six lines that make them a variant.
 #
 # usage: examples/box_denoiser/add.sh [CHECKOUT]
 set -euo pipefail

@@ -20,9 +20,9 @@ pt=(cargo run -q -p pt-app --)
 "${pt[@]}" knobs denoise.variant | grep -q 'box' || { echo "try.sh: pt knobs does not list it" >&2 && exit 1; }
 small=(--size 96x54 --frames 4 --set indirect.bounces=0)
 "${pt[@]}" passes --scene cornell --set denoise.variant=box | grep 'denoise box'
-"${pt[@]}" reference cornell --size 96x54 --spp 256 --max-bounces 0 --no-aov -o "$work/truth.exr" >/dev/null
+"${pt[@]}" reference lamps --size 96x54 --spp 256 --max-bounces 0 --no-aov -o "$work/truth.exr" >/dev/null
 error() {
-    "${pt[@]}" render cornell "${small[@]}" --set denoise.variant="$1" -o "$work/$1.exr" >/dev/null
+    "${pt[@]}" render lamps "${small[@]}" --set denoise.variant="$1" -o "$work/$1.exr" >/dev/null
     "${pt[@]}" compare "$work/$1.exr" "$work/truth.exr" --metric relmse | awk '$1 == "relmse" { print $2 }'
 }
 off=$(error off) box=$(error box)
