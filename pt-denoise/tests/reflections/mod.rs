@@ -2,7 +2,7 @@
 
 use super::common::*;
 use pt_denoise::oracle::{Guided, Light};
-use pt_denoise::{DenoiseParams, Denoiser, SpecularMotion, TemporalParams};
+use pt_denoise::{AtrousKernel, DenoiseParams, Denoiser, SpecularMotion, TemporalParams};
 use pt_shaders::glam::Vec3;
 use pt_shaders::records::FrameRecord;
 
@@ -216,7 +216,9 @@ fn glass_error(split: bool, period: usize, frames: usize) -> [f64; 2] {
     let is_reflecting = |i: usize| (i % width + i / width).is_multiple_of(2);
     let flags = if split { 6 } else { 1 };
     let pixels = vec![Guided { flags, ..wall_pixel() }; count(SIZE)];
-    let mut bench = Bench::of(SIZE, Denoiser::Svgf);
+    let mut params = DenoiseParams { variant: Denoiser::Svgf, ..DenoiseParams::default() };
+    params.atrous.kernel = AtrousKernel::Five;
+    let mut bench = Bench::new(SIZE, params);
     let mut errors = Vec::new();
     for seed in 0..SEEDS {
         let mut random = Random(1000 + seed);
