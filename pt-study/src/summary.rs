@@ -181,8 +181,11 @@ mod tests {
     use super::*;
     use crate::record::{FORMAT, VariantRecord};
 
+    /// A variant with its value of a scene's brightness and of noise.
+    type TestVariant = (&'static str, fn(f64, f64) -> f64);
+
     /// Two scenes of different brightness, `seeds` seeds; the value of a variant from scene and seed.
-    fn study(seeds: u64, variants: &[(&str, fn(f64, f64) -> f64)]) -> (StudyRecord, Vec<CellRecord>) {
+    fn study(seeds: u64, variants: &[TestVariant]) -> (StudyRecord, Vec<CellRecord>) {
         let mut random = fastrand::Rng::with_seed(3);
         let mut cells = Vec::new();
         for scene in [1.0, 10.0] {
@@ -236,7 +239,7 @@ mod tests {
     /// The noise within a scene is small against the difference between scenes: only pairs show it.
     #[test]
     fn differences_are_paired_and_a_placebo_shows_none() {
-        let variants: [(&str, fn(f64, f64) -> f64); 4] = [
+        let variants: [TestVariant; 4] = [
             ("on", |scene, noise| scene * (1.0 + 0.02 * noise)),
             ("placebo", |scene, noise| scene * (1.0 + 0.02 * noise)),
             ("off", |scene, noise| scene * (1.5 + 0.02 * noise)),
@@ -258,8 +261,7 @@ mod tests {
 
     #[test]
     fn one_seed_shows_nothing() {
-        let variants: [(&str, fn(f64, f64) -> f64); 2] =
-            [("on", |scene, _| scene), ("off", |scene, _| 2.0 * scene)];
+        let variants: [TestVariant; 2] = [("on", |scene, _| scene), ("off", |scene, _| 2.0 * scene)];
         let (study, cells) = study(1, &variants);
         let row = &summarize(&study, &cells)[0].rows[1];
         assert_eq!((row.verdict, row.p, row.interval), (Verdict::NoDifference, None, None));
