@@ -5,8 +5,8 @@ use pt_core::knobs;
 use pt_core::settings::InvalidValue;
 use pt_shaders::dimensions::MAX_BOUNCES;
 use pt_shaders::records::{
-    AreaSampling, BvhImportance, EmissionShare, GlassShadows, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_POSITIONAL, KIND_SUN,
-    LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
+    AreaSampling, BvhImportance, EmissionShare, GlassShadows, KIND_EMISSIVE, KIND_ENVIRONMENT,
+    KIND_POSITIONAL, KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {

@@ -1,16 +1,16 @@
 //! The knobs of direct lighting.
 
 use crate::records::{
-    DirectPush, EnvironmentRays, LightRays, LightStorage, NeeAtPdf, PartialMetal,
-    RestirVisibility, RestirWeights,
+    DirectPush, EnvironmentRays, LightRays, LightStorage, NeeAtPdf, PartialMetal, RestirVisibility,
+    RestirWeights,
 };
 use pt_core::knobs;
 use pt_core::pack::pack_unorm2x16;
 use pt_light_sampling::SamplerChoice;
 use pt_light_sampling::records::{ListVisibility, StatisticsTable};
 use pt_shaders::records::{
-    AreaSampling, BvhImportance, EmissionShare, GlassShadows, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL,
-    KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
+    AreaSampling, BvhImportance, EmissionShare, GlassShadows, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL,
+    KIND_POSITIONAL, KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
 };
 
 knobs! {

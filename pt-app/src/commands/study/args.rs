@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = HELP)]
 pub struct StudyArgs {
-    /// Join shards.
+    /// Join shards, or write a report.
     #[command(subcommand)]
     pub command: Option<StudyCommand>,
     /// Study file (TOML).
@@ -49,6 +49,16 @@ pub struct StudyArgs {
 pub enum StudyCommand {
     /// Join the result folders of all shards of a study.
     Merge(MergeArgs),
+    /// Print the summary of a result folder, and write its report again.
+    Report(ReportArgs),
+}
+
+/// `pt study report`
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// Result folder of a finished study.
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }
 
 /// `pt study merge`
@@ -70,6 +80,7 @@ Examples:
   pt study studies/denoiser.toml --dry-run
   pt study studies/denoiser.toml -o out/denoiser --filter scene=cornell --resume
   pt study studies/denoiser.toml -o out/part1 --shard 1/4      one of four machines
+  pt study report out/denoiser                                 once more, for instance after a new version
   pt study merge out/part1 out/part2 out/part3 out/part4 -o out/denoiser
 
 Ctrl-C (SIGINT) ends the study after the cell in work; --resume goes on. Exit codes: 0 done, 2 wrong usage or environment.";

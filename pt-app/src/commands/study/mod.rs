@@ -9,7 +9,7 @@ mod runner;
 mod summary;
 mod truth;
 
-pub use args::{MergeArgs, StudyArgs, StudyCommand};
+pub use args::{MergeArgs, ReportArgs, StudyArgs, StudyCommand};
 
 use crate::interrupt::Interrupt;
 use crate::output::check_folder;
@@ -19,9 +19,10 @@ use plan::Plan;
 use pt_core::{Device, DeviceOptions};
 use pt_study::folder::{Finished, Folder, read_results, read_study};
 use pt_study::merge::merge;
+use pt_study::report;
 use runner::Runner;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Runs the command.
 ///
@@ -34,6 +35,7 @@ pub fn run(args: &StudyArgs, out: &mut impl Write) -> Result<bool> {
             writeln!(out, "{cells} cells joined")?;
             conclude(&args.output, out)?;
         }
+        Some(StudyCommand::Report(args)) => conclude(&args.folder, out)?,
         None => run_study(args, out)?,
     }
     Ok(true)
@@ -87,11 +89,6 @@ fn conclude(folder: &Path, out: &mut impl Write) -> Result<()> {
     } else {
         summary::print(&study, &cells, out)?;
     }
-    writeln!(out, "{}", report(folder)?.display())?;
+    writeln!(out, "{}", report::write(folder)?.display())?;
     Ok(())
-}
-
-/// Writes the report of a result folder; returns its path.
-fn report(folder: &Path) -> Result<PathBuf> {
-    Ok(folder.join("results.jsonl"))
 }
