@@ -7,7 +7,7 @@ use crate::record::CellRecord;
 use base64::Engine;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::{Component, Path};
+use std::path::{Path, PathBuf};
 
 /// What the picture viewer shows. The script of the page reads `views` and `images`.
 #[derive(Default, Serialize)]
@@ -72,8 +72,9 @@ impl Collector<'_> {
 
     fn embed(&mut self, path: &str, view: &str) -> Option<usize> {
         // A folder of somebody else must not make the report show other files of this machine.
-        let inside = Path::new(path).components().all(|part| matches!(part, Component::Normal(_)));
-        let bytes = if inside { std::fs::read(self.folder.join(path)).ok() } else { None };
+        let inside = |file: &PathBuf| self.folder.canonicalize().is_ok_and(|folder| file.starts_with(folder));
+        let file = self.folder.join(path).canonicalize().ok().filter(inside);
+        let bytes = file.and_then(|file| std::fs::read(file).ok());
         let Some(bytes) = bytes.filter(|bytes| bytes.starts_with(b"\x89PNG\r\n\x1a\n")) else {
             self.unreadable.push(path.into());
             return None;
@@ -169,7 +170,7 @@ fn notes(collector: &Collector<'_>) -> Vec<String> {
         let some = collector.unreadable.iter().take(8).cloned().collect::<Vec<_>>().join(", ");
         let more = if count > 8 { ", ..." } else { "" };
         notes.push(format!(
-            "{count} pictures could not be read as PNG files of the result folder: {some}{more}."
+            "Not shown, because they are no PNG files inside the result folder ({count}): {some}{more}."
         ));
     }
     notes

@@ -36,7 +36,7 @@ impl Browser {
                 "--disable-gpu",
                 "--no-first-run",
             ])
-            .args(["--disable-dev-shm-usage", "--disable-background-networking"])
+            .args(["--disable-dev-shm-usage", "--disable-background-networking", "--hide-scrollbars"])
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -61,19 +61,22 @@ fn pictures_that_do_not_fit_are_left_out_and_named() {
 
 #[test]
 fn pictures_outside_the_folder_are_not_shown() {
-    let dir = written();
+    // Pictures that are there, but beside the folder: by a path, by an absolute path, by a link.
+    let outer = tempfile::tempdir().unwrap();
+    let dir = outer.path().join("results");
+    fs::create_dir(&dir).unwrap();
+    folder::write(&dir);
+    let secret = outer.path().join("secret.png");
+    fs::copy(dir.join("images/cornell-reference.png"), &secret).unwrap();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(&secret, dir.join("images/link.png")).unwrap();
     let (mut cells, timings) = folder::cells();
-    let secret = dir.path().parent().unwrap().join("secret.png");
-    for path in [
-        "../secret.png".to_owned(),
-        secret.display().to_string(),
-        "study.json".into(),
-        "images/none.png".into(),
-    ] {
-        cells[0].images.insert("picture".into(), path.clone());
-        folder::write_records(dir.path(), &folder::study(), &cells, &timings);
-        let page = fs::read_to_string(write(dir.path()).unwrap()).unwrap();
-        assert!(page.contains("1 pictures could not be read as PNG files of the result folder: "), "{path}");
+    let absolute = secret.display().to_string();
+    for path in ["../secret.png", &absolute, "images/link.png", "study.json", "images/none.png"] {
+        cells[0].images.insert("picture".into(), path.into());
+        folder::write_records(&dir, &folder::study(), &cells, &timings);
+        let page = fs::read_to_string(write(&dir).unwrap()).unwrap();
+        assert!(page.contains("no PNG files inside the result folder (1): "), "{path}");
         assert_eq!(page.matches("data:image/png;base64,").count(), 25);
     }
 }
