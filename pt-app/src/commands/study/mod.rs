@@ -86,9 +86,9 @@ fn conclude(folder: &Path, out: &mut impl Write) -> Result<()> {
     let (study, cells) = (read_study(folder)?, read_results(folder)?);
     if cells.is_empty() {
         writeln!(out, "no cells: there are more shards than cells")?;
-    } else {
-        summary::print(&study, &cells, out)?;
+        return Ok(());
     }
+    summary::print(&study, &cells, out)?;
     writeln!(out, "{}", report::write(folder)?.display())?;
     Ok(())
 }
