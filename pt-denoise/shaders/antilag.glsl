@@ -1,5 +1,5 @@
 // How much of a history the change of the light makes worthless: Schied, Peters and Dachsbacher 2018, "Gradient Estimation for Real-Time Adaptive
-// Temporal Filtering", section 4.3. The kernel declares `push` as TemporalPush. Gradients are those that gradient_atrous.comp has filtered.
+// Temporal Filtering", section 4.3. The kernel declares `push` as TemporalPush. Gradients are those that gradient_filter.glsl has filtered.
 #include "channels.glsl"
 #include "history.glsl"
 #include "stratum.glsl"

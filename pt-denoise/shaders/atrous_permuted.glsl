@@ -8,15 +8,13 @@
 // the steps of all others are even and stay in the field by themselves.
 #include "denoise_records.glsl"
 
-// Pixels that a thread filters, one below the other on the lattice: they share most of their taps.
-const int ROWS = 2;
-// Pixels of a group. With these sides a tile fits into the 16384 bytes of shared memory that every device has.
+// With these sides a tile fits into the 16384 bytes of shared memory that every device has.
 const ivec2 GROUP = RADIUS == 1 ? ivec2(16, 8) : ivec2(8, 8);
-layout(local_size_x = RADIUS == 1 ? 16 : 8, local_size_y = 4) in;
+layout(local_size_x = RADIUS == 1 ? 16 : 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { AtrousPush push; };
 #include "atrous.glsl"
 
-const int THREADS = GROUP.x * GROUP.y / ROWS;
+const int THREADS = GROUP.x * GROUP.y;
 // Taps reach beyond the group, and the variances of these are smoothed with one more.
 const ivec2 TILE = GROUP + 2 * RADIUS;
 const ivec2 OUTER = TILE + 2;
@@ -75,34 +73,27 @@ void main() {
     barrier();
     smooth_variances();
     barrier();
-    ivec2 local = ivec2(gl_LocalInvocationID.xy) * ivec2(1, ROWS);
-    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS, outer = (local.y + RADIUS + 1) * OUTER.x + local.x + RADIUS + 1;
-    Centre p[ROWS];
-    Sum sum_hf[ROWS], sum_spec[ROWS];
-    [[unroll]] for (int k = 0; k < ROWS; ++k) {
-        int i = centre + k * TILE.x;
-        p[k] = centre_of(tile_surface[i], tile_normal[i], tile_hf[i], tile_spec[i]);
-        sum_hf[k] = NO_SUM;
-        sum_spec[k] = NO_SUM;
+    ivec2 local = ivec2(gl_LocalInvocationID.xy);
+    ivec2 pixel = origin + local * int(push.step);
+    if (!inside(pixel)) return;
+    ivec2 at = flat_to_split(pixel, field_width());
+    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS;
+    if (tile_surface[centre].y == 0.0) {
+        imageStore(target_hf, at, NO_LIGHT);
+        imageStore(target_spec, at, NO_LIGHT);
+        return;
     }
-    [[unroll]] for (int row = -RADIUS; row < RADIUS + ROWS; ++row) {
+    Centre p = centre_of(tile_surface[centre], tile_normal[centre], tile_hf[centre], tile_spec[centre]);
+    Sum sum_hf = NO_SUM, sum_spec = NO_SUM;
+    int outer = (local.y + RADIUS + 1) * OUTER.x + local.x + RADIUS + 1;
+    [[unroll]] for (int y = -RADIUS; y <= RADIUS; ++y) {
         [[unroll]] for (int x = -RADIUS; x <= RADIUS; ++x) {
-            int i = centre + row * TILE.x + x;
-            vec4 surface = tile_surface[i], normal = tile_normal[i], hf = tile_hf[i], spec = tile_spec[i];
-            vec2 variance = tile_variance[outer + row * OUTER.x + x];
-            [[unroll]] for (int k = 0; k < ROWS; ++k) {
-                int y = row - k;
-                if (abs(y) <= RADIUS) add_tap(sum_hf[k], sum_spec[k], p[k], ivec2(x, y), surface, normal, hf, spec, variance);
-            }
+            int i = centre + y * TILE.x + x;
+            vec2 variance = tile_variance[outer + y * OUTER.x + x];
+            add_tap(sum_hf, sum_spec, p, ivec2(x, y), tile_surface[i], tile_normal[i], tile_hf[i], tile_spec[i], variance);
         }
     }
-    [[unroll]] for (int k = 0; k < ROWS; ++k) {
-        ivec2 pixel = origin + (local + ivec2(0, k)) * int(push.step);
-        if (!inside(pixel)) continue;
-        ivec2 at = flat_to_split(pixel, field_width());
-        vec2 own = tile_variance[outer + k * OUTER.x];
-        bool surface = p[k].surface.y != 0.0;
-        imageStore(target_hf, at, encode_light(surface ? finish(sum_hf[k], p[k].hf, own.x) : NO_LIGHT));
-        imageStore(target_spec, at, encode_light(surface ? finish(sum_spec[k], p[k].spec, own.y) : NO_LIGHT));
-    }
+    vec2 own = tile_variance[outer];
+    imageStore(target_hf, at, encode_light(finish(sum_hf, p.hf, own.x)));
+    imageStore(target_spec, at, encode_light(finish(sum_spec, p.spec, own.y)));
 }

@@ -27,7 +27,7 @@ vec4 mean(Blur blur, vec4 own) {
     return vec4(mean.rgb, own.a < 0.0 ? mean.a : own.a);
 }
 
-// Weight of a tap in diffuse and in specular light, of the surfaces alone. The specular lobe is as in atrous.comp.
+// Weight of a tap in diffuse and in specular light, of the surfaces alone. The specular lobe is as in atrous.glsl.
 vec2 surface_weights(Guide p, Guide q, float pixels) {
     float depth = depth_weight(p, q, max(pixels, 1.0), push.depth), cosine = normal_cosine(p, q);
     float alpha = max(square(min(p.geometry.z, q.geometry.z)), 1e-4);

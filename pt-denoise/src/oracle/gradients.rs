@@ -1,4 +1,4 @@
-//! `gradient.comp`, `gradient_direct.comp`, `gradient_lf.comp`, `gradient_filter.comp` and `antilag.glsl`.
+//! `gradients.glsl`, `gradient_filter.glsl` and `antilag.glsl`.
 
 use super::frame::{Guided, Light, luminance, usable};
 use super::low_frequency::{LfHistory, LowFrequency, is_light};

@@ -34,9 +34,6 @@ knobs! {
     }
 }
 
-/// Pixels that a thread filters.
-const ROWS: u32 = 2;
-
 /// The kernels of the levels.
 pub(crate) struct Atrous {
     /// Writes light.
@@ -121,10 +118,7 @@ impl Atrous {
             };
             let threads = match self.group {
                 // Whole groups for each of the lattices that a level consists of.
-                Some(group) => {
-                    let [x, y] = [0, 1].map(|i| size[i].div_ceil(step).div_ceil(group[i]) * step * group[i]);
-                    [x, y / ROWS]
-                }
+                Some(group) => [0, 1].map(|i| size[i].div_ceil(step).div_ceil(group[i]) * step * group[i]),
                 None => size,
             };
             let kernel = if to_roots { &self.roots } else { &self.kernel };
