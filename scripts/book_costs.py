@@ -8,6 +8,7 @@ the passes of the frame are others than those of the tables.
 """
 
 import json
+import re
 import sys
 from html import escape
 from pathlib import Path
@@ -49,7 +50,9 @@ def table(part, stage, yardsticks):
 
 def caption(bench):
     width, height = bench["size"]
-    return f"{bench['scene']}, {width}x{height}, {bench['device']} ({bench['driver']}), {bench['backend']}: {bench['command']}"
+    # The folder of the file on the machine that measured does not matter.
+    command = re.sub(r"(--json\s+)\S*/", r"\1", bench["command"])
+    return f"{bench['scene']}, {width}x{height}, {bench['device']} ({bench['driver']}), {bench['backend']}: {command}"
 
 
 def markdown(bench, part):

@@ -51,7 +51,9 @@ impl Folder {
                     "has results of a study; --resume goes on with it, another -o starts anew",
                 ));
             }
-            check_same(path, &read_study(path)?, record)?;
+            let found = read_study(path)?;
+            check_same(path, &found, record)?;
+            check_cells(path, &found, record)?;
         } else {
             // A process that was killed may have left the lock, and what it wrote of the first file.
             let is_ours = |name: &String| name == LOCK || name.starts_with(&format!(".{STUDY}."));
@@ -209,16 +211,19 @@ pub(crate) fn check_same(path: &Path, found: &StudyRecord, wanted: &StudyRecord)
             "has results of another study: its study file differs; give another folder",
         ));
     }
-    if found.cells != wanted.cells {
-        return Err(StudyError::folder(
-            path,
-            format!(
-                "has results of another --filter: {} cells there, {} here; give another folder",
-                found.cells, wanted.cells
-            ),
-        ));
-    }
     Ok(())
+}
+
+/// Whether two folders belong to the same selection of the cells of a study; `found` is in `path`.
+fn check_cells(path: &Path, found: &StudyRecord, wanted: &StudyRecord) -> Result<(), StudyError> {
+    if found.cells == wanted.cells {
+        return Ok(());
+    }
+    let cells = format!(
+        "has results of another --filter: {} cells there, {} here; give another folder",
+        found.cells, wanted.cells
+    );
+    Err(StudyError::folder(path, cells))
 }
 
 /// Names in a folder, sorted.

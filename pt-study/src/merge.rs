@@ -7,7 +7,8 @@ use std::collections::btree_map::Entry;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Writes the results of all `shards` into a new folder at `output`; returns the number of cells.
+/// Writes the results of all `shards` into a new folder at `output`; returns the number of cells. Shards of one selection of cells must be all there;
+/// of parts with different filters, which do not know of each other, the study has the cells that it is given.
 ///
 /// # Errors
 /// Shards of different studies, versions or devices; cells that are missing, or that differ between two shards; files that cannot be read or written.
@@ -15,10 +16,12 @@ pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
     let mut study = None;
     let mut cells: BTreeMap<String, Finished> = BTreeMap::new();
     let mut images = Vec::new();
+    let mut one_selection = true;
     for shard in shards {
         let record = read_study(shard)?;
         let first = study.get_or_insert_with(|| record.clone());
         check_same(shard, &record, first)?;
+        one_selection &= record.cells == first.cells;
         let (results, timings) = (read_results(shard)?, read_timings(shard)?);
         if results.len() != timings.len() {
             return Err(StudyError::folder(
@@ -49,6 +52,10 @@ pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
         }
     }
     let Some(mut study) = study else { return Err(StudyError::Selection("no shards are given".into())) };
+    if !one_selection || cells.len() > study.cells {
+        study.cells = cells.len();
+        study.command = without(&study.command, "--filter");
+    }
     if cells.len() != study.cells {
         return Err(StudyError::folder(
             output,
@@ -61,7 +68,7 @@ pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
     }
     // Names begin with the number of the cell.
     let finished: Vec<Finished> = cells.into_values().collect();
-    study.command = without_shard(&study.command);
+    study.command = without(&study.command, "--shard");
     let folder = Folder::open(output, &study, false)?;
     for (from, name) in images {
         let to = output.join(&name);
@@ -80,12 +87,12 @@ fn is_within(name: &str) -> bool {
     Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// The command of the whole study.
-fn without_shard(command: &str) -> String {
+/// The command without an option and its values.
+fn without(command: &str, option: &str) -> String {
     let mut words = command.split(' ');
     let mut kept = Vec::new();
     while let Some(word) = words.next() {
-        if word == "--shard" {
+        if word == option {
             words.next();
         } else {
             kept.push(word);

@@ -262,6 +262,28 @@ fn a_study_that_stops_goes_on_and_shards_join() {
     assert!(!fs::read_to_string(merged.join("study.json")).unwrap().contains("--shard"));
 }
 
+/// Parts that were selected with `--filter` do not know how many cells the others have.
+#[test]
+fn parts_of_different_filters_join() {
+    let at = tempfile::tempdir().unwrap();
+    let numbers: Vec<usize> = (0..13).collect();
+    let whole = at.path().join("whole");
+    run(&whole, &record(13), &numbers, 99, false).unwrap();
+    for (name, cuts) in [("unequal", &[0, 5, 13][..]), ("equal", &[0, 6, 12, 13])] {
+        let parts: Vec<_> = cuts
+            .windows(2)
+            .map(|cut| {
+                let part = at.path().join(format!("{name}{}", cut[0]));
+                run(&part, &record(cut[1] - cut[0]), &numbers[cut[0]..cut[1]], 99, false).unwrap();
+                part
+            })
+            .collect();
+        let merged = at.path().join(name);
+        assert_eq!(merge(&parts, &merged).unwrap(), 13);
+        assert!(results(&merged) == results(&whole), "the same bytes");
+    }
+}
+
 /// Variable that makes [`worker`] run a study into the folder that it names.
 const WORKER: &str = "PT_STUDY_WORKER";
 
