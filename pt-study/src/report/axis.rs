@@ -59,14 +59,31 @@ impl Axis {
         }
         // As many decimals as tell two marks apart.
         let step = self.marks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-        let decimals = if step.is_finite() { (-step.log10().floor()).max(0.0) } else { 0.0 };
+        // A step of a power of ten may be a little below it.
+        let step = (step.log10() + 1e-9).floor();
+        let decimals = if step.is_finite() { (-step).max(0.0) } else { 0.0 };
         if position == 0.0 {
             "0".into()
-        } else if (0.0..=5.0).contains(&decimals) && position.abs() < 1e6 {
+        } else if (0.0..=4.0).contains(&decimals) && position.abs() < 1e6 {
             format!("{position:.0$}", decimals as usize)
         } else {
-            super::number::significant(position, 4)
+            let digits = (position.abs().log10() + 1e-9).floor() - step;
+            format!("{position:.0$e}", digits.clamp(0.0, 6.0) as usize)
         }
+    }
+
+    /// Room that the label and the longest mark need beside a vertical axis, pixels.
+    pub fn text_width(&self) -> u32 {
+        let longest = self.marks.iter().map(|mark| self.text(*mark).len()).max().unwrap_or(0);
+        (30 + 8 * longest as u32).max(66)
+    }
+
+    /// With marks at whole numbers alone, where there are any.
+    pub fn whole(mut self) -> Self {
+        if self.marks.iter().any(|mark| mark.fract() == 0.0) {
+            self.marks.retain(|mark| mark.fract() == 0.0);
+        }
+        self
     }
 }
 
@@ -142,6 +159,11 @@ mod tests {
             axis.marks.iter().map(|m| axis.text(*m)).collect::<Vec<_>>(),
             ["0.996", "0.998", "1.000", "1.002", "1.004"]
         );
+        let texts = |axis: &Axis| axis.marks.iter().map(|m| axis.text(*m)).collect::<Vec<_>>();
+        let small = Axis::of("x", [0.00030, 0.00033].into_iter(), false, true);
+        assert_eq!(texts(&small), ["3.0e-4", "3.1e-4", "3.2e-4", "3.3e-4"]);
+        assert!(small.text_width() > 66);
+        assert_eq!(texts(&Axis::of("frame", [10.0, 11.0].into_iter(), false, false).whole()), ["10", "11"]);
         let axis = Axis::of("x", [0.01, 0.5].into_iter(), false, true);
         assert!(axis.logarithmic && axis.position(0.0).is_none());
         assert_eq!(

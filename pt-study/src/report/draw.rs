@@ -106,10 +106,10 @@ pub fn curves(
     y_label: &str,
     may_be_logarithmic: bool,
 ) -> Result<String, String> {
-    let x = Axis::of(x_label, values(all, false), false, false);
+    let x = Axis::of(x_label, values(all, false), false, false).whole();
     let y = Axis::of(y_label, values(all, true), false, may_be_logarithmic);
     svg(PANEL, |area| {
-        let mut chart = axes(area, &x, &y, 66)?;
+        let mut chart = axes(area, &x, &y, y.text_width())?;
         for Points { series, points } in all {
             let band: Vec<_> = points
                 .iter()
@@ -147,7 +147,7 @@ pub fn points(
     let x = Axis::of(x_label, values(all, false), false, true);
     let y = Axis::of(y_label, values(all, true), false, may_be_logarithmic);
     svg(PANEL, |area| {
-        let chart = axes(area, &x, &y, 66)?;
+        let chart = axes(area, &x, &y, y.text_width())?;
         for Points { series, points } in all {
             for p in points {
                 let (Some(px), Some(py)) = (x.position(p.x), y.position(p.y)) else { continue };
@@ -236,12 +236,10 @@ pub fn columns(
 ) -> Result<String, String> {
     let first = f64::from(first_frame);
     let ends = [first - 0.5, first + stacks.len() as f64 - 0.5];
-    let mut x = Axis::of("frame", ends.into_iter(), false, false);
-    // A frame is a whole number.
-    x.marks.retain(|mark| mark.fract() == 0.0);
+    let x = Axis::of("frame", ends.into_iter(), false, false).whole();
     let y = Axis::of(y_label, Stack::extent(stacks), true, false);
     svg(PANEL, |area| {
-        let mut chart = axes(area, &x, &y, 66)?;
+        let mut chart = axes(area, &x, &y, y.text_width())?;
         for (frame, stack) in (0..).map(|n| first + f64::from(n)).zip(stacks) {
             for ((from, to), series) in stack.reaches().into_iter().zip(series) {
                 if from != to {
