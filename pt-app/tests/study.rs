@@ -175,6 +175,16 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
     }
     // The placebo has the same random numbers and the same result.
     assert_eq!(results[0].frames, results[1].frames);
+
+    let report = at.join("whole/report.html");
+    assert!(printed.trim_end().ends_with("report.html") && report.is_file(), "{printed}");
+    fs::remove_file(&report).unwrap();
+    let again = text(at, &["study", "report", "whole", "--markdown", "found.md"]);
+    assert!(printed.ends_with(&again) && report.is_file(), "{again}");
+    let table = fs::read_to_string(at.join("found.md")).unwrap();
+    let row = table.lines().find(|line| line.starts_with("| b |")).unwrap();
+    assert_eq!(row.split(" | ").count(), 8, "{row}");
+    assert!(row.contains("no difference shown") && !row.ends_with("- |"), "{row}");
 }
 
 /// Pictures of two seeds differ by their noise alone: with the mean of 64 runs its variance is 1/64 of that of one run.

@@ -59,6 +59,9 @@ pub struct ReportArgs {
     /// Result folder of a finished study.
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
+    /// Also write the summary as Markdown, for a page of findings.
+    #[arg(long, value_name = "FILE.md")]
+    pub markdown: Option<PathBuf>,
 }
 
 /// `pt study merge`

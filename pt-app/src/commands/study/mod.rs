@@ -17,7 +17,8 @@ use crate::progress::Progress;
 use anyhow::Result;
 use plan::Plan;
 use pt_core::{Device, DeviceOptions};
-use pt_study::folder::{Finished, Folder, read_results, read_study};
+use pt_image::atomic_file::write_atomic;
+use pt_study::folder::{Finished, Folder, read_results, read_study, read_timings};
 use pt_study::merge::merge;
 use pt_study::report;
 use runner::Runner;
@@ -35,7 +36,14 @@ pub fn run(args: &StudyArgs, out: &mut impl Write) -> Result<bool> {
             writeln!(out, "{cells} cells joined")?;
             conclude(&args.output, out)?;
         }
-        Some(StudyCommand::Report(args)) => conclude(&args.folder, out)?,
+        Some(StudyCommand::Report(args)) => {
+            if let Some(file) = &args.markdown {
+                let (study, cells) = (read_study(&args.folder)?, read_results(&args.folder)?);
+                let text = summary::markdown(&study, &cells, &read_timings(&args.folder)?);
+                write_atomic(file, text.as_bytes())?;
+            }
+            conclude(&args.folder, out)?;
+        }
         None => run_study(args, out)?,
     }
     Ok(true)

@@ -1,7 +1,7 @@
 //! The answer of a study on the terminal.
 
 use anyhow::Result;
-use pt_study::record::{CellRecord, StudyRecord};
+use pt_study::record::{CellRecord, StudyRecord, TimingRecord};
 use pt_study::summary::{Interval, summarize};
 use std::io::Write;
 
@@ -30,7 +30,7 @@ pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) ->
                 interval(row.interval),
                 signed(row.difference),
                 interval(row.difference_interval),
-                row.p.map_or("-".into(), |p| if p < 1e-4 { "<0.0001".into() } else { format!("{p:.4}") }),
+                p_value(row.p),
                 row.verdict.text(),
             )?;
         }
@@ -42,6 +42,51 @@ pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) ->
         study.baseline
     )?;
     Ok(())
+}
+
+/// The same as Markdown, with the command and the device, and the mean GPU time of a frame over the cells that have one.
+pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingRecord]) -> String {
+    let mut text = format!(
+        "`{}`; {} cells on {} ({}), revision {}.\n",
+        study.command,
+        cells.len(),
+        study.device,
+        study.driver,
+        study.revision
+    );
+    let cost = |variant: &str| {
+        let is_of = |timing: &&TimingRecord| {
+            cells.iter().any(|cell| cell.cell == timing.cell && cell.variant == variant)
+        };
+        let times: Vec<f64> = timings.iter().filter(is_of).map(|timing| timing.gpu_ms).collect();
+        (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
+    };
+    for (summary, metric) in summarize(study, cells).iter().zip(&study.metrics) {
+        text += &format!(
+            "\n**{}**: {}; a perfect picture has {}.\n\n",
+            metric.name, metric.formula, metric.perfect
+        );
+        text += "| variant | mean | 95 % interval | difference | 95 % interval | p | verdict | GPU ms |\n";
+        text += "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
+        for row in summary.ranked() {
+            text += &format!(
+                "| {} | {} | {} | {} | {} | {} | {} | {} |\n",
+                row.variant.replace('|', "\\|"),
+                number(row.mean),
+                interval(row.interval),
+                signed(row.difference),
+                interval(row.difference_interval),
+                p_value(row.p),
+                row.verdict.text(),
+                number(cost(&row.variant)),
+            );
+        }
+    }
+    text
+}
+
+fn p_value(p: Option<f64>) -> String {
+    p.map_or("-".into(), |p| if p < 1e-4 { "<0.0001".into() } else { format!("{p:.4}") })
 }
 
 fn number(value: Option<f64>) -> String {
