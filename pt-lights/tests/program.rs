@@ -177,7 +177,9 @@ fn portals_pay_in_the_room_with_a_window() {
     let samplers = "power:portal_share=0,power:portal_share=0.5";
     let longer = SHORT.replace("--frames 2", "--frames 8").replace("-spp 16", "-spp 64");
     let done = pt_lights(
-        &format!("window --samplers {samplers} --set lights.emissive=false --json rows.json {longer}"),
+        &format!(
+            "window --samplers {samplers} --set lights.emissive=false --set lights.cosine_share=0 --json rows.json {longer}"
+        ),
         folder.path(),
     );
     assert!(done.status.success(), "{done:?}");

@@ -33,6 +33,24 @@ pub struct Finished {
     pub cell: CellRecord,
     /// Its times.
     pub timing: TimingRecord,
+    /// Both as they are written. Numbers that are read and written again may differ in their last digit.
+    lines: [String; 2],
+}
+
+impl Finished {
+    /// A cell that has just been measured.
+    ///
+    /// # Errors
+    /// A record that JSON cannot hold.
+    pub fn new(cell: CellRecord, timing: TimingRecord) -> Result<Self, StudyError> {
+        let lines = [to_json(&cell)?, to_json(&timing)?];
+        Ok(Self { cell, timing, lines })
+    }
+
+    fn read(path: &Path, cell: &str, timing: &str) -> Result<Self, StudyError> {
+        let lines = [cell.to_owned(), timing.to_owned()];
+        Ok(Self { cell: from_json(path, cell)?, timing: from_json(path, timing)?, lines })
+    }
 }
 
 impl Folder {
@@ -108,7 +126,7 @@ impl Folder {
         let text = read_text(&path)?;
         let mut lines = text.lines();
         let (cell, timing) = (lines.next().unwrap_or_default(), lines.next().unwrap_or_default());
-        Ok(Some(Finished { cell: from_json(&path, cell)?, timing: from_json(&path, timing)? }))
+        Ok(Some(Finished::read(&path, cell, timing)?))
     }
 
     /// Keeps a finished cell.
@@ -116,8 +134,8 @@ impl Folder {
     /// # Errors
     /// When the file cannot be written; nothing of it is left then.
     pub fn keep(&self, finished: &Finished) -> Result<(), StudyError> {
-        let lines = format!("{}\n{}\n", to_json(&finished.cell)?, to_json(&finished.timing)?);
-        Ok(write_atomic(&self.cell_file(&finished.cell.cell), lines.as_bytes())?)
+        let [cell, timing] = &finished.lines;
+        Ok(write_atomic(&self.cell_file(&finished.cell.cell), format!("{cell}\n{timing}\n").as_bytes())?)
     }
 
     /// Joins finished cells, which are in their order.
@@ -125,11 +143,9 @@ impl Folder {
     /// # Errors
     /// When a file cannot be written.
     pub fn finish(&self, finished: &[Finished]) -> Result<(), StudyError> {
-        let timings = finished.iter().map(|f| to_json(&f.timing)).collect::<Result<Vec<_>, _>>()?;
-        let cells = finished.iter().map(|f| to_json(&f.cell)).collect::<Result<Vec<_>, _>>()?;
-        let text = |lines: Vec<String>| lines.into_iter().map(|line| line + "\n").collect::<String>();
-        write_atomic(&self.path.join(TIMINGS), text(timings).as_bytes())?;
-        Ok(write_atomic(&self.path.join(RESULTS), text(cells).as_bytes())?)
+        let text = |place: usize| finished.iter().map(|f| f.lines[place].clone() + "\n").collect::<String>();
+        write_atomic(&self.path.join(TIMINGS), text(1).as_bytes())?;
+        Ok(write_atomic(&self.path.join(RESULTS), text(0).as_bytes())?)
     }
 }
 
@@ -173,6 +189,20 @@ pub fn read_results(folder: &Path) -> Result<Vec<CellRecord>, StudyError> {
 /// As [`read_results`].
 pub fn read_timings(folder: &Path) -> Result<Vec<TimingRecord>, StudyError> {
     read_lines(&folder.join(TIMINGS))
+}
+
+/// The cells of a finished study, in their order.
+pub(crate) fn read_finished(folder: &Path) -> Result<Vec<Finished>, StudyError> {
+    // Damaged lines are named with their number.
+    let counts = [read_results(folder)?.len(), read_timings(folder)?.len()];
+    if counts[0] != counts[1] {
+        return Err(StudyError::folder(
+            folder,
+            "results and timings have different numbers of lines; run the shard again",
+        ));
+    }
+    let (cells, timings) = (read_text(&folder.join(RESULTS))?, read_text(&folder.join(TIMINGS))?);
+    cells.lines().zip(timings.lines()).map(|(cell, timing)| Finished::read(folder, cell, timing)).collect()
 }
 
 fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, StudyError> {

@@ -1,7 +1,7 @@
 //! Joins the shards of a study.
 
 use crate::error::StudyError;
-use crate::folder::{Finished, Folder, check_same, read_results, read_study, read_timings};
+use crate::folder::{Finished, Folder, check_same, read_finished, read_study};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fs;
@@ -22,14 +22,8 @@ pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
         let first = study.get_or_insert_with(|| record.clone());
         check_same(shard, &record, first)?;
         one_selection &= record.cells == first.cells;
-        let (results, timings) = (read_results(shard)?, read_timings(shard)?);
-        if results.len() != timings.len() {
-            return Err(StudyError::folder(
-                shard,
-                "results and timings have different numbers of lines; run the shard again",
-            ));
-        }
-        for (cell, timing) in results.into_iter().zip(timings) {
+        for finished in read_finished(shard)? {
+            let cell = &finished.cell;
             if let Some(name) = cell.images.values().find(|name| !is_within(name)) {
                 return Err(StudyError::folder(
                     shard,
@@ -38,7 +32,7 @@ pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
             }
             images.extend(cell.images.values().map(|name| (shard.join(name), name.clone())));
             match cells.entry(cell.cell.clone()) {
-                Entry::Occupied(other) if other.get().cell != cell => {
+                Entry::Occupied(other) if other.get().cell != *cell => {
                     return Err(StudyError::folder(
                         shard,
                         format!("cell {} differs from that of another shard", cell.cell),
@@ -46,7 +40,7 @@ pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
                 }
                 Entry::Occupied(_) => {}
                 Entry::Vacant(place) => {
-                    place.insert(Finished { cell, timing });
+                    place.insert(finished);
                 }
             }
         }

@@ -193,10 +193,8 @@ fn cell(number: usize, wall_s: f64) -> Finished {
         images: BTreeMap::new(),
         command: "c".into(),
     };
-    Finished {
-        cell,
-        timing: TimingRecord { cell: name, gpu_ms: wall_s, gpu_ms_p95: 0.0, passes: Vec::new(), wall_s },
-    }
+    let timing = TimingRecord { cell: name, gpu_ms: wall_s, gpu_ms_p95: 0.0, passes: Vec::new(), wall_s };
+    Finished::new(cell, timing).unwrap()
 }
 
 /// What a program does with a folder: the cells of `numbers` that are not there, up to `budget` of them.

@@ -113,7 +113,7 @@ impl<'a> Runner<'a> {
             command: self.plan.cell_command(cell),
         };
         let timing = times(cell, &timings, &study.measure, started);
-        Ok(Finished { cell: record, timing })
+        Ok(Finished::new(record, timing)?)
     }
 
     /// Renders the cell again with each stage of the ledger fed with ground truth, together with those before it.
