@@ -46,8 +46,9 @@ fn pixel([x, y]: [u32; 2]) -> Option<Pixel> {
 }
 
 fn params(rays: LightRays, samples: u32) -> DirectParams {
-    let sampler = LightSampler::Power;
-    DirectParams { rays, sampler, samples, area_sampling: AreaSampling::Uniform, ..DirectParams::default() }
+    let (sampler, area_sampling) = (LightSampler::Power, AreaSampling::Uniform);
+    // The lamp hides the horizon, where the sky is dark; by the cosine a ray could go there.
+    DirectParams { rays, sampler, samples, area_sampling, cosine_share: 0.0, ..DirectParams::default() }
 }
 
 /// The rays of a frame, and whether any of its texels has light.
