@@ -4,14 +4,14 @@
 mod common;
 
 use common::pixels::{Pixel, Rig};
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
 use pt_core::rng::{pcg4d, random4};
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::LightLists;
 use pt_light_sampling::oracle::brdf::Brdf;
 use pt_light_sampling::oracle::lights::{LightSample, LightSampler};
-use pt_light_sampling::oracle::sampling::basis_around;
+use pt_light_sampling::oracle::sampling::{basis_around, cosine_hemisphere_pdf, sample_cosine_hemisphere};
 use pt_light_sampling::test_support::all_kinds;
 use pt_lights::DirectParams;
 use pt_lights::oracle::{RGBE_SCALE, round_rgb9e5};
@@ -19,11 +19,13 @@ use pt_lights::records::{LightRays, LightStorage};
 use pt_scene::{Environment, Scene};
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
 use pt_shaders::dimensions::{
-    DIM_EMISSIVE, DIM_ENVIRONMENT, DIM_LIGHT_STORAGE, DIM_POSITIONAL, DIM_REFLECTION, DIM_SUN,
+    DIM_COSINE, DIM_EMISSIVE, DIM_ENVIRONMENT, DIM_LIGHT_STORAGE, DIM_POSITIONAL, DIM_REFLECTION, DIM_SUN,
 };
 
 const SIZE: [u32; 2] = [32, 32];
 const SEED: u32 = 5;
+/// The default of `cosine_share`, in 16 bits.
+const COSINE_SHARE: f64 = 32768.0 / 65535.0;
 
 /// Triangles of a scene in world space.
 fn triangles(scene: &Scene) -> Vec<[DVec3; 3]> {
@@ -130,15 +132,30 @@ fn estimate(lights: &LightSampler, hidden: &[[DVec3; 3]], [x, y]: [u32; 2], p: &
     add(lights.positional(position.as_vec3(), bits(DIM_POSITIONAL)), &|_| 1.0);
     add(lights.emissive(position.as_vec3(), bits(DIM_EMISSIVE)), &|_| 1.0);
     let reflected = |s: &LightSample| brdf.pdf(v, local * s.direction);
-    let environment = lights.environment(bits(DIM_ENVIRONMENT));
+    // The environment by its radiance, or by the cosine: the density is that of both.
+    let environment_pdf = |direction: DVec3, by_radiance: f64| {
+        let by_cosine = cosine_hemisphere_pdf(normal.dot(direction));
+        COSINE_SHARE * by_cosine + (1.0 - COSINE_SHARE) * by_radiance
+    };
+    let unit = |dimension| bits(dimension).map(|word| f64::from(word >> 8) / 16_777_216.0);
+    let xi = unit(DIM_COSINE);
+    let environment = if xi[0] < COSINE_SHARE {
+        let direction = world_from_local * sample_cosine_hemisphere(DVec2::new(xi[1], xi[2]));
+        let pdf = environment_pdf(direction, lights.environment_pdf(direction.as_vec3()));
+        Some(LightSample { direction, pdf, radiance: RADIANCE.as_dvec3(), delta: false, target: None })
+    } else {
+        let by_radiance = lights.environment(bits(DIM_ENVIRONMENT));
+        by_radiance.map(|s| LightSample { pdf: environment_pdf(s.direction, s.pdf), ..s })
+    };
     add(environment, &|s| if reflects { power_weight(s.pdf, reflected(s)) } else { 1.0 });
-    let xi = bits(DIM_REFLECTION).map(|word| f64::from(word >> 8) / 16_777_216.0);
+    let xi = unit(DIM_REFLECTION);
     if let Some(l) = brdf.sample(v, DVec3::new(xi[0], xi[1], xi[2])).filter(|_| reflects) {
         let direction = world_from_local * l;
         let pdf = brdf.pdf(v, l);
         let sample =
             LightSample { direction, pdf, radiance: RADIANCE.as_dvec3(), delta: false, target: None };
-        add(Some(sample), &|s| power_weight(pdf, lights.environment_pdf(s.direction.as_vec3())));
+        let by_radiance = lights.environment_pdf(direction.as_vec3());
+        add(Some(sample), &|s| power_weight(pdf, environment_pdf(s.direction, by_radiance)));
     }
     let demodulation = brdf.f0.max(DVec3::splat(0.01));
     [sum[0], sum[1] / demodulation]
