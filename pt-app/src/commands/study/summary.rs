@@ -2,7 +2,8 @@
 
 use anyhow::Result;
 use pt_study::record::{CellRecord, StudyRecord, TimingRecord};
-use pt_study::summary::{Interval, summarize};
+use pt_study::summary::{Interval, SummaryRow, summarize};
+use std::collections::BTreeMap;
 use std::io::Write;
 
 /// Prints a table for each metric: the variants from the best to the worst, those that are not told apart from the baseline beside it.
@@ -21,17 +22,11 @@ pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) ->
             "variant", "cells", "mean", "95 % interval", "difference", "95 % interval", "p"
         )?;
         for row in summary.ranked() {
+            let [mean, of_mean, difference, of_difference, p, verdict] = columns(row);
             writeln!(
                 out,
-                "{:<width$}  {:>5}  {:>10}  {:>23}  {:>11}  {:>25}  {:>7}  {}",
-                row.variant,
-                row.cells,
-                number(row.mean),
-                interval(row.interval),
-                signed(row.difference),
-                interval(row.difference_interval),
-                p_value(row.p),
-                row.verdict.text(),
+                "{:<width$}  {:>5}  {mean:>10}  {of_mean:>23}  {difference:>11}  {of_difference:>25}  {p:>7}  {verdict}",
+                row.variant, row.cells,
             )?;
         }
     }
@@ -54,13 +49,17 @@ pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingReco
         study.driver,
         study.revision
     );
-    let cost = |variant: &str| {
-        let is_of = |timing: &&TimingRecord| {
-            cells.iter().any(|cell| cell.cell == timing.cell && cell.variant == variant)
-        };
-        let times: Vec<f64> = timings.iter().filter(is_of).map(|timing| timing.gpu_ms).collect();
-        (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
-    };
+    let variants: BTreeMap<_, _> = cells.iter().map(|cell| (&cell.cell, cell.variant.as_str())).collect();
+    let mut times: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for timing in timings {
+        if let Some(variant) = variants.get(&timing.cell) {
+            times.entry(variant).or_default().push(timing.gpu_ms);
+        }
+    }
+    let costs: BTreeMap<&str, f64> = times
+        .into_iter()
+        .map(|(variant, times)| (variant, times.iter().sum::<f64>() / times.len() as f64))
+        .collect();
     for (summary, metric) in summarize(study, cells).iter().zip(&study.metrics) {
         text += &format!(
             "\n**{}**: {}; a perfect picture has {}.\n\n",
@@ -69,20 +68,24 @@ pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingReco
         text += "| variant | mean | 95 % interval | difference | 95 % interval | p | verdict | GPU ms |\n";
         text += "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
         for row in summary.ranked() {
-            text += &format!(
-                "| {} | {} | {} | {} | {} | {} | {} | {} |\n",
-                row.variant.replace('|', "\\|"),
-                number(row.mean),
-                interval(row.interval),
-                signed(row.difference),
-                interval(row.difference_interval),
-                p_value(row.p),
-                row.verdict.text(),
-                number(cost(&row.variant)),
-            );
+            let cost = number(costs.get(row.variant.as_str()).copied());
+            text +=
+                &format!("| {} | {} | {cost} |\n", row.variant.replace('|', "\\|"), columns(row).join(" | "));
         }
     }
     text
+}
+
+/// Mean, its interval, difference, its interval, p-value and verdict of a variant.
+fn columns(row: &SummaryRow) -> [String; 6] {
+    [
+        number(row.mean),
+        interval(row.interval),
+        signed(row.difference),
+        interval(row.difference_interval),
+        p_value(row.p),
+        row.verdict.text().into(),
+    ]
 }
 
 fn p_value(p: Option<f64>) -> String {
