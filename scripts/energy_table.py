@@ -2,12 +2,13 @@
 """What each stabiliser of the profile q2rtx costs in energy, scene by scene, against the reference with paths of the same length.
 
 usage: scripts/energy_table.py [--pt target/release/pt] [--size 64x36] [--frames 256] [--seeds 3] [--spp 1024] [--jobs 1]
-                               [--readme pt-indirect/README.md] [SCENE...]
+                               [--bounces 1] [--profiles-only] [--readme pt-indirect/README.md] [SCENE...]
 
 SCENE is a built-in scene or a glTF file [default: cornell lamps veach gallery]. The table is put between the markers of the README; with
 --readme - it is printed alone. A stabiliser is one knob that the profile q2rtx sets and that changes the energy of a frame. "Alone": the
 profile unbiased with this knob, over unbiased. "Without": q2rtx with the value that unbiased has for this knob, over q2rtx. Renders that are
-compared have the same seeds, so that their noise is the same.
+compared have the same seeds, so that their noise is the same. --profiles-only leaves the stabilisers out: the table says then how much of
+the reference's energy the profiles have.
 """
 
 import argparse
@@ -31,7 +32,6 @@ STABILISERS = [
     ("indirect.anti_flicker", "0.8", "0"),
     ("indirect.sun_range", "50", "0"),
 ]
-BOUNCES = "1"
 
 
 def main():
@@ -42,6 +42,8 @@ def main():
     parser.add_argument("--frames", default="256")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--spp", default="1024")
+    parser.add_argument("--bounces", default="1", help="bounces of the frames and of the reference")
+    parser.add_argument("--profiles-only", action="store_true", help="measure no stabilisers")
     parser.add_argument("--jobs", type=int, default=1, help="scenes that are measured at the same time; on a GPU, where the host waits")
     parser.add_argument("--readme", default="pt-indirect/README.md")
     args = parser.parse_args()
@@ -57,7 +59,7 @@ def main():
         with concurrent.futures.ThreadPoolExecutor(args.jobs) as jobs:
             measured = jobs.map(measure, [args] * len(folders), args.scenes, folders)
             columns = dict(zip(args.scenes, measured))
-    table = [*heading(args), *rows(args.scenes, columns)]
+    table = [*heading(args), *rows(args, columns)]
     print("\n".join(table))
     if args.readme == "-":
         return
@@ -77,7 +79,7 @@ def measure(args, scene, folder):
     """Pairs (ratio, standard error) by the name of the row."""
     folder.mkdir()
     reference = folder / "reference.exr"
-    run(args.pt, "reference", scene, "--size", args.size, "--spp", args.spp, "--max-bounces", BOUNCES, "--no-aov", "-o", reference)
+    run(args.pt, "reference", scene, "--size", args.size, "--spp", args.spp, "--max-bounces", args.bounces, "--no-aov", "-o", reference)
 
     def means(profile, *sets):
         """Energy over that of the reference, seed by seed."""
@@ -86,7 +88,7 @@ def measure(args, scene, folder):
         for seed in range(1, args.seeds + 1):
             image = folder / "image.exr"
             run(args.pt, "render", scene, "--size", args.size, "--frames", args.frames, "--seed", seed, "--accumulate",
-                "--profile", profile, "--set", f"indirect.bounces={BOUNCES}", "--set", "gbuffer.jitter=pixel",
+                "--profile", profile, "--set", f"indirect.bounces={args.bounces}", "--set", "gbuffer.jitter=pixel",
                 "--set", "gbuffer.alternate_fields=true", "--set", "checkerboard.blend_split=false", *knobs, "-o", image)
             measured = json.loads(run(args.pt, "compare", image, reference, "--metric", "energy", "--json"))
             found.append(measured["metrics"]["energy"]["value"])
@@ -94,13 +96,17 @@ def measure(args, scene, folder):
 
     unbiased, q2rtx = means("unbiased"), means("q2rtx")
     column = {"unbiased": summary(unbiased), "q2rtx": summary(q2rtx)}
-    for key, value, neutral in STABILISERS:
+    for key, value, neutral in stabilisers(args):
         alone = means("unbiased", (key, value))
         without = means("q2rtx", (key, neutral))
         column[key] = (summary(ratios(alone, unbiased)), summary(ratios(without, q2rtx)))
     for name, found in column.items():
         print(f"{scene}, {name}: {found}", file=sys.stderr, flush=True)
     return column
+
+
+def stabilisers(args):
+    return [] if args.profiles_only else STABILISERS
 
 
 def ratios(above, below):
@@ -115,22 +121,25 @@ def summary(found):
 
 def heading(args):
     info = json.loads(run(args.pt, "info", "--json"))["devices"][0]["device"]
-    scenes = " ".join(args.scenes)
-    yield f"`scripts/energy_table.py --size {args.size} --frames {args.frames} --seeds {args.seeds} --spp {args.spp} {scenes}`; {info['name']}."
+    scenes = " ".join(pathlib.Path(scene).name for scene in args.scenes)
+    only = " --profiles-only" if args.profiles_only else ""
+    yield (f"`scripts/energy_table.py --size {args.size} --frames {args.frames} --seeds {args.seeds} --spp {args.spp} --bounces {args.bounces}{only}"
+           f" {scenes}`; {info['name']}.")
     yield ""
 
 
-def rows(scenes, columns):
+def rows(args, columns):
     def cell(value):
         return f"{value[0]:.4f} ± {value[1]:.4f}"
 
+    scenes = args.scenes
     names = [pathlib.Path(scene).stem for scene in scenes]
     yield f"| energy over that of the reference | {' | '.join(names)} |"
     yield f"|{' --- |' * (len(names) + 1)}"
     for profile in ("unbiased", "q2rtx"):
         yield f"| profile `{profile}` | {' | '.join(cell(columns[scene][profile]) for scene in scenes)} |"
     for index, title in enumerate(("alone, over `unbiased`", "without, over `q2rtx`")):
-        for key, *both in STABILISERS:
+        for key, *both in stabilisers(args):
             value = both[index]
             cells = [cell(columns[scene][key][index]) for scene in scenes]
             yield f"| `{key}={value}` {title} | {' | '.join(cells)} |"
