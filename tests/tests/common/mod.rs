@@ -118,6 +118,12 @@ pub fn cube(scene: &mut Scene, place: Affine3A, inside: bool, material: Material
         }
     }
     let positions = positions.into_iter().map(|p: Vec3| place.transform_point3(p)).collect();
+    let across = place.matrix3.inverse().transpose();
+    let normals = normals.into_iter().map(|n: Vec3| (across * n).normalize()).collect();
+    let tangents = tangents
+        .into_iter()
+        .map(|t: Vec4| place.transform_vector3(t.truncate()).normalize().extend(t.w))
+        .collect();
     add(scene, positions, normals, tangents, indices, material);
 }
 

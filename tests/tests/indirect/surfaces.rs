@@ -55,7 +55,7 @@ fn tumbler() -> (Scene, Camera) {
 fn nested_solids_are_seen_as_in_the_reference() {
     let (scene, outside) = tumbler();
     let inside = Camera::look_at("in the water", Vec3::new(-0.2, -0.4, 0.3), Vec3::new(0.3, 0.1, -0.4), 1.2);
-    for (camera, longer) in [(&outside, 0.02), (&inside, 0.05)] {
+    for camera in [&outside, &inside] {
         let truth = reference_mean(&scene, camera, [20, 16], 64, 256);
         let found = frames_mean(
             &scene,
@@ -64,9 +64,9 @@ fn nested_solids_are_seen_as_in_the_reference() {
             64,
             params(&["gbuffer.reflect_refract=10", "indirect.bounces=0"]),
         );
-        // From outside the frame has 1 to 2 % more light than the reference, from the water 3 to 4 %. Behind its tenth interface a path of the
-        // frame goes straight on and is absorbed less, and more paths that begin in the water are that long; that this is all is not shown.
-        assert_same(&camera.name, found, truth, longer);
+        // Behind its tenth interface a path of the frame goes straight on: with 4, 6, 8 and 10 of them the light in the water is 1.03, 1.00, 1.01 and
+        // 1.01 of the reference's.
+        assert_same(&camera.name, found, truth, 0.01);
     }
 }
 

@@ -74,7 +74,6 @@ fn a_bounce_is_that_of_the_oracle() {
         differ += u32::from((found - expected).abs().max_element() > 1e-2 * expected.max_element() + 1e-6);
     }
     println!("{differ} of {compared} bounces differ");
-    // Some bounces differ (27 of 697 when this was written), by far more than rounding; why is not known. Directions are stored in 16 bits, so
-    // that rays may pass edges on the other side, but nobody has shown that this is all. A fault of the whole estimator would be in every bounce.
-    assert!(compared > 300 && differ * 20 <= compared, "{differ} of {compared} bounces differ");
+    // A ray may pass an edge on the other side, because the direction of the first ray is stored in 32 bits.
+    assert!(compared > 300 && differ * 500 <= compared, "{differ} of {compared} bounces differ");
 }
