@@ -5,6 +5,7 @@ use pt_app::cli::Cli;
 use pt_core::capture::folder::{CaptureFolder, INDEX};
 use pt_image::image_file::{LayeredImage, decode_exr_parts, encode_exr_parts};
 use std::path::Path;
+use std::process::Command;
 
 /// Runs a command line; the message of its error.
 fn pt(line: &str) -> Result<(), String> {
@@ -104,6 +105,15 @@ fn knobs_change_a_replay_and_references_are_recorded() {
     run(&format!("capture cornell --size 24x16 --backend compute --reference-spp 2 -o {dir}/c"));
     run(&format!("replay {dir}/c --from denoise -o {dir}/a.exr"));
     run(&format!("replay {dir}/c --from denoise --set denoise.scale_hf=0 -o {dir}/b.exr"));
+    let output = Command::new(env!("CARGO_BIN_EXE_pt"))
+        .args(["replay", &format!("{dir}/c"), "--from", "post", "--set", "indirect.bounces=4"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.success() && said.contains("indirect.bounces=4: this stage does not run"),
+        "{said}"
+    );
     let mean = |name: &str| {
         let image = LayeredImage::read_exr(&folder.path().join(name)).unwrap();
         image.channel("", "R").unwrap().to_f32().iter().sum::<f32>()

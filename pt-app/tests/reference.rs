@@ -115,6 +115,7 @@ fn refusals() {
     let before = fs::read(path.join("c.exr")).unwrap();
     let other = render.replace("24x16", "16x16");
     refused(path, &format!("{other} --resume -o b.exr"), &["c.exr", "size is 24x16 there and 16x16 here"]);
+    refused(path, &format!("{other} -o b.exr"), &["c.exr", "another render", "another --checkpoint"]);
     let looks = format!("{render} --look 0,1,3,0,1,0 --resume -o b.exr");
     refused(path, &looks, &["c.exr", "camera.", "there and", "here"]);
     refused(

@@ -101,6 +101,12 @@ fn what_cannot_run_is_said_in_a_line() {
     );
     assert!(refused(at, &["study", "good.toml", "-o", "out", "--shard", "0/4"]).contains("from 1"));
     assert!(refused(at, &["study", "none.toml", "-o", "out"]).contains("none.toml"));
+    fs::write(at.join("scene.toml"), "scenes = [\"cornell\", \"galery\"]\nmetrics = [\"relmse\"]\n").unwrap();
+    let line = refused(at, &["study", "scene.toml", "-o", "out"]);
+    assert!(line.contains("scene.toml: scenes: galery") && line.contains("gallery"), "{line}");
+    write("seeds.toml", "seeds = 1000000\n");
+    let line = refused(at, &["study", "seeds.toml", "--dry-run"]);
+    assert!(line.contains("the study has 1000000 cells"), "{line}");
     fs::write(at.join("file"), "").unwrap();
     assert!(refused(at, &["study", "good.toml", "-o", "file"]).contains("is a file"));
     assert!(!at.join("out").exists(), "nothing is half-written");

@@ -9,7 +9,7 @@ use std::str::FromStr;
 named_enum! {
     /// How the closest hit of a ray is found.
     pub enum TraceBackend {
-        /// The fastest on this device and scene, measured.
+        /// Compute on a CPU device; on others the fastest for this scene, measured.
         Auto = "auto",
         /// Our own BVH in compute kernels, on every device.
         Compute = "compute",

@@ -9,6 +9,7 @@ use pt_core::trace::TraceBackend;
 use pt_image::image_file::ImageSize;
 use pt_image::metrics::Metric;
 use pt_shaders::NamedEnum;
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
@@ -260,7 +261,8 @@ impl<'a> Reader<'a> {
 }
 
 fn twice(names: &[String]) -> Option<&String> {
-    names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)).map(|(_, name)| name)
+    let mut seen = HashSet::new();
+    names.iter().find(|name| !seen.insert(*name))
 }
 
 fn value_of(setting: Setting) -> AxisValue {

@@ -18,6 +18,9 @@ const TIMINGS: &str = "timings.jsonl";
 const CELLS: &str = "cells";
 const LOCK: &str = ".lock";
 
+/// Folder of the references, if a study keeps them with its results.
+pub const REFERENCES: &str = "references";
+
 /// A result folder that this process alone writes.
 #[derive(Debug)]
 pub struct Folder {
@@ -62,7 +65,8 @@ impl Folder {
     pub fn open(path: &Path, record: &StudyRecord, resume: bool) -> Result<Self, StudyError> {
         let folder = Self::lock(path)?;
         let study = path.join(STUDY);
-        if study.exists() {
+        // A study that failed before its first result leaves nothing to go on with.
+        if study.exists() && has_results(path)? {
             if !resume {
                 return Err(StudyError::folder(
                     path,
@@ -74,7 +78,10 @@ impl Folder {
             check_cells(path, &found, record)?;
         } else {
             // A process that was killed may have left the lock, and what it wrote of the first file.
-            let is_ours = |name: &String| name == LOCK || name.starts_with(&format!(".{STUDY}."));
+            let is_ours = |name: &String| {
+                [LOCK, STUDY, CELLS, REFERENCES].contains(&name.as_str())
+                    || name.starts_with(&format!(".{STUDY}."))
+            };
             if let Some(other) = entries(path)?.iter().find(|name| !is_ours(name)) {
                 return Err(StudyError::folder(
                     path,
@@ -257,6 +264,13 @@ fn check_cells(path: &Path, found: &StudyRecord, wanted: &StudyRecord) -> Result
 }
 
 /// Names in a folder, sorted.
+/// Whether a cell of the folder is finished.
+fn has_results(folder: &Path) -> Result<bool, StudyError> {
+    let cells = folder.join(CELLS);
+    let is_cell = |name: &String| name.ends_with(".jsonl") && !name.starts_with('.');
+    Ok(folder.join(RESULTS).exists() || (cells.is_dir() && entries(&cells)?.iter().any(is_cell)))
+}
+
 fn entries(folder: &Path) -> Result<Vec<String>, StudyError> {
     let list = fs::read_dir(folder)
         .map_err(|cause| StudyError::folder(folder, format!("cannot be listed ({})", plain(&cause))))?;

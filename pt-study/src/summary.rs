@@ -62,6 +62,13 @@ pub struct SummaryRow {
     pub verdict: Verdict,
 }
 
+impl SummaryRow {
+    /// The verdict as it is printed. A part of a study may have no cell of the variant.
+    pub fn verdict_text(&self) -> &'static str {
+        if self.cells == 0 { "no cells" } else { self.verdict.text() }
+    }
+}
+
 /// One metric of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {

@@ -335,6 +335,11 @@ fn folders_of_others_are_left_alone() {
     );
     assert!(refused(&StudyRecord { device: "e".into(), ..record(3) }, true).contains("another device"));
     assert!(refused(&record(4), true).contains("3 cells there, 4 here"));
+    // A study that failed before its first cell leaves a folder that any study may take.
+    let fresh = at.path().join("fresh");
+    drop(Folder::open(&fresh, &record(3), false).unwrap());
+    drop(Folder::open(&fresh, &record(4), false).unwrap());
+    assert_eq!(pt_study::folder::read_study(&fresh).unwrap(), record(4));
     // Two studies into one folder.
     let open = Folder::open(&path, &record(3), true).unwrap();
     assert!(refused(&record(3), true).contains("another process writes into it"));

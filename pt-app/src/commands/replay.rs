@@ -2,7 +2,7 @@
 
 use crate::aov::{self, AovSelection};
 use crate::args::values::{FrameRange, assignment, named};
-use crate::frame::{FullFrame, Moment, Stage};
+use crate::frame::{FrameStage, FullFrame, Moment, Stage};
 use crate::inputs::Inputs;
 use crate::interrupt::{self, Interrupt};
 use crate::output::Output;
@@ -79,6 +79,12 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     let mut params: FrameParams = serde_json::from_value(first.sidecar.params.clone())
         .with_context(|| format!("{}: knobs of the first frame", args.capture.display()))?;
     apply_sets(&mut params, &args.set)?;
+    let place = |name: &str| FrameStage::ALL.iter().position(|stage| stage.name() == name);
+    let from = place(args.from.name());
+    let stage_of = |set: &str| set.split_once('.').and_then(|(stage, _)| place(stage));
+    for set in args.set.iter().filter(|set| stage_of(set).is_some_and(|stage| Some(stage) < from)) {
+        print_warning(&format!("{set}: this stage does not run; what it recorded stays as it is"));
+    }
     check_background(&params, capture.index.accumulate)?;
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: args.validation })?;
     let (size, accumulate) = (capture.index.output_size, capture.index.accumulate);

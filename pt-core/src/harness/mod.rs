@@ -183,7 +183,7 @@ pub fn check_output(path: &Path) -> Result<(), HarnessError> {
 }
 
 /// Writes channels as the layers of an EXR; the first one with R, G, B is also the main layer, for viewers and
-/// `pt compare`. Device and driver are added to the metadata.
+/// `pt compare`. Device and driver are added to the metadata. Images of another extent than the frame's do not fit into the file and are left out.
 ///
 /// # Errors
 /// A device that fails, a file that can't be written.
@@ -197,7 +197,10 @@ pub fn save(
     let [width, height] = images.size();
     let mut file = LayeredImage::new(width, height)?;
     for &id in channels {
-        file.layers.push(capture::read_layer(images, id)?.0);
+        let (layer, size) = capture::read_layer(images, id)?;
+        if size == [width, height] {
+            file.layers.push(layer);
+        }
     }
     let picture = |layer: &Layer| {
         let plane = |name| layer.channels.iter().find(|channel| channel.name == name).cloned();

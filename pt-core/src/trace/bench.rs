@@ -162,7 +162,7 @@ pub fn rates(
 pub struct Choice {
     /// The compute backend, or the fastest other one that is faster by [`CLEARLY_FASTER`].
     pub backend: TraceBackend,
-    /// Million rays a second of each candidate, closest hits; empty when there was only one.
+    /// Million rays a second of each candidate, closest hits; empty when nothing was measured.
     pub mrays_per_s: Vec<(TraceBackend, f64)>,
     /// Backends that the device lacks, with the reason.
     pub missing: Vec<(TraceBackend, String)>,
@@ -171,8 +171,8 @@ pub struct Choice {
 /// Width of the launches, rays.
 const LAUNCH_WIDTH: u32 = 1024;
 
-/// Rays that `auto` times: few enough for a CPU, enough to fill a GPU for a fraction of a millisecond.
-const CHOICE_RAYS: [u32; 2] = [1 << 13, 1 << 18];
+/// Rays that `auto` times: enough to fill a GPU for a fraction of a millisecond.
+const CHOICE_RAYS: u32 = 1 << 18;
 
 /// The backends take turns: a GPU raises its clock from one run to the next, which must not affect the choice.
 const CHOICE_ROUNDS: u32 = 6;
@@ -181,7 +181,7 @@ const CHOICE_ROUNDS: u32 = 6;
 /// changes from run to run changes the last bits of pictures. Ray tracing hardware is several times as fast.
 pub const CLEARLY_FASTER: f64 = 1.5;
 
-/// The backend for this scene, see [`Choice`]: each is timed for a few milliseconds on rays from random points of its bounds.
+/// The backend for this scene, see [`Choice`]. A CPU device takes compute. On others each is timed for a few milliseconds on rays from random points of its bounds.
 ///
 /// # Errors
 /// When a backend can't be set up.
@@ -190,12 +190,13 @@ pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePla
     let missing: Vec<_> = TraceBackend::CONCRETE.into_iter().filter_map(reason).collect();
     let available = TraceBackend::available(device);
     let bounds = scene_bounds(meshes, instances);
-    let (Some((low, high)), true) = (bounds, available.len() > 1) else {
+    // Backends of a CPU device run the same instructions on the same cores, and a loaded machine would choose for them.
+    let differ = available.len() > 1 && device.info().kind != "cpu";
+    let (Some((low, high)), true) = (bounds, differ) else {
         return Ok(Choice { backend: TraceBackend::Compute, mrays_per_s: Vec::new(), missing });
     };
-    let count = CHOICE_RAYS[usize::from(device.info().kind != "cpu")];
     let ray = |i: u32| choice_ray(i, low, high);
-    let list = RayList { kind: RayKind::Bounce, rays: (0..count).map(ray).collect(), hits: Vec::new() };
+    let list = RayList { kind: RayKind::Bounce, rays: (0..CHOICE_RAYS).map(ray).collect(), hits: Vec::new() };
     let mut runs = Vec::new();
     for backend in available {
         let mut run = Run::new(device, meshes, instances, backend)?;

@@ -90,7 +90,7 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
                 Datum::number(rank as f64, format!("{rank}{}", if shared { "=" } else { "" }))
             }),
             series.map_or_else(|| Datum::text(&row.variant), Datum::series),
-            Datum { class: verdict, ..Datum::text(row.verdict.text()) },
+            Datum { class: verdict, ..Datum::text(row.verdict_text()) },
             number(row.mean, &|v| means.text(v)),
             interval(row.interval, &|v| means.text(v)),
             number(row.difference, &|v| differences.signed(v)),

@@ -153,19 +153,25 @@ fn camera_of_identity(camera: &Camera) -> String {
     .to_string()
 }
 
-/// Loads the checkpoint, if there is one to resume; returns the index of the first sample that is not traced yet.
+/// Loads the checkpoint, if there is one to resume, and sees to it that none of another render is overwritten; returns the index of the first sample that is not traced yet.
 fn resume(
     args: &ReferenceArgs,
     render: &mut Progressive,
     identity: &Identity,
     samples: &Range<u32>,
 ) -> Result<u32> {
-    let Some(path) = args.checkpoint.as_deref().filter(|path| args.resume && path.exists()) else {
+    let Some(path) = args.checkpoint.as_deref().filter(|path| path.exists()) else {
         return Ok(samples.start);
     };
     let checkpoint = Checkpoint::read(path)?;
     if let Some(difference) = checkpoint.identity.difference(identity) {
-        bail!("{}: is the checkpoint of another render: {difference}", path.display());
+        bail!(
+            "{}: is the checkpoint of another render: {difference}; give another --checkpoint",
+            path.display()
+        );
+    }
+    if !args.resume {
+        return Ok(samples.start);
     }
     let there = &checkpoint.samples;
     ensure!(

@@ -6,10 +6,13 @@ use crate::frame::{Oracle, Oracles};
 use crate::params::{
     FrameParams, ReferenceSettings, all_knobs, assignments, check_background, resolve, resolve_reference,
 };
+use crate::session::open_scene;
 use anyhow::{Context, Result, bail, ensure};
 use pt_core::Device;
+use pt_import::LoadOptions;
 use pt_post::Upscale;
 use pt_reference::ReferenceParams;
+use pt_scene::BUILTIN;
 use pt_shaders::NamedEnum;
 use pt_study::cell::{Cell, MANY_CELLS, Shard, Variant, filtered};
 use pt_study::file::{Against, PROFILE, Setting, Study};
@@ -42,6 +45,13 @@ impl Plan {
     pub fn new(args: &StudyArgs) -> Result<Self> {
         let file = args.file.as_deref().context("no study file is given")?;
         let study = Study::read(file, &all_knobs(), &Oracles::names())?;
+        // What is missing is found before the first cell is run.
+        let is_there =
+            |scene: &str| BUILTIN.iter().any(|(name, _)| *name == scene) || Path::new(scene).is_file();
+        for scene in study.scenes.iter().filter(|scene| !is_there(scene)) {
+            open_scene(scene, &LoadOptions::default())
+                .with_context(|| format!("{}: scenes", file.display()))?;
+        }
         let count = study.cell_count();
         ensure!(
             count < MANY_CELLS || args.yes,

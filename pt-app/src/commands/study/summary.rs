@@ -84,7 +84,7 @@ fn columns(row: &SummaryRow) -> [String; 6] {
         signed(row.difference),
         interval(row.difference_interval),
         p_value(row.p),
-        row.verdict.text().into(),
+        row.verdict_text().into(),
     ]
 }
 
