@@ -8,4 +8,5 @@ mod gradient_pixels;
 mod indirect;
 mod random;
 mod replay;
+mod sources;
 mod taa;
