@@ -60,7 +60,7 @@ test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	begin lints
 	cargo clippy $(locked) --workspace --all-targets -- -D warnings
 	begin documentation
-	# As cargo clippy calls clippy (each argument ends with the marker): what it checked is not checked again, and the kernels not compiled again.
+	# Called as cargo clippy calls clippy (each argument ends with the marker), so that the kernels are not compiled once more for it.
 	RUSTC_WORKSPACE_WRAPPER=$$(rustc --print sysroot)/bin/clippy-driver CLIPPY_ARGS=-D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__ \
 		RUSTDOCFLAGS=-Dwarnings cargo doc $(locked) --workspace --no-deps
 	wait $$downloads
