@@ -32,9 +32,11 @@ awk -v cargo="$status" '
         line[count] = sprintf("%8.1f s  %s: %s", seconds[count], target, $2)
     }
     /^test .* \.\.\. FAILED/ { failures = failures "  " target ": " $2 "\n" }
+    # A program that crashed has no result line; one with failed tests leaves with 101.
+    target && /process didn.t exit successfully: / && !/exit status: 101\)/ { crashed++; crashes = crashes "  " target "\n" }
     /^test result: / { programs++; passed += $4; failed += $6; ignored += $8 }
     END {
-        if (!programs) exit
+        if (!programs && !crashed) exit
         print "\nslowest tests:"
         for (rank = 1; rank <= 10 && rank <= count; rank++) {
             slowest = 0
@@ -43,10 +45,11 @@ awk -v cargo="$status" '
             delete seconds[slowest]
         }
         if (failures) printf "\nfailed tests:\n%s", failures
-        # A program that crashed has no result line.
+        if (crashes) printf "\ntest programs that crashed, whose other tests are not counted:\n%s", crashes
+        failed += crashed
         if (cargo && !failed) {
             failed = 1
-            print "\na test program crashed: see above"
+            print "\ncargo test failed: see above"
         }
         printf "\n%d passed, %d failed, %d skipped\n", passed, failed, ignored
     }

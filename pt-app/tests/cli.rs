@@ -1,6 +1,5 @@
 //! What the command line takes and refuses.
 
-#[path = "cli/bench.rs"]
 mod bench;
 
 use std::path::PathBuf;

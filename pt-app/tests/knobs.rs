@@ -1,6 +1,5 @@
 //! The knobs that are listed, those that can be set, and those that the READMEs show are the same.
 
-#[path = "knobs/book.rs"]
 mod book;
 
 use pt_app::params::{FrameParams, ReferenceSettings, all_knobs, resolve, resolve_reference};

@@ -1,6 +1,5 @@
 //! The contract of `pt reference` and `pt merge`.
 
-#[path = "reference/slurm.rs"]
 mod slurm;
 
 use pt_image::image_file::{Layer, LayeredImage, LinearImage};

@@ -1,8 +1,6 @@
 //! What comes into view when an object moves away: R5, R6 and R12 of the faults that denoisers are known for.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use pt_denoise::oracle::{Guided, Light};
 use pt_denoise::{DenoiseParams, Denoiser};
 

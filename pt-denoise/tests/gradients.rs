@@ -1,9 +1,9 @@
 //! Changes of the light: kernels against their oracles, and how fast histories follow.
 
-mod common;
-
-use common::renderer::Renderer;
-use common::{Bench, Random, constant, count, grey, guide, hf, noise, spec, statistics, wall, wall_pixel};
+use crate::common::renderer::Renderer;
+use crate::common::{
+    Bench, Random, constant, count, grey, guide, hf, noise, spec, statistics, wall, wall_pixel,
+};
 use pt_denoise::images::{
     GRADIENTS, GRADIENTS2, HISTORY_HF, HISTORY_LF_COCG, HISTORY_LF_SH, HISTORY_SPEC, SUMS_HF, SUMS_LF,
     SUMS_SPEC, SUMS2_HF, SUMS2_LF, SUMS2_SPEC,

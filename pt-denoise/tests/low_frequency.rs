@@ -1,8 +1,6 @@
 //! Indirect diffuse light: kernels against their oracles, energy, direction, borders.
 
-mod common;
-
-use common::{Bench, Random, constant, count, guide, noise, normal, wall, wall_pixel};
+use crate::common::{Bench, Random, constant, count, guide, noise, normal, wall, wall_pixel};
 use pt_core::pack::unpack_unit_vector;
 use pt_denoise::images::{HISTORY_LF_COCG, HISTORY_LF_SH};
 use pt_denoise::oracle::{

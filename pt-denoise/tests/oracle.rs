@@ -1,8 +1,6 @@
 //! The kernels of the denoiser against their oracles.
 
-mod common;
-
-use common::{Bench, Random, camera_at, count, guide};
+use crate::common::{Bench, Random, camera_at, count, guide};
 use pt_denoise::images::{
     HISTORY_HF, HISTORY_SPEC, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF,
     PONG_SPEC,

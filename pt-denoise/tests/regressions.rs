@@ -1,10 +1,9 @@
 //! Faults that denoisers are known for, each as a small sequence with a bar. What shows that a case can fail is beside it: the same sequence
 //! with the test of history, or the guide of the filter, switched off by its knob.
 
-mod common;
 mod reflections;
 
-use common::*;
+use crate::common::*;
 use pt_denoise::oracle::{Guided, Light};
 use pt_denoise::{AtrousKernel, DenoiseParams, Denoiser};
 use pt_shaders::records::FLAG_PRIMARY;

@@ -1,9 +1,7 @@
 //! Where nothing changes, gradients keep their hands off: asvgf is as smooth as svgf, and as bright as its input.
 
-mod common;
-
-use common::renderer::{Draw, Renderer};
-use common::{Bench, Random, count, hf, spec, statistics, wall};
+use crate::common::renderer::{Draw, Renderer};
+use crate::common::{Bench, Random, count, hf, spec, statistics, wall};
 use pt_denoise::{DenoiseParams, Denoiser};
 
 /// R1 and R13: of noise of one kind in all pixels.

@@ -1,8 +1,6 @@
 //! What follows the last key of an animation, and the motion across it.
 
-mod common;
-
-use common::gltf::{Glb, plain};
+use crate::common::gltf::{Glb, plain};
 use pt_import::LoadOptions;
 use pt_scene::glam::{Affine3A, Vec3};
 use pt_scene::{AnimationEnd, Scene};

@@ -1,10 +1,8 @@
 //! Baked textures: quality, files, the cache.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::textured::gltf;
+use crate::common::textured::gltf;
 use pt_image::image_file::{PixelLayout, write_png};
 use pt_import::Quality;
 use pt_import::bake::{Outcome, bake};

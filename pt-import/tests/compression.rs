@@ -1,8 +1,6 @@
 //! Compressed glTF files: EXT_meshopt_compression and its other name, and sample models with either compression.
 
-mod common;
-
-use common::gltf::{F32, Glb, I8, plain, shared_scene};
+use crate::common::gltf::{F32, Glb, I8, plain, shared_scene};
 use pt_import::load_bytes;
 use pt_scene::glam::Vec3;
 use pt_test_data::shared;

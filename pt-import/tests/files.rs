@@ -1,10 +1,8 @@
 //! Real and broken scene files.
 
-mod common;
-
 use std::path::Path;
 
-use common::scene_files;
+use crate::common::scene_files;
 use pt_import::{LoadOptions, load, open};
 use pt_scene::glam::{Vec2, Vec3};
 use pt_scene::{LightKind, Scene, SceneError};

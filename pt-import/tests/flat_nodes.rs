@@ -1,8 +1,6 @@
 //! Nodes that flatten what they carry, and scenes whose light is lost.
 
-mod common;
-
-use common::gltf::{Glb, plain};
+use crate::common::gltf::{Glb, plain};
 use pt_import::LoadOptions;
 use pt_scene::glam::{Affine3A, Vec3, Vec3A};
 use pt_scene::{Scene, is_invertible};

@@ -1,8 +1,6 @@
 //! Accessors and primitives: small files made in code, with exactly known vertices.
 
-mod common;
-
-use common::gltf::{F32, Glb, I8, I16, U8, U16, U32, bytes};
+use crate::common::gltf::{F32, Glb, I8, I16, U8, U16, U32, bytes};
 use pt_import::LoadOptions;
 use pt_scene::Scene;
 use pt_scene::glam::{Vec2, Vec3, Vec4};

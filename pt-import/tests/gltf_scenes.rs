@@ -1,11 +1,10 @@
 //! Nodes, scenes, cameras, instances, variants and URIs of glTF files.
 
-mod common;
-
+use crate::common;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::gltf::{Glb, I8, U8, bytes, plain, shared_scene};
+use crate::common::gltf::{Glb, I8, U8, bytes, plain, shared_scene};
 use pt_import::{EXTENSIONS, LoadOptions, load, load_bytes, open, support};
 use pt_scene::glam::{Affine3A, Quat, Vec3};
 use pt_scene::{Projection, Scene, SceneError, Support};

@@ -1,10 +1,8 @@
 //! Image files of every kind that glTF textures may be, and those that must be refused.
 
-mod common;
-
 use std::path::Path;
 
-use common::textured::gltf;
+use crate::common::textured::gltf;
 use pt_image::image_file::{PixelLayout, write_png};
 use pt_import::{DdsTexture, LoadOptions, load};
 use pt_scene::{BlockFormat, Scene, SceneError, Texels, Texture, TextureUsage};

@@ -1,10 +1,8 @@
 //! Files that are old, or that other programs wrote in their own way: they load, or are refused by what they are.
 
-mod common;
-
 use std::path::Path;
 
-use common::gltf::{Glb, plain};
+use crate::common::gltf::{Glb, plain};
 use pt_import::{LoadOptions, load, load_bytes};
 use pt_scene::glam::Vec3;
 use pt_scene::{AnimationChoice, Scene, SceneError};

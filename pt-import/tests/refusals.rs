@@ -1,8 +1,6 @@
 //! What a file may not say: refused in one line that names the file and the JSON path. And what it may, however odd.
 
-mod common;
-
-use common::gltf::{F32, Glb, bytes};
+use crate::common::gltf::{F32, Glb, bytes};
 use pt_import::LoadOptions;
 use pt_scene::automatic_camera;
 use pt_scene::glam::Vec3;

@@ -1,9 +1,8 @@
 //! KHR_materials_pbrSpecularGlossiness as a dielectric with a specular colour.
 
-mod common;
-
-use common::gltf::{Glb, plain, shared_scene};
-use common::textured;
+use crate::common;
+use crate::common::gltf::{Glb, plain, shared_scene};
+use crate::common::textured;
 use pt_image::image_file::{PixelLayout, write_png};
 use pt_import::{LoadOptions, load};
 use pt_scene::glam::{Vec3, Vec4};

@@ -1,10 +1,8 @@
 //! The environment as local lights: directions of quads against their densities, the look-up of a direction, densities of the choice, and
 //! environments that are odd.
 
-mod common;
-
-use common::records::{SampleRecord, SamplerPush};
-use common::{close, kernels, run_sampler};
+use crate::common::records::{SampleRecord, SamplerPush};
+use crate::common::{close, kernels, run_sampler};
 use glam::Vec3;
 use pt_core::Kernel;
 use pt_core::rng::pcg4d;

@@ -1,10 +1,8 @@
 //! The light tree: kernel against oracle, picks against the pmf, no light lost, variance below that of picks by power.
 
-mod common;
-
-use common::kernels;
-use common::lights::{Hall, direction, numbers};
-use common::records::{LightBvhPush, SampleRecord};
+use crate::common::kernels;
+use crate::common::lights::{Hall, direction, numbers};
+use crate::common::records::{LightBvhPush, SampleRecord};
 use glam::Vec3;
 use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;

@@ -1,9 +1,7 @@
 //! lights.glsl: picks against their probabilities, directions against their densities, kernels against the oracle.
 
-mod common;
-
-use common::records::{SampleRecord, SamplerPush};
-use common::{close, kernels, run_sampler};
+use crate::common::records::{SampleRecord, SamplerPush};
+use crate::common::{close, kernels, run_sampler};
 use glam::{Vec2, Vec3};
 use pt_core::rng::pcg4d;
 use pt_core::test_support::TestDevice;

@@ -1,9 +1,7 @@
 //! The light samplers: how often a light is picked against its probability, and the mean of the direct light against that of all lights.
 
-mod common;
-
-use common::records::{SampleRecord, SamplerPush};
-use common::{kernels, run_sampler};
+use crate::common::records::{SampleRecord, SamplerPush};
+use crate::common::{kernels, run_sampler};
 use glam::{Affine3A, Vec3};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;

@@ -1,9 +1,7 @@
 //! sampling.glsl and brdf.glsl: samples against their densities, kernels against the oracle, energy.
 
-mod common;
-
-use common::records::{BrdfCase, SampleRecord, SamplerPush};
-use common::{close, kernels, run_sampler};
+use crate::common::records::{BrdfCase, SampleRecord, SamplerPush};
+use crate::common::{close, kernels, run_sampler};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;

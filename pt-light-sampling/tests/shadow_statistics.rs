@@ -1,10 +1,8 @@
 //! Shadow statistics in a hash table: every ray is counted for its cluster, light and side, once, in an entry that no other has; what finds no
 //! room is not counted at all, and counts as never asked.
 
-mod common;
-
-use common::kernels;
-use common::records::{SampleRecord, SamplerPush};
+use crate::common::kernels;
+use crate::common::records::{SampleRecord, SamplerPush};
 use glam::Vec3;
 use pt_core::rng::pcg;
 use pt_core::test_support::TestDevice;

@@ -1,9 +1,7 @@
 //! lights/triangle_sampling.glsl: samples against their densities and the oracle, estimates against Lambert's formula, noise.
 
-mod common;
-
-use common::records::{SampleRecord, SamplerPush};
-use common::{close, kernels, run_sampler};
+use crate::common::records::{SampleRecord, SamplerPush};
+use crate::common::{close, kernels, run_sampler};
 use glam::{DVec2, DVec3, Vec3};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;

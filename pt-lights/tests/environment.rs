@@ -1,8 +1,6 @@
 //! Multiple importance sampling of the environment: the reflected light of glossy surfaces against quadrature of the BRDF's oracle.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
+use crate::common::pixels::{Pixel, Rig};
 use glam::{DVec3, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::oracle::brdf::Brdf;

@@ -1,10 +1,8 @@
 //! `environment_rays=list`: the mean light with the environment among the lights that a sampler picks from, against that with a ray of its
 //! own; environments that change and that are odd; and the noise in a room with a window.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
-use common::room::{floor, image, indoors, rectangle, room};
+use crate::common::pixels::{Pixel, Rig};
+use crate::common::room::{floor, image, indoors, rectangle, room};
 use glam::Vec3;
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::test_support::all_kinds;

@@ -1,8 +1,6 @@
 //! `list_visibility=rays`: lists that know what is hidden have less noise and the same mean, also where the rays have missed a light.
 
-mod common;
-
-use common::view::{Surface, View, look};
+use crate::common::view::{Surface, View, look};
 use glam::{Affine3A, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::records::ListVisibility;

@@ -1,10 +1,8 @@
 //! The light sampler nee-at: probabilities of what was learned, the mean while it learns, what it gains, and how it starts over.
 
-mod common;
-
-use common::kernels;
-use common::records::{NeeAtPicksPush, SampleRecord};
-use common::view::{Surface, View, look};
+use crate::common::kernels;
+use crate::common::records::{NeeAtPicksPush, SampleRecord};
+use crate::common::view::{Surface, View, look};
 use glam::{Affine3A, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_core::test_support::statistics::{chi_squared, sidak};

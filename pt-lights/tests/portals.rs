@@ -1,9 +1,7 @@
 //! Samples of the environment that go through windows, and those that are drawn by the cosine.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
-use common::room::{indoors, room};
+use crate::common::pixels::{Pixel, Rig};
+use crate::common::room::{indoors, room};
 use glam::Vec3;
 use pt_core::test_support::TestDevice;
 use pt_lights::DirectParams;

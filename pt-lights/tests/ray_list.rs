@@ -1,8 +1,6 @@
 //! The list of shadow rays is complete: every candidate that can give light has a ray, and every ray is traced.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
+use crate::common::pixels::{Pixel, Rig};
 use glam::{Affine3A, Vec3};
 use pt_core::split::split_size;
 use pt_core::test_support::TestDevice;

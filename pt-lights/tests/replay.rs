@@ -1,8 +1,6 @@
 //! Gradient pixels: pixels with the last frame's surface and random seed take its light sample again, with this frame's lights.
 
-mod common;
-
-use common::view::{Surface, View};
+use crate::common::view::{Surface, View};
 use glam::{Affine3A, Vec3};
 use pt_core::random::RandomSource;
 use pt_core::test_support::TestDevice;

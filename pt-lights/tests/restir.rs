@@ -3,9 +3,7 @@
 //! A run is a sequence of frames with a seed of its own that starts without history. Frames of a run and pixels of a frame depend on each
 //! other through reuse, so errors are standard errors of the means of runs.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
+use crate::common::pixels::{Pixel, Rig};
 use glam::{Affine3A, Vec2, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::test_support::{all_kinds, polygon};

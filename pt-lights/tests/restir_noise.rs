@@ -1,8 +1,6 @@
 //! The noise that the reuse of sampler restir-di makes: samples that neighbours share, and bright single pixels.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
+use crate::common::pixels::{Pixel, Rig};
 use glam::{Affine3A, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_light_sampling::test_support::polygon;

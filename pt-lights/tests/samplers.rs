@@ -1,9 +1,7 @@
 //! What holds for every sampler: lights that move are where they are now, tiny ones have their closed form, and what was learned can be
 //! forgotten.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
+use crate::common::pixels::{Pixel, Rig};
 use glam::{Affine3A, DVec3, Vec3};
 use pt_core::Error;
 use pt_core::test_support::TestDevice;

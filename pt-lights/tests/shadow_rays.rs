@@ -1,10 +1,9 @@
 //! What the passes of direct lighting tell each other: packed light, the list of rays, glass, light samples, and the distance of the light.
 //! Each texel's light against the oracle is in `texels.rs`.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
-use common::records::PackedRecord;
+use crate::common;
+use crate::common::pixels::{Pixel, Rig};
+use crate::common::records::PackedRecord;
 use glam::{Affine3A, DVec3, Vec3};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;

@@ -1,9 +1,7 @@
 //! The light of each texel against the same estimate in double precision: candidates and BRDF of the oracles from the same random numbers,
 //! multiple importance sampling, and visibility by brute force. And what their storage costs.
 
-mod common;
-
-use common::pixels::{Pixel, Rig};
+use crate::common::pixels::{Pixel, Rig};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use pt_core::pack::{pack_unit_vector, unpack_unit_vector};
 use pt_core::rng::{pcg4d, random4};

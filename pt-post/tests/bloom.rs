@@ -1,8 +1,6 @@
 //! Bloom: kernels against oracle, energy, and input that is not finite.
 
-mod common;
-
-use common::gpu::{download, largest_difference, random_hdr, run, upload};
+use crate::common::gpu::{download, largest_difference, random_hdr, run, upload};
 use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, FrameSizes};

@@ -1,8 +1,6 @@
 //! Metering, adaptation and the noise-aware curve: kernels against oracle and closed forms.
 
-mod common;
-
-use common::gpu::{random_hdr, run, upload};
+use crate::common::gpu::{random_hdr, run, upload};
 use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
 use pt_post::{CurveParams, Exposure, ExposureMode, ExposureRecord, PostParams, Tonemap, oracle};

@@ -1,9 +1,8 @@
 //! EASU and RCAS: kernels against oracle, and what they promise.
 
-mod common;
-
-use common::gpu::{download, largest_difference, random_codes, run, upload_as};
-use common::pictures::zone_plate;
+use crate::common;
+use crate::common::gpu::{download, largest_difference, random_codes, run, upload_as};
+use crate::common::pictures::zone_plate;
 use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, FrameSizes, Image};

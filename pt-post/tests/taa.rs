@@ -1,10 +1,8 @@
 //! Temporal anti-aliasing: kernel against oracle, convergence, trails, upscaling, and input that is not finite.
 
-mod common;
-
-use common::gpu::{download, random_hdr, run, upload};
-use common::pictures::to_codes;
-use common::quality::quality;
+use crate::common::gpu::{download, random_hdr, run, upload};
+use crate::common::pictures::to_codes;
+use crate::common::quality::quality;
 use proptest::test_runner::TestRunner;
 use pt_core::test_support::TestDevice;
 use pt_core::{ChannelImages, FrameSizes, Image, StageInputs};

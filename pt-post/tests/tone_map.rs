@@ -1,8 +1,6 @@
 //! Tone curves and display codes: kernels against oracle, closed forms and published values.
 
-mod common;
-
-use common::gpu::{download, random_hdr, run, upload};
+use crate::common::gpu::{download, random_hdr, run, upload};
 use proptest::test_runner::TestRunner;
 use pt_core::Image;
 use pt_core::blue_noise::blue_noise;

@@ -1,9 +1,7 @@
 //! EASU and RCAS beside bilinear, bicubic and Lanczos, against the native picture: PSNR, SSIM and FLIP of display codes.
 
-mod common;
-
-use common::pictures::{natural, text, to_codes, zone_plate};
-use common::quality::quality;
+use crate::common::pictures::{natural, text, to_codes, zone_plate};
+use crate::common::quality::quality;
 use pt_post::FsrParams;
 use pt_post::oracle::{Filter, Image, easu, rcas, resample};
 

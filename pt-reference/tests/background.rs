@@ -1,8 +1,6 @@
 //! A transparent background: alpha is the coverage, and the picture over the sky is the opaque one.
 
-mod common;
-
-use common::renders::{Stage, add_mesh};
+use crate::common::renders::{Stage, add_mesh};
 use glam::{DVec2, Vec2, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;

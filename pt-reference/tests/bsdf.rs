@@ -1,9 +1,7 @@
 //! bsdf.glsl: kernels against the oracle, samples against densities, energy.
 
-mod common;
-
-use common::records::{BsdfCase, BsdfResult, HistogramPush};
-use common::*;
+use crate::common::records::{BsdfCase, BsdfResult, HistogramPush};
+use crate::common::*;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;

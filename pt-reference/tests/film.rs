@@ -1,9 +1,7 @@
 //! The sums of a pixel do not drift, however many samples there are.
 
-mod common;
-
-use common::records::ListPush;
-use common::{kernels, run};
+use crate::common::records::ListPush;
+use crate::common::{kernels, run};
 use glam::{DVec3, Vec3};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;

@@ -1,9 +1,7 @@
 //! interior.glsl against its oracle, on random sequences of boundaries.
 
-mod common;
-
-use common::records::{InteriorEvent, InteriorResult, ListPush};
-use common::{kernels, run};
+use crate::common::records::{InteriorEvent, InteriorResult, ListPush};
+use crate::common::{kernels, run};
 use pt_core::rng::random4;
 use pt_core::test_support::TestDevice;
 use pt_core::{Buffer, Kernel, Location};

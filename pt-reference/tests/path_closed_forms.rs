@@ -1,9 +1,8 @@
 //! The path tracer against closed forms.
 
-mod common;
-
-use common::records::BsdfCase;
-use common::renders::{Stage, add_floor, add_mesh, add_sphere, assert_mean, glowing_sphere};
+use crate::common;
+use crate::common::records::BsdfCase;
+use crate::common::renders::{Stage, add_floor, add_mesh, add_sphere, assert_mean, glowing_sphere};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use pt_core::test_support::TestDevice;
 use pt_reference::oracle::bsdf::Bsdf;

@@ -1,8 +1,6 @@
 //! What the path tracer promises about its estimates: strategies agree, kinds of light add up, backends and slices too.
 
-mod common;
-
-use common::renders::{Stage, glowing_sphere};
+use crate::common::renders::{Stage, glowing_sphere};
 use glam::{DVec3, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;

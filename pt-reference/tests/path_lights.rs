@@ -1,8 +1,6 @@
 //! The ways in which the path tracer picks lights: the same mean, another noise.
 
-mod common;
-
-use common::renders::{Stage, add_floor, assert_mean, glowing_sphere};
+use crate::common::renders::{Stage, add_floor, assert_mean, glowing_sphere};
 use glam::{Affine3A, DVec3, Vec3};
 use pt_core::Error;
 use pt_core::test_support::TestDevice;

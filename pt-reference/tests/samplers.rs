@@ -1,9 +1,7 @@
 //! sampler.glsl: its twin, and what the sequences promise.
 
-mod common;
-
-use common::records::{ListPush, SamplerCase};
-use common::{kernels, run};
+use crate::common::records::{ListPush, SamplerCase};
+use crate::common::{kernels, run};
 use glam::UVec4;
 use pt_core::rng::pcg4d;
 use pt_core::sobol::sobol;

@@ -1,8 +1,6 @@
 //! surface.glsl reads materials and textures as the host does.
 
-mod common;
-
-use common::samples::{samples, scene};
+use crate::common::samples::{samples, scene};
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;

@@ -1,10 +1,8 @@
 //! Textures of 16 bits per channel, from the PNG file to what surface.glsl reads on the device.
 
-mod common;
-
 use std::path::Path;
 
-use common::samples::{samples, scene};
+use crate::common::samples::{samples, scene};
 use glam::{DVec3, Vec2, Vec4};
 use image::{DynamicImage, ImageBuffer, Luma, LumaA, Rgb, Rgba};
 use pt_core::test_support::TestDevice;

@@ -1,15 +1,12 @@
 //! Indirect light of whole frames: a furnace whose light is known bounce by bounce, and the reference path tracer with paths of the same
 //! length. Numbers of different frames are independent, so the frames' own means give the standard error.
 
-#[path = "indirect/channels.rs"]
 mod channels;
-mod common;
-#[path = "indirect/surfaces.rs"]
 mod surfaces;
-#[path = "indirect/vertex.rs"]
 mod vertex;
 
-use common::{Mean, frames_mean, frames_means, furnace, params, reference_mean};
+use crate::common;
+use crate::common::{Mean, frames_mean, frames_means, furnace, params, reference_mean};
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use pt_core::trace::TraceBackend;
 use pt_scene::{Camera, Light, Lobes, Material, Scene};

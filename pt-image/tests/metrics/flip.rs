@@ -6,8 +6,8 @@ use pt_image::image_file::{srgb_decode, srgb_encode_8bit};
 use pt_image::metrics::Metric;
 use pt_image::metrics::flip::{EXPOSURE_LUMINANCE_FLOOR, Exposures, LdrFlip, PIXELS_PER_DEGREE, hdr_flip};
 
-use crate::flip_oracle::{self as oracle, Image};
-use crate::{DISPLAY, flat, image, measure};
+use super::flip_oracle::{self as oracle, Image};
+use super::{DISPLAY, flat, image, measure};
 
 type Pixels = Vec<[f32; 3]>;
 
@@ -309,7 +309,7 @@ fn hdr_flip_does_not_depend_on_the_unit_of_light() {
 
 #[test]
 fn hdr_flip_as_a_metric_tells_its_exposures() {
-    let (width, state) = (SIZE[0] as u32, crate::SCENE);
+    let (width, state) = (SIZE[0] as u32, super::SCENE);
     let (reference, test) = (image(width, state, scene(0.0, 3)), image(width, state, scene(0.5, 4)));
     let found = measure(Metric::HdrFlip, &test, &reference);
     let direct = hdr_flip(SIZE[0], &reference.pixels, &test.pixels);

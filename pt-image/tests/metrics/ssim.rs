@@ -5,7 +5,7 @@ use pt_core::rng::random4;
 use pt_image::image_file::{LinearImage, srgb_decode, srgb_encode};
 use pt_image::metrics::{Metric, SSIM_K1, SSIM_K2};
 
-use crate::{DISPLAY, SCENE, close, flat, image, measure};
+use super::{DISPLAY, SCENE, close, flat, image, measure};
 
 const C1: f64 = 1e-4;
 const C2: f64 = 9e-4;

@@ -6,7 +6,7 @@ use pt_image::metrics::{
     Measurement, Metric, MetricError, Variances, Z_TEST_EPSILON, compare, compare_estimates,
 };
 
-use crate::{SCENE, flat, image};
+use super::{SCENE, flat, image};
 
 fn z_test(a: &LinearImage, b: &LinearImage, variances: [&LinearImage; 2]) -> Measurement {
     let [variance_a, variance_b] = variances;

@@ -1,6 +1,6 @@
 //! Lists of the built-in scenes: where points are shaded, what changes with time, what is visible.
 
-use crate::emitters::{EXACT, Random, point};
+use super::emitters::{EXACT, Random, point};
 use pt_core::trace::{BvhQuality, NativeScene};
 use pt_light_sampling::cluster_lists::{
     ClusterBox, ClusterLists, ListLimits, ListUpdate, MIN_CATCH_ALL, VisibilityEstimate, changing_lights,

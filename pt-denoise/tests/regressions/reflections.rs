@@ -1,6 +1,6 @@
 //! R9, R10, R20: histories of what a glossy wall mirrors, while the camera moves along it. R21: two ways to look through glass.
 
-use super::common::*;
+use crate::common::*;
 use pt_denoise::oracle::{Guided, Light};
 use pt_denoise::{AtrousKernel, DenoiseParams, Denoiser, SpecularMotion, TemporalParams};
 use pt_shaders::glam::Vec3;

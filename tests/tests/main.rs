@@ -1,0 +1,12 @@
+//! Tests that cross crates, in one program: it is linked once, and its tests share devices with their kernels.
+
+mod backends;
+mod closed_forms;
+mod common;
+mod environment;
+mod gradient_pixels;
+mod indirect;
+mod random;
+mod replay;
+mod sources;
+mod taa;
