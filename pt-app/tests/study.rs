@@ -266,7 +266,7 @@ fn fsr_is_measured_in_the_picture_as_shown() {
                  [[variant]]\nname = \"fsr\"\nset = { post.upscale = \"fsr1\", post.render_scale = 0.5 }\n\
                  [[variant]]\nname = \"taau\"\nset = { post.upscale = \"taau\", post.render_scale = 0.5 }\n";
     fs::write(at.join("radiance.toml"), study).unwrap();
-    let line = refused(at, &["study", "radiance.toml", "-o", "radiance"]);
+    let line = refused(at, &["study", "radiance.toml", "-o", "radiance", "--filter", "variant=fsr"]);
     assert!(
         line.contains("fsr1 upscales the tone-mapped picture; measure_at = \"display\" measures it"),
         "{line}"
