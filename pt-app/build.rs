@@ -42,7 +42,14 @@ fn git(args: &[&str]) -> String {
 
 /// Whether a process may mount a file system of its own: containers and kernels forbid it to some.
 fn can_mount() -> bool {
-    let mount = ["--user", "--map-root-user", "--mount", "sh", "-c", "mount -t tmpfs tmpfs /tmp && command -v nsenter"];
+    let mount = [
+        "--user",
+        "--map-root-user",
+        "--mount",
+        "sh",
+        "-c",
+        "mount -t tmpfs tmpfs /tmp && command -v nsenter",
+    ];
     Command::new("unshare").args(mount).output().is_ok_and(|output| output.status.success())
 }
 

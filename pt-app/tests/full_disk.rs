@@ -132,16 +132,26 @@ impl Disk {
     /// The folder as this process sees it; what is there can be read.
     fn path(&self) -> PathBuf {
         let seen = self.at.canonicalize().unwrap();
-        Path::new(&format!("/proc/{}/root", self.holder.id())).join(seen.strip_prefix("/").unwrap()).join("disk")
+        Path::new(&format!("/proc/{}/root", self.holder.id()))
+            .join(seen.strip_prefix("/").unwrap())
+            .join("disk")
     }
 
     /// Runs pt with a disk of `kib` KiB.
     fn run(&self, line: &str, kib: u32) -> Output {
-        let script =
-            format!("cd {:?} && mount -o remount,size={kib}k disk && exec \"$0\" {line}", self.at);
+        let script = format!("cd {:?} && mount -o remount,size={kib}k disk && exec \"$0\" {line}", self.at);
         let holder = self.holder.id().to_string();
         let mut enter = Command::new("nsenter");
-        enter.args(["--target", &holder, "--user", "--mount", "--preserve-credentials", "bash", "-c", &script]);
+        enter.args([
+            "--target",
+            &holder,
+            "--user",
+            "--mount",
+            "--preserve-credentials",
+            "bash",
+            "-c",
+            &script,
+        ]);
         enter.arg(env!("CARGO_BIN_EXE_pt")).output().unwrap()
     }
 }
