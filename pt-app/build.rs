@@ -1,4 +1,4 @@
-//! Tells the tests whether the shared test data are there, the Python modules of the example, and Slurm; and the program its git revision.
+//! Tells the tests whether the shared test data are there, the Python modules of the example, Slurm, and whether file systems can be mounted; and the program its git revision.
 
 use std::path::Path;
 use std::process::Command;
@@ -19,6 +19,10 @@ fn main() {
         println!("cargo::rerun-if-changed={}", programs[0]);
         println!("cargo::rustc-cfg=slurm");
     }
+    println!("cargo::rustc-check-cfg=cfg(tmpfs)");
+    if can_mount() {
+        println!("cargo::rustc-cfg=tmpfs");
+    }
     println!(
         "cargo::rustc-env=PT_REVISION={}",
         git(&["describe", "--always", "--abbrev=12", "--exclude=*", "--dirty"])
@@ -34,6 +38,19 @@ fn main() {
 fn git(args: &[&str]) -> String {
     let output = Command::new("git").args(args).output().ok().filter(|output| output.status.success());
     output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned()).unwrap_or_default()
+}
+
+/// Whether a process may mount a file system of its own: containers and kernels forbid it to some.
+fn can_mount() -> bool {
+    let mount = [
+        "--user",
+        "--map-root-user",
+        "--mount",
+        "sh",
+        "-c",
+        "mount -t tmpfs tmpfs /tmp && command -v nsenter",
+    ];
+    Command::new("unshare").args(mount).output().is_ok_and(|output| output.status.success())
 }
 
 fn is_root() -> bool {

@@ -6,7 +6,7 @@ use anyhow::Result;
 use pt_core::Device;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::{ImageState, LinearImage};
-use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
+use pt_reference::{Estimate, EstimateFile, Identity, Progressive, ReferenceParams};
 use pt_scene::Scene;
 use pt_shaders::records::FrameRecord;
 
@@ -25,6 +25,15 @@ pub struct TruthOf<'a> {
     pub record: FrameRecord,
 }
 
+/// A view that was path traced.
+pub struct PathTraced {
+    /// The estimate from all samples.
+    pub file: EstimateFile,
+    /// Radiance from the first half of the samples; `None` of a single sample. It differs from the whole by an error of the same variance as the
+    /// whole has itself: with the means A and B of both halves, the whole is (A + B) / 2 and the difference (A - B) / 2.
+    pub half: Option<LinearImage>,
+}
+
 /// Path traces a view, in a session of its own: what else is rendered does not depend on whether this was called.
 ///
 /// # Errors
@@ -34,7 +43,7 @@ pub fn path_trace(
     backend: TraceBackend,
     view: &TruthOf<'_>,
     params: &ReferenceParams,
-) -> Result<EstimateFile> {
+) -> Result<PathTraced> {
     let mut scene = view.scene.clone();
     scene.set_time(view.time, view.time);
     let mut session = Session::on(device, backend, view.camera, scene)?;
@@ -43,22 +52,25 @@ pub fn path_trace(
     let record = FrameRecord { seed: fold_seed(SEED), frame_index: 0, ..view.record };
     let spp = params.spp;
     let mut render = Progressive::new(device, gpu, lights, record, params.clone(), None, 0)?;
-    while render.next_sample() < spp {
-        render.step(scene, gpu, lights, spp)?;
+    let mut half = None;
+    for end in [spp / 2, spp] {
+        while render.next_sample() < end {
+            render.step(scene, gpu, lights, end)?;
+        }
+        if (1..spp).contains(&end) {
+            half = Some(radiance(&render.state()?.estimate(end)));
+        }
     }
     let identity = Identity::default().with("scene", &scene.name).with("time", view.time);
     let estimate = render.state()?.estimate(spp);
-    Ok(EstimateFile {
-        estimate,
-        ranges: std::iter::once(0..spp).collect(),
-        background: params.background,
-        identity,
-    })
+    let ranges = std::iter::once(0..spp).collect();
+    let file = EstimateFile { estimate, ranges, background: params.background, identity };
+    Ok(PathTraced { file, half })
 }
 
 /// The radiance of an estimate.
-pub fn radiance(file: &EstimateFile) -> LinearImage {
-    let [width, height] = file.estimate.size;
-    let pixels = file.estimate.pixels.iter().map(|pixel| pixel.mean.to_array()).collect();
+pub fn radiance(estimate: &Estimate) -> LinearImage {
+    let [width, height] = estimate.size;
+    let pixels = estimate.pixels.iter().map(|pixel| pixel.mean.to_array()).collect();
     LinearImage { width, height, pixels, state: ImageState::SceneReferred }
 }

@@ -1,6 +1,7 @@
 //! `pt study`: the shipped studies are valid, a killed study goes on to the same bytes, and the ledger adds up.
 
-use pt_image::image_file::LinearImage;
+use pt_core::capture::keys;
+use pt_image::image_file::{LayeredImage, LinearImage};
 use pt_image::metrics::{Metric, compare};
 use pt_study::folder::{read_results, read_study};
 use pt_study::record::CellRecord;
@@ -191,6 +192,113 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
     let row = table.lines().find(|line| line.starts_with("| b |")).unwrap();
     assert_eq!(row.split(" | ").count(), 8, "{row}");
     assert!(row.contains("no difference shown") && !row.ends_with("- |"), "{row}");
+}
+
+/// The picture as shown is measured: the ledger has a part of the exposure, which noise in the frame moves.
+#[test]
+fn the_ledger_of_the_picture_as_shown_adds_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let stages = "stages = [\"taa\", \"denoise\", \"lights\", \"tonemap\"]";
+    let shown = SMALL
+        .replace("stages = [\"taa\", \"denoise\", \"lights\", \"indirect\"]", stages)
+        .replace("values = [\"a\", \"b\"]", "values = [\"a\"]");
+    fs::write(at.join("radiance.toml"), &shown).unwrap();
+    let line = refused(at, &["study", "radiance.toml", "-o", "radiance"]);
+    assert!(line.contains("radiance.toml:18:39: radiance is measured before the tone map"), "{line}");
+    fs::write(at.join("shown.toml"), format!("measure_at = \"display\"{shown}")).unwrap();
+    let printed = text(at, &["study", "shown.toml", "-o", "shown"]);
+    assert!(printed.contains("noise of the reference: ") && printed.contains("display values"), "{printed}");
+    let results = read_results(&at.join("shown")).unwrap();
+    let (cell, ledger) = (&results[0], results[0].ledger.as_ref().unwrap());
+    let names: Vec<_> = ledger.parts.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["tonemap", "lights", "denoise", "taa"]);
+    for ledger in ledger.frames.iter().chain([ledger]) {
+        let sum: f64 = ledger.parts.iter().map(|(_, part)| part).sum::<f64>() + ledger.interaction;
+        assert!((sum - ledger.total).abs() <= 1e-12 * ledger.total, "{ledger:?}");
+    }
+    assert!((ledger.total - cell.metrics["relmse"].unwrap()).abs() <= 1e-12);
+    // The same codes but for those that the rounding of TAA to half floats moves by one.
+    assert!(ledger.interaction.abs() < 1e-4 && ledger.interaction.abs() < 0.01 * ledger.total, "{ledger:?}");
+    assert!(ledger.parts[0].1 != 0.0, "{ledger:?}");
+    let noise = ledger.reference_noise.unwrap();
+    assert!(noise > 0.0 && noise < ledger.total, "{ledger:?}");
+    assert!(fs::read_to_string(at.join("shown/report.html")).unwrap().contains("Noise of the reference"));
+    // More samples have less noise: 1/16 of the squared error, of a reference that hardly changes.
+    let rendered = |name: &str, spp: &str| {
+        let radiance = SMALL.replace("spp = 16", spp).replace("values = [\"a\", \"b\"]", "values = [\"a\"]");
+        fs::write(
+            at.join(name),
+            radiance.replace("[\"taa\", \"denoise\", \"lights\", \"indirect\"]", "[\"taa\"]"),
+        )
+        .unwrap();
+        let folder = name.replace(".toml", "");
+        text(at, &["study", name, "-o", &folder]);
+        read_results(&at.join(folder)).unwrap()[0].ledger.as_ref().unwrap().reference_noise.unwrap()
+    };
+    let (few, many) = (rendered("few.toml", "spp = 16"), rendered("many.toml", "spp = 256"));
+    // The spread of a ratio of two sums over 192 pixels of skewed noise.
+    assert!((6.0..48.0).contains(&(few / many)), "{few} {many}");
+}
+
+/// Whatever the noise of the frame, it is shown with the exposure of the ground truth.
+#[test]
+fn a_fed_tone_map_has_the_exposure_of_the_ground_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let exposure = |options: &[&str], seed: &str| {
+        let words =
+            ["render", "cornell", "--size", "16x12", "--backend", "compute", "--seed", seed, "-o", "x.exr"];
+        text(at, &[&words[..], options].concat());
+        LayeredImage::read_exr(&at.join("x.exr")).unwrap().metadata[keys::EXPOSURE].clone()
+    };
+    let fed = ["--oracle", "tonemap", "--oracle-spp", "64"];
+    assert_ne!(exposure(&[], "1"), exposure(&[], "2"));
+    assert_eq!(exposure(&fed, "1"), exposure(&fed, "2"));
+    let manual = ["--set", "post.exposure=manual"];
+    let line =
+        refused(at, &[&["render", "cornell", "--size", "16x12", "-o", "x.exr"][..], &fed, &manual].concat());
+    assert!(line.contains("the frame has no tonemap to feed"), "{line}");
+}
+
+/// FSR 1 upscales after the tone map, where the picture as shown is measured.
+#[test]
+fn fsr_is_measured_in_the_picture_as_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let study = "scenes = [\"textures\"]\nsizes = [\"32x18\"]\nbackends = [\"compute\"]\nseeds = 1\nframes = 3\nspp = 16\n\
+                 metrics = [\"relmse\", \"flip\", \"temporal_pixel\"]\nset = { indirect.bounces = 0, reference.max_bounces = 0, post.exposure = \"manual\" }\n\
+                 [[variant]]\nname = \"native\"\n\
+                 [[variant]]\nname = \"fsr\"\nset = { post.upscale = \"fsr1\", post.render_scale = 0.5 }\n\
+                 [[variant]]\nname = \"taau\"\nset = { post.upscale = \"taau\", post.render_scale = 0.5 }\n";
+    fs::write(at.join("radiance.toml"), study).unwrap();
+    let line = refused(at, &["study", "radiance.toml", "-o", "radiance", "--filter", "variant=fsr"]);
+    assert!(
+        line.contains("fsr1 upscales the tone-mapped picture; measure_at = \"display\" measures it"),
+        "{line}"
+    );
+    fs::write(at.join("shown.toml"), format!("measure_at = \"display\"\n{study}")).unwrap();
+    text(at, &["study", "shown.toml", "-o", "shown"]);
+    let cells = read_results(&at.join("shown")).unwrap();
+    assert_eq!(cells.iter().map(|cell| cell.variant.as_str()).collect::<Vec<_>>(), ["native", "fsr", "taau"]);
+    for cell in &cells {
+        assert!(cell.metrics.values().all(|value| value.unwrap() > 0.0), "{cell:?}");
+        // All are compared with the same picture of the ground truth.
+        assert_eq!(cell.images["reference"], cells[0].images["reference"]);
+        // What is measured is what the command of the cell shows, code by code.
+        let words: Vec<_> = cell.command.split(' ').skip(1).map(|word| word.trim_matches('\'')).collect();
+        let command = words.iter().map(|word| if *word == "frame.exr" { "frame.png" } else { *word });
+        text(at, &command.collect::<Vec<_>>());
+        let picture = |path: PathBuf| LinearImage::read(&path).unwrap().pixels;
+        assert!(picture(at.join("frame.png")) == picture(at.join("shown").join(&cell.images["picture"])));
+    }
+    fs::write(at.join("hdr.toml"), format!("measure_at = \"display\"\n{study}").replace("flip", "hdr-flip"))
+        .unwrap();
+    let line = refused(at, &["study", "hdr.toml", "-o", "hdr"]);
+    assert!(line.contains("hdr.toml:8:22: hdr-flip exposes radiance itself"), "{line}");
+    let encoded = study.replace("post.exposure", "post.encoding = \"pq\", post.exposure");
+    fs::write(at.join("pq.toml"), format!("measure_at = \"display\"\n{encoded}")).unwrap();
+    assert!(refused(at, &["study", "pq.toml", "-o", "pq"]).contains("post.encoding is pq"));
 }
 
 /// Pictures of two seeds differ by their noise alone: with the mean of 64 runs its variance is 1/64 of that of one run.

@@ -75,7 +75,7 @@ pub enum FileError {
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let (target, folder) = resolve(path)?;
     let mut temporary = create_beside(path, &target, &folder)?;
-    let write = |cause| FileError::Write { path: path.into(), cause };
+    let write = |cause| FileError::Write { path: path.into(), cause: without_path(cause) };
     temporary.write_all(bytes).and_then(|()| temporary.as_file().sync_all()).map_err(write)?;
     rename(temporary, &target).map_err(write)?;
     // The name itself becomes durable with its folder. Some file systems refuse to sync a folder; the
@@ -138,13 +138,17 @@ fn create_beside(path: &Path, target: &Path, folder: &Path) -> Result<NamedTempF
         // tempfile's own 0600 would survive the rename; the umask still applies.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder).map_err(|cause| {
-        // The name of the temporary file would only distract.
-        let text = cause.to_string();
-        let words = text.split(" at path ").next().unwrap_or_default().to_owned();
-        let cause = io::Error::new(cause.kind(), words);
-        FileError::NotWritable { path: path.into(), folder: folder.into(), cause }
+    builder.tempfile_in(folder).map_err(|cause| FileError::NotWritable {
+        path: path.into(),
+        folder: folder.into(),
+        cause: without_path(cause),
     })
+}
+
+/// What went wrong, without the name of the temporary file, which would only distract.
+fn without_path(cause: io::Error) -> io::Error {
+    let text = cause.to_string();
+    io::Error::new(cause.kind(), text.split(" at path ").next().unwrap_or_default())
 }
 
 /// Gives the temporary file its final name; on failure it is removed.

@@ -23,6 +23,15 @@ pub struct ChainParts {
     pub alpha: bool,
 }
 
+/// What a stage of the chain has just written.
+#[derive(Clone, Copy)]
+pub enum Written<'a> {
+    /// What temporal anti-aliasing resolved.
+    Resolved(&'a Image),
+    /// The exposure and the noise-aware curve that the tone map will read.
+    Exposure(&'a Exposure),
+}
+
 /// The stages of pt-post that the knobs ask for, in the order of the frame: running mean or temporal anti-aliasing, bloom,
 /// exposure, tone map, FSR 1.
 pub struct PostChain {
@@ -107,10 +116,10 @@ impl PostChain {
         self.record_with(frame, inputs, time_step, jitter, params, |_, _| Ok(()))
     }
 
-    /// As [`PostChain::record`]; `after_taa` is called with what temporal anti-aliasing wrote.
+    /// As [`PostChain::record`]; `after` is called with what some stages wrote, so that it can be replaced.
     ///
     /// # Errors
-    /// Those of `after_taa`, else as [`PostChain::record`].
+    /// Those of `after`, else as [`PostChain::record`].
     pub fn record_with(
         &self,
         frame: &mut Frame<'_>,
@@ -118,7 +127,7 @@ impl PostChain {
         time_step: Option<f32>,
         jitter: [f32; 2],
         params: &PostParams,
-        after_taa: impl FnOnce(&mut Frame<'_>, &Image) -> Result<()>,
+        after: impl Fn(&mut Frame<'_>, Written<'_>) -> Result<()>,
     ) -> Result<()> {
         let images = inputs.images;
         if let Some(accumulate) = &self.accumulate {
@@ -127,7 +136,7 @@ impl PostChain {
         if let Some(taa) = &self.taa {
             let (color, motion) = (images.current(FLAT_COLOR), images.current(FLAT_MOTION));
             taa.record(frame, inputs, color, motion, jitter, &params.taa)?;
-            after_taa(frame, self.resolved(images))?;
+            after(frame, Written::Resolved(self.resolved(images)))?;
         }
         let source = self.resolved(images);
         if let Some(matte) = &self.matte {
@@ -143,6 +152,7 @@ impl PostChain {
         let Some(tone_map) = &self.tone_map else { return Ok(()) };
         let time_step = time_step.filter(|_| images.has_history());
         self.exposure.record(frame, source, time_step, params)?;
+        after(frame, Written::Exposure(&self.exposure))?;
         let picture = images.current(self.picture);
         let Some(fsr) = &self.fsr else {
             return tone_map.record(frame, bloomed, &self.exposure, picture, params);

@@ -19,6 +19,15 @@ pub struct Exposure {
     curve: Buffer,
 }
 
+/// What a frame is shown with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Metered {
+    /// Its exposure.
+    pub exposure: ExposureRecord,
+    /// The noise-aware curve, as [`Exposure::read_curve`] returns it.
+    pub curve: Vec<f32>,
+}
+
 impl Exposure {
     /// Creates kernels and buffers.
     ///
@@ -60,7 +69,7 @@ impl Exposure {
         let dt = dt.map(|dt| if dt > 0.0 { dt } else { 0.0 });
         let share = |speed: f32| dt.map_or(1.0, |dt| 1.0 - (-dt * speed).exp());
         let (adapt_up, adapt_down) = (share(params.speed_up), share(params.speed_down));
-        if manual && !noise_aware {
+        if !params.meters() {
             let ev100 = params.fixed_ev100();
             let record = ExposureRecord {
                 ev100,
@@ -112,6 +121,23 @@ impl Exposure {
                 adapt_down,
             })
             .dispatch([CURVE_BINS, 1, 1])
+    }
+
+    /// Replaces what [`Exposure::record`] found by the exposure and the curve of another frame.
+    ///
+    /// # Errors
+    /// When the uploads do not fit into the frame.
+    pub fn replace(&self, frame: &mut Frame<'_>, metered: &Metered) -> Result<()> {
+        frame.upload(&self.exposure, bytemuck::bytes_of(&metered.exposure))?;
+        frame.upload(&self.curve, bytemuck::cast_slice(&metered.curve))
+    }
+
+    /// What the frame that was submitted last was shown with; waits for it.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn metered(&self) -> Result<Metered> {
+        Ok(Metered { exposure: self.read()?, curve: self.read_curve()? })
     }
 
     /// The exposure of the frame that was submitted last; waits for it.

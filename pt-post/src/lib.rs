@@ -24,8 +24,8 @@ mod kernels {
 
 pub use accumulate::Accumulate;
 pub use bloom::{Bloom, BloomMix, BloomMode, BloomParams, Bloomed, MAX_LEVELS};
-pub use chain::{ChainParts, PostChain};
-pub use exposure::Exposure;
+pub use chain::{ChainParts, PostChain, Written};
+pub use exposure::{Exposure, Metered};
 pub use fsr::Fsr;
 pub use matte::Matte;
 pub use params::{

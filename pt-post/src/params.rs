@@ -166,6 +166,11 @@ impl PostParams {
         self.taa.enabled || self.upscale == Upscale::Taau
     }
 
+    /// Whether the exposure or the tone curve depends on the radiance of the frame.
+    pub fn meters(&self) -> bool {
+        self.exposure == ExposureMode::Auto || self.tonemap == Tonemap::NoiseAware
+    }
+
     /// Whether codes are upscaled or sharpened after the tone map.
     pub fn uses_fsr(&self) -> bool {
         self.upscale == Upscale::Fsr1 || self.fsr.sharpen

@@ -2,6 +2,7 @@
 
 use crate::error::StudyError;
 use crate::file_reader::{Reader, above_zero, backend, camera, measured, metric, positive, size};
+use crate::keys;
 use crate::metric::StudyMetric;
 use crate::toml_reader::Source;
 use pt_core::settings::{Knob, closest_key};
@@ -47,6 +48,8 @@ pub struct Study {
     pub accumulate: bool,
     /// The ground truth.
     pub against: Against,
+    /// Which picture is measured.
+    pub measure_at: MeasureAt,
     /// Metrics.
     pub metrics: Vec<StudyMetric>,
     /// Knobs that all variants have.
@@ -75,6 +78,16 @@ pub enum Against {
     },
     /// The recorded references of a capture.
     Capture(PathBuf),
+}
+
+/// Which picture of a frame is measured, and of its ground truth alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeasureAt {
+    /// Linear radiance before bloom and exposure.
+    Radiance,
+    /// The picture as shown, as linear display values: after bloom, exposure, tone curve and FSR 1. The ground truth is shown with the same
+    /// knobs, and metered by itself.
+    Display,
 }
 
 /// A knob, the profile, or a knob of the reference with its value.
@@ -149,31 +162,6 @@ pub struct Ledger {
     pub stages: Vec<String>,
 }
 
-const KEYS: [&str; 22] = [
-    "name",
-    "question",
-    "scenes",
-    "cameras",
-    "sizes",
-    "backends",
-    "seeds",
-    "frames",
-    "measure",
-    "time",
-    "fps",
-    "accumulate",
-    "against",
-    "spp",
-    "metrics",
-    "set",
-    "axis",
-    "variant",
-    "design",
-    "baseline",
-    "pairing",
-    "images",
-];
-
 impl Study {
     /// Reads a study file; `knobs`: all that there are, `stages`: those that a ledger can feed with ground truth.
     ///
@@ -193,8 +181,7 @@ impl Study {
     pub fn parse(path: &Path, text: String, knobs: &[Knob], stages: &[&str]) -> Result<Self, StudyError> {
         let source = Source { path, text: &text };
         let root = source.parse()?;
-        let keys = [&KEYS[..], &["ledger"]].concat();
-        let table = source.table(root.get_ref(), "a study", &keys)?;
+        let table = source.table(root.get_ref(), "a study", keys::STUDY)?;
         let required = |key: &str| {
             table
                 .get(key)
@@ -204,6 +191,9 @@ impl Study {
         required("scenes")?;
         required("metrics")?;
         let frames = table.read("frames", positive)?.unwrap_or(16);
+        let measure_at = table
+            .one_of("measure_at", &[("radiance", MeasureAt::Radiance), ("display", MeasureAt::Display)])?
+            .unwrap_or(MeasureAt::Radiance);
         let set = table.read("set", |_, value| reader.settings(value, true))?.unwrap_or_default();
         let axes = reader.axes(&table, &set)?;
         let name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -229,7 +219,10 @@ impl Study {
             fps: table.read("fps", |source, value| above_zero(source, value))?.unwrap_or(60.0),
             accumulate: table.read("accumulate", Source::boolean)?.unwrap_or(false),
             against: reader.against(&table)?,
-            metrics: table.read_list("metrics", metric)?.unwrap_or_default(),
+            measure_at,
+            metrics: table
+                .read_list("metrics", |source, value| metric(source, value, measure_at))?
+                .unwrap_or_default(),
             set,
             axes,
             design: table
@@ -245,7 +238,7 @@ impl Study {
                     &[("none", Images::None), ("first-seed", Images::FirstSeed), ("all", Images::All)],
                 )?
                 .unwrap_or(Images::FirstSeed),
-            ledger: reader.ledger(&table, stages)?,
+            ledger: reader.ledger(&table, stages, measure_at)?,
             text: String::new(),
         };
         reader.check_unique(&table, &study)?;

@@ -1,7 +1,8 @@
 //! Reads the parts of a study file, with the place of what is wrong.
 
 use crate::error::StudyError;
-use crate::file::{Against, Axis, AxisValue, Ledger, PROFILE, Setting, Study, VARIANT_AXIS};
+use crate::file::{Against, Axis, AxisValue, Ledger, MeasureAt, PROFILE, Setting, Study, VARIANT_AXIS};
+use crate::keys;
 use crate::metric::StudyMetric;
 use crate::toml_reader::{Source, Table, Value};
 use pt_core::settings::{Knob, closest_key};
@@ -13,6 +14,9 @@ use std::collections::HashSet;
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
+
+/// The stage of a ledger that a picture as shown has, and radiance has not.
+const TONE_MAP: &str = "tonemap";
 
 /// Reads what depends on the knobs.
 pub(crate) struct Reader<'a> {
@@ -127,7 +131,7 @@ impl<'a> Reader<'a> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(self.source.error(value.span(), "expected a table [[variant]] with name and set"));
         };
-        let table = self.source.table(table, "a variant", &["name", "set"])?;
+        let table = self.source.table(table, "a variant", keys::VARIANT)?;
         let name = table.read("name", Source::string)?.filter(|name| !name.trim().is_empty());
         let name = name
             .ok_or_else(|| self.source.error(value.span(), "the variant has no name; add name = \"...\""))?;
@@ -140,7 +144,7 @@ impl<'a> Reader<'a> {
         let Some(table) = value.get_ref().as_table() else {
             return Err(self.source.error(value.span(), "expected a table [[axis]] with key and values"));
         };
-        let table = self.source.table(table, "an axis", &["key", "name", "values", "except"])?;
+        let table = self.source.table(table, "an axis", keys::AXIS)?;
         let key = table.read("key", |source, place| {
             let key = source.string(place)?;
             self.check_key(&key, place.span(), false)?;
@@ -203,20 +207,31 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub fn ledger(&self, table: &Table<'a, '_>, stages: &[&str]) -> Result<Option<Ledger>, StudyError> {
+    pub fn ledger(
+        &self,
+        table: &Table<'a, '_>,
+        stages: &[&str],
+        measure_at: MeasureAt,
+    ) -> Result<Option<Ledger>, StudyError> {
         let Some(value) = table.get("ledger") else { return Ok(None) };
         let Some(inner) = value.get_ref().as_table() else {
             return Err(self.source.error(value.span(), "expected a table [ledger] with metric and stages"));
         };
-        let inner = self.source.table(inner, "a ledger", &["metric", "stages"])?;
+        let inner = self.source.table(inner, "a ledger", keys::LEDGER)?;
         let stage = |source: Source<'_>, value: &Value<'_>| {
             let name = source.string(value)?;
+            if name == TONE_MAP && measure_at == MeasureAt::Radiance {
+                return Err(source.error(
+                    value.span(),
+                    "radiance is measured before the tone map; add measure_at = \"display\", or do not list tonemap",
+                ));
+            }
             if stages.contains(&name.as_str()) {
                 return Ok(name);
             }
             Err(source.error(value.span(), format!("stage {name:?}: expected one of {}", stages.join(", "))))
         };
-        let metric = inner.read("metric", |source, value| match metric(source, value)? {
+        let metric = inner.read("metric", |source, value| match metric(source, value, measure_at)? {
             metric if metric.is_temporal() || metric.perfect() != 0.0 => Err(source.error(
                 value.span(),
                 format!(
@@ -227,8 +242,10 @@ impl<'a> Reader<'a> {
             metric => Ok(metric),
         })?;
         let listed = inner.read_list("stages", stage)?;
-        let in_order =
-            stages.iter().filter(|&&s| listed.as_ref().is_none_or(|listed| listed.iter().any(|l| l == s)));
+        let in_order = stages.iter().filter(|&&s| match &listed {
+            Some(listed) => listed.iter().any(|l| l == s),
+            None => s != TONE_MAP || measure_at == MeasureAt::Display,
+        });
         Ok(Some(Ledger {
             metric: metric.unwrap_or(StudyMetric::Image(Metric::RelMse)),
             stages: in_order.map(|&stage| stage.into()).collect(),
@@ -301,9 +318,20 @@ pub(crate) fn backend(source: Source<'_>, value: &Value<'_>) -> Result<String, S
     }
 }
 
-pub(crate) fn metric(source: Source<'_>, value: &Value<'_>) -> Result<StudyMetric, StudyError> {
+pub(crate) fn metric(
+    source: Source<'_>,
+    value: &Value<'_>,
+    measure_at: MeasureAt,
+) -> Result<StudyMetric, StudyError> {
     let name = source.string(value)?;
-    StudyMetric::of_name(&name).ok_or_else(|| {
+    let found = StudyMetric::of_name(&name);
+    if found == Some(StudyMetric::Image(Metric::HdrFlip)) && measure_at == MeasureAt::Display {
+        return Err(source.error(
+            value.span(),
+            "hdr-flip exposes radiance itself, and the picture as shown is measured; take flip",
+        ));
+    }
+    found.ok_or_else(|| {
         let known = StudyMetric::ALL.map(StudyMetric::name);
         let closest = closest_key(&name, known).unwrap_or_default();
         source.error(

@@ -13,8 +13,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 const STUDY: &str = "study.json";
-const RESULTS: &str = "results.jsonl";
-const TIMINGS: &str = "timings.jsonl";
+pub(crate) const RESULTS: &str = "results.jsonl";
+pub(crate) const TIMINGS: &str = "timings.jsonl";
 const CELLS: &str = "cells";
 const LOCK: &str = ".lock";
 

@@ -6,7 +6,7 @@
 
 use crate::record::LedgerRecord;
 
-/// Splits the errors of measured frames; `fed`: each stage, with the errors of the frames when it and those before it are fed. `None` if an error is
+/// Splits the errors of measured frames, without the noise of the reference; `fed`: each stage, with the errors of the frames when it and those before it are fed. `None` if an error is
 /// missing, or there are no frames.
 pub fn split(
     metric: &str,
@@ -37,7 +37,16 @@ pub fn split(
 /// The interaction is what is missing from the parts to the total.
 fn record(metric: &str, total: f64, parts: Vec<(String, f64)>, frames: Vec<LedgerRecord>) -> LedgerRecord {
     let interaction = total - parts.iter().map(|(_, part)| part).sum::<f64>();
-    LedgerRecord { metric: metric.into(), total, parts, interaction, frames }
+    LedgerRecord { metric: metric.into(), total, parts, interaction, reference_noise: None, frames }
+}
+
+/// Where the noise of the reference is in a ledger.
+pub const COUNTS_AS: &str = "it is within the part of the first stage that is fed with the reference, such as denoise, and is no error of that stage";
+
+/// Mean noise of the reference over ledgers; `None` where it is not known of all, or there are none.
+pub fn reference_noise<'a>(ledgers: impl Iterator<Item = &'a LedgerRecord>) -> Option<f64> {
+    let noise = ledgers.map(|ledger| ledger.reference_noise).collect::<Option<Vec<f64>>>()?;
+    (!noise.is_empty()).then(|| noise.iter().sum::<f64>() / noise.len() as f64)
 }
 
 #[cfg(test)]

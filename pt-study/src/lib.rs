@@ -8,6 +8,7 @@ mod error;
 pub mod file;
 mod file_reader;
 pub mod folder;
+pub mod keys;
 pub mod ledger;
 pub mod merge;
 pub mod metric;

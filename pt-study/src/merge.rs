@@ -7,11 +7,13 @@ use std::collections::btree_map::Entry;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Writes the results of all `shards` into a new folder at `output`; returns the number of cells. Shards of one selection of cells must be all there;
+/// Writes the results of all `shards` into a folder of its own at `output`; returns the number of cells. What an earlier attempt has left there is
+/// completed. Shards of one selection of cells must be all there;
 /// of parts with different filters, which do not know of each other, the study has the cells that it is given.
 ///
 /// # Errors
-/// Shards of different studies, versions or devices; cells that are missing, or that differ between two shards; files that cannot be read or written.
+/// Shards of different studies, versions or devices; cells that are missing, or that differ between two shards; an output that is one of the shards, or
+/// has other results; files that cannot be read or written.
 pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
     let mut study = None;
     let mut cells: BTreeMap<String, Finished> = BTreeMap::new();
@@ -63,7 +65,12 @@ pub fn merge(shards: &[PathBuf], output: &Path) -> Result<usize, StudyError> {
     // Names begin with the number of the cell.
     let finished: Vec<Finished> = cells.into_values().collect();
     study.command = without(&study.command, "--shard");
-    let folder = Folder::open(output, &study, false)?;
+    let is_output =
+        |shard: &PathBuf| matches!((shard.canonicalize(), output.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    if let Some(shard) = shards.iter().find(|shard| is_output(shard)) {
+        return Err(StudyError::folder(shard, "is a shard and the output; give another folder with -o"));
+    }
+    let folder = Folder::open(output, &study, true)?;
     for (from, name) in images {
         let to = output.join(&name);
         let parent = to.parent().unwrap_or(output);

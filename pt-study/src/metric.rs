@@ -1,5 +1,6 @@
 //! The metrics of a study.
 
+use crate::file::MeasureAt;
 use crate::record::MetricRecord;
 use pt_image::metrics::{Metric, TEMPORAL_BLOCK};
 
@@ -56,7 +57,7 @@ impl StudyMetric {
     }
 
     /// As results describe it.
-    pub fn record(self) -> MetricRecord {
+    pub fn record(self, measure_at: MeasureAt) -> MetricRecord {
         let change =
             "d = (a(x) - a_before(x')) - (b(x) - b_before(x')), x': where pixel x was in the frame before";
         let formula = match self {
@@ -65,6 +66,10 @@ impl StudyMetric {
             Self::TemporalBlock => format!(
                 "mean over blocks of {TEMPORAL_BLOCK} x {TEMPORAL_BLOCK} pixels of mean(d)^2 / (mean(b)^2 + epsilon), {change}"
             ),
+        };
+        let formula = match measure_at {
+            MeasureAt::Radiance => formula,
+            MeasureAt::Display => format!("{formula}; a, b: linear display values of the pictures as shown"),
         };
         MetricRecord { name: self.name().into(), formula, perfect: self.perfect() }
     }

@@ -10,6 +10,8 @@
 //! program. The threshold of [`judge`] stands for it, or the rounds come from several runs of both programs in turns: then each run is a round
 //! (Kalibera and Jones 2013: repeat at the highest level at which times vary).
 
+use crate::statistics::{Corrected, holm};
+
 /// Share of the rounds that is trimmed at each end.
 const TRIM: f64 = 0.1;
 /// Fewest rounds that make an interval.
@@ -103,33 +105,24 @@ pub struct Threshold {
     pub ms: f64,
 }
 
-/// Verdicts of all changes together, with the interval that each stands on. Its error rate is the one of the method of Holm: [`ERROR_RATE`]
-/// over the number of changes that are not less certain.
+/// Verdicts of all changes together, with the interval that each stands on. Its error rate is the one of the method of Holm
+/// ([`Corrected::level`]).
 pub fn judge(changes: &[Change], threshold: Threshold) -> Vec<(Verdict, [f64; 2])> {
-    let mut order: Vec<usize> = (0..changes.len()).collect();
-    order.sort_by(|&a, &b| changes[a].p_value().total_cmp(&changes[b].p_value()));
-    let mut verdicts = vec![(Verdict::NotShown, [0.0; 2]); changes.len()];
-    let mut shown = true;
-    let mut rate = ERROR_RATE;
-    for (place, &index) in order.iter().enumerate() {
-        let change = &changes[index];
-        // From the first one that is not shown on, none is.
-        if shown {
-            rate = ERROR_RATE / (changes.len() - place) as f64;
-            shown = change.p_value() < rate;
-        }
+    let p: Vec<f64> = changes.iter().map(Change::p_value).collect();
+    let corrected = holm(&p, ERROR_RATE);
+    let judged = changes.iter().zip(corrected).map(|(change, Corrected { p, level })| {
         let is_large = |more: f64| {
             more > threshold.share && (change.median_ms[1] - change.median_ms[0]).abs() > threshold.ms
         };
         let verdict = match change.ratio() {
-            _ if !shown => Verdict::NotShown,
+            _ if p >= ERROR_RATE => Verdict::NotShown,
             ratio if is_large(ratio - 1.0) => Verdict::Regression,
             ratio if is_large(1.0 / ratio - 1.0) => Verdict::Improvement,
             _ => Verdict::BelowThreshold,
         };
-        verdicts[index] = (verdict, change.interval(rate));
-    }
-    verdicts
+        (verdict, change.interval(level))
+    });
+    judged.collect()
 }
 
 /// The mean of both middle values where their number is even; `None` of nothing.

@@ -120,6 +120,10 @@ pub struct LedgerRecord {
     pub parts: Vec<(String, f64)>,
     /// What the parts do not explain: total minus their sum.
     pub interaction: f64,
+    /// The metric of a perfect frame, whose error is the noise of the reference alone; mean over the measured frames. It counts as error of the first
+    /// stage whose ground truth is the reference itself, such as the denoiser. `None`: not known.
+    #[serde(default)]
+    pub reference_noise: Option<f64>,
     /// The same for each measured frame, in their order; empty within it.
     pub frames: Vec<LedgerRecord>,
 }

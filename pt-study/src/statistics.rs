@@ -65,15 +65,27 @@ pub(crate) fn mean_and_interval(values: &[f64]) -> (Option<f64>, Option<Interval
     (found.map(|e| e.mean), found.and_then(|e| e.interval))
 }
 
-/// Corrects p-values for their number (Holm 1979); the order stays.
-pub fn holm(p: &[f64]) -> Vec<f64> {
+/// A p-value among others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corrected {
+    /// The p-value, corrected for their number.
+    pub p: f64,
+    /// Error rate of an interval that excludes 0 where the corrected p-value is below the error rate of all, and contains it otherwise.
+    pub level: f64,
+}
+
+/// Corrects p-values for their number (Holm 1979); the order stays. `rate`: probability of any error among all of them.
+pub fn holm(p: &[f64], rate: f64) -> Vec<Corrected> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
-    let mut corrected = vec![0.0; p.len()];
-    let mut largest: f64 = 0.0;
+    let mut corrected = vec![Corrected { p: 1.0, level: rate }; p.len()];
+    let mut last = Corrected { p: 0.0, level: rate };
     for (rank, &i) in order.iter().enumerate() {
-        largest = largest.max(((p.len() - rank) as f64 * p[i]).min(1.0));
-        corrected[i] = largest;
+        let comparisons = (p.len() - rank) as f64;
+        // From the first difference that is not shown on, none is, and all have its level.
+        let level = if last.p < rate { rate / comparisons } else { last.level };
+        last = Corrected { p: last.p.max((comparisons * p[i]).min(1.0)), level };
+        corrected[i] = last;
     }
     corrected
 }
@@ -213,9 +225,12 @@ mod tests {
 
     #[test]
     fn holm_is_as_worked_by_hand() {
-        assert_eq!(holm(&[0.01, 0.04, 0.03, 0.005]), [0.03, 0.06, 0.06, 0.02]);
-        assert_eq!(holm(&[0.9, 0.8]), [1.0, 1.0]);
-        assert!(holm(&[]).is_empty());
+        let found = holm(&[0.01, 0.04, 0.03, 0.005], 0.05);
+        assert_eq!(found.iter().map(|c| c.p).collect::<Vec<_>>(), [0.03, 0.06, 0.06, 0.02]);
+        let levels: Vec<_> = found.iter().map(|c| c.level).collect();
+        assert_eq!(levels, [0.05 / 3.0, 0.025, 0.025, 0.0125], "0.03 is the first one that is not shown");
+        assert_eq!(holm(&[0.9, 0.8], 0.05), [Corrected { p: 1.0, level: 0.025 }; 2]);
+        assert!(holm(&[], 0.05).is_empty());
     }
 
     /// Of 20 comparisons without a difference, one is wrongly shown in at most 5 % of the studies.
@@ -230,7 +245,7 @@ mod tests {
                         estimate(&[sample]).and_then(|e| e.p).unwrap()
                     })
                     .collect();
-                holm(&p).iter().any(|&p| p < LEVEL)
+                holm(&p, LEVEL).iter().any(|corrected| corrected.p < LEVEL)
             })
             .count();
         assert!(alarms as f64 <= 0.065 * RUNS as f64, "{alarms} of {RUNS}");

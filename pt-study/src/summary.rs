@@ -129,12 +129,6 @@ pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
     summaries
 }
 
-/// Mean of values that differ in noise alone, and its interval, as [`estimate`] has them.
-pub fn mean_and_interval(values: &[f64]) -> (Option<f64>, Option<Interval>) {
-    let found = estimate(&[values]);
-    (found.map(|e| e.mean), found.and_then(|e| e.interval))
-}
-
 /// Values by strata: all that cells have in common with the cell of the baseline but the seed.
 fn strata<'a>(values: impl Iterator<Item = (Pair<'a>, f64)>) -> Vec<Vec<f64>> {
     let mut strata: BTreeMap<_, Vec<f64>> = BTreeMap::new();
@@ -155,9 +149,9 @@ fn judge(summaries: &mut [Summary]) {
     };
     let mut p = Vec::new();
     compared(summaries, &mut |_, found| p.push(found));
-    let mut corrected = holm(&p).into_iter();
+    let mut corrected = holm(&p, LEVEL).into_iter();
     compared(summaries, &mut |row, _| {
-        row.p = corrected.next();
+        row.p = corrected.next().map(|corrected| corrected.p);
         row.verdict = match (row.p, row.difference) {
             (Some(p), Some(difference)) if p < LEVEL && difference < 0.0 => Verdict::Better,
             (Some(p), Some(difference)) if p < LEVEL && difference > 0.0 => Verdict::Worse,

@@ -1,6 +1,7 @@
 //! TOML tables whose errors name file, line and column.
 
 use crate::error::StudyError;
+use crate::keys::{Key, names};
 use pt_core::settings::closest_key;
 use std::ops::Range;
 use std::path::Path;
@@ -34,13 +35,14 @@ impl<'a> Source<'a> {
         StudyError::At { path: self.path.into(), line, column, reason: reason.into() }
     }
 
-    /// A table of which only the keys `known` are allowed; `what` names it in messages.
+    /// A table of which only `keys` are allowed; `what` names it in messages.
     pub fn table<'t>(
         self,
         table: &'t DeTable<'a>,
         what: &str,
-        known: &[&str],
+        keys: &[Key],
     ) -> Result<Table<'a, 't>, StudyError> {
+        let known = names(keys);
         match table.keys().find(|key| !known.contains(&key.get_ref().as_ref())) {
             Some(key) => {
                 let name = key.get_ref();

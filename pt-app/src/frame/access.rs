@@ -2,7 +2,9 @@
 
 use super::{FrameStage, FullFrame, Moment};
 use pt_core::{Buffer, ChannelImages, Image, Result};
-use pt_post::ExposureRecord;
+use pt_image::image_file::{ImageState, LinearImage, srgb_decode};
+use pt_post::{ExposureRecord, Metered};
+use pt_shaders::channels::DISPLAY;
 
 impl FullFrame {
     /// All images, as the last frame left them.
@@ -23,6 +25,18 @@ impl FullFrame {
     /// The picture as linear scene radiance, before bloom and exposure. With FSR 1 it has the size of the frame.
     pub fn radiance(&self) -> &Image {
         self.post.resolved(&self.images)
+    }
+
+    /// The picture as linear values of an sRGB display, 0 to 1; waits for it.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn picture(&self) -> Result<LinearImage> {
+        let codes = self.images.current(DISPLAY);
+        let [width, height] = codes.extent();
+        let decoded = |code: &[f32]| [code[0], code[1], code[2]].map(srgb_decode);
+        let pixels = codes.read_f32()?.chunks_exact(4).map(decoded).collect();
+        Ok(LinearImage { width, height, pixels, state: ImageState::DisplayReferred })
     }
 
     /// With a transparent background: straight radiance and alpha of [`FullFrame::radiance`], which is premultiplied.
@@ -46,5 +60,13 @@ impl FullFrame {
     /// When the device fails.
     pub fn exposure(&self) -> Result<ExposureRecord> {
         self.post.exposure().read()
+    }
+
+    /// Exposure and tone curve that the last frame was shown with; waits for it.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn metered(&self) -> Result<Metered> {
+        self.post.exposure().metered()
     }
 }

@@ -4,10 +4,12 @@ mod access;
 mod assemble;
 mod fed;
 mod oracle;
+mod shown;
 mod stages;
 
 pub use fed::FrameTime;
 pub use oracle::{Oracle, Oracles};
+pub use shown::ShownTruth;
 pub use stages::{FrameStage, Stage, bounce_lights};
 
 use crate::params::FrameParams;
@@ -200,8 +202,8 @@ impl FullFrame {
         self.passes_are_of(frame, FrameStage::Checkerboard);
         let fed = self.oracles.as_ref().is_some_and(Oracles::feeds_taa);
         let jitter = if fed { [0.0; 2] } else { moment.jitter };
-        self.post.record_with(frame, inputs, moment.time_step, jitter, &params.post, |frame, resolved| {
-            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_taa(frame, resolved))
+        self.post.record_with(frame, inputs, moment.time_step, jitter, &params.post, |frame, written| {
+            self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_post(frame, written))
         })?;
         self.passes_are_of(frame, FrameStage::Post);
         Ok(())
@@ -212,9 +214,9 @@ impl FullFrame {
         self.oracles = oracles;
     }
 
-    /// The replaced stages.
-    pub fn oracles(&self) -> Option<&Oracles> {
-        self.oracles.as_ref()
+    /// The replaced stages, to set their ground truth.
+    pub fn oracles(&mut self) -> Option<&mut Oracles> {
+        self.oracles.as_mut()
     }
 
     /// Forgets the frames so far, after a cut or a teleport of the camera: the next one starts over.

@@ -1,16 +1,20 @@
 //! Stages whose output is replaced by ground truth, to see what error the stages after them add.
 
-use super::FullFrame;
+use super::{FullFrame, ShownTruth};
 use crate::params::FrameParams;
 use pt_core::split::to_split;
 use pt_core::{Device, Error, Frame, Image, Result, Substitute};
 use pt_image::image_file::LinearImage;
+use pt_post::{Metered, Written};
 use pt_shaders::channels::{COLOR, FLAT_COLOR, Format};
 use pt_shaders::named_enum;
 
 named_enum! {
-    /// Stages whose output can be replaced by ground truth, in the order of the frame.
+    /// Stages whose output can be replaced by ground truth, in the order in which a ledger feeds them: that of the frame, but for the tone map. It
+    /// meters the whole picture: behind radiance that is fed, nothing would be left of its error.
     pub enum Oracle {
+        /// Exposure and tone curve of the tone map: those that the ground truth has.
+        Tonemap = "tonemap",
         /// Direct lighting: the mean of many runs on the same surfaces.
         Lights = "lights",
         /// Indirect lighting: the same.
@@ -30,6 +34,7 @@ impl Oracle {
         match self {
             Self::Indirect => params.indirect.is_on(),
             Self::Taa => params.post.uses_taa(),
+            Self::Tonemap => params.post.meters(),
             Self::Lights | Self::Denoise | Self::Interleave => true,
         }
     }
@@ -64,6 +69,8 @@ pub struct Oracles {
     split: Image,
     /// Ground truth in the order of the picture.
     flat: Image,
+    /// The picture of the ground truth, where the tone map is fed; what it was shown with.
+    shown: Option<(Box<ShownTruth>, Option<Metered>)>,
 }
 
 impl Oracles {
@@ -89,7 +96,7 @@ impl Oracles {
             return Err(Error::Unsupported(reason));
         }
         let size = frame.images.size();
-        if frame.radiance().extent() != size {
+        if frame.radiance().extent() != size || frame.images.output_size() != size {
             return Err(Error::Unsupported(
                 "a frame that is upscaled cannot be fed with ground truth; post.upscale=none".into(),
             ));
@@ -102,21 +109,30 @@ impl Oracles {
             half: Substitute::new(device, Format::Rgba16F)?,
             split: image("ground truth, split", pt_core::split::split_size(size))?,
             flat: image("ground truth", size)?,
+            shown: on
+                .contains(&Oracle::Tonemap)
+                .then(|| Ok::<_, Error>((Box::new(ShownTruth::new(device, size, params)?), None)))
+                .transpose()?,
         })
     }
 
-    /// Sets the ground truth of the next frame; waits for the device.
+    /// Sets the ground truth of the next frame; waits for the device. `time_step`: see [`super::Moment::time_step`].
     ///
     /// # Errors
     /// Another size than the frame's; a device that fails.
-    pub fn set_truth(&self, truth: &LinearImage) -> Result<()> {
+    pub fn set_truth(&mut self, truth: &LinearImage, time_step: Option<f32>) -> Result<()> {
         let size = [truth.width, truth.height];
         if size != self.flat.extent() {
             return Err(Error::Unsupported("the ground truth has not the size of the frame".into()));
         }
         let texels: Vec<[f32; 4]> = truth.pixels.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
         self.flat.write_f32(texels.as_flattened())?;
-        self.split.write_f32(to_split(&texels, size, [0.0; 4]).as_flattened())
+        self.split.write_f32(to_split(&texels, size, [0.0; 4]).as_flattened())?;
+        if let Some((shown, metered)) = &mut self.shown {
+            shown.show(truth, time_step)?;
+            *metered = Some(shown.metered()?);
+        }
+        Ok(())
     }
 
     /// Whether the colour that anti-aliasing reads is ground truth.
@@ -131,7 +147,7 @@ impl Oracles {
 
     /// Whether path traced ground truth is needed for each frame.
     pub fn needs_truth(&self) -> bool {
-        self.feeds_taa() || self.is_fed(Oracle::Taa)
+        self.feeds_taa() || self.is_fed(Oracle::Taa) || self.is_fed(Oracle::Tonemap)
     }
 
     pub(super) fn is_fed(&self, stage: Oracle) -> bool {
@@ -150,8 +166,14 @@ impl Oracles {
         self.feed(frame, Oracle::Interleave, &self.full, &self.flat, full.images.current(FLAT_COLOR))
     }
 
-    pub(super) fn after_taa(&self, frame: &mut Frame<'_>, resolved: &Image) -> Result<()> {
-        self.feed(frame, Oracle::Taa, &self.half, &self.flat, resolved)
+    pub(super) fn after_post(&self, frame: &mut Frame<'_>, written: Written<'_>) -> Result<()> {
+        match (written, &self.shown) {
+            (Written::Resolved(resolved), _) => {
+                self.feed(frame, Oracle::Taa, &self.half, &self.flat, resolved)
+            }
+            (Written::Exposure(exposure), Some((_, Some(metered)))) => exposure.replace(frame, metered),
+            (Written::Exposure(_), _) => Ok(()),
+        }
     }
 
     fn feed(

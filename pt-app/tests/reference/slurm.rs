@@ -64,22 +64,44 @@ exec {pt} "$@" "${{options[@]}}"
     program(&folder.join("pt"), &text)
 }
 
-/// A program that stands for `pt study`: a shard has one line, the second one fails once, after it has begun.
-fn study(folder: &Path) -> PathBuf {
-    let text = r#"#!/bin/bash
-set -e
-out=${*: -1}
-mkdir -p "$out"
-if [[ $2 = merge ]]; then
-    cat $(printf '%s/results.jsonl ' "${@:3:$#-4}") >"$out/results.jsonl"
-elif [[ $* = *"--shard 2/3"* && $* != *--resume* ]]; then
+/// A program that runs `pt study`: the second of two shards is killed the first time, once it has begun.
+fn study_killed_once(folder: &Path) -> PathBuf {
+    let pt = env!("CARGO_BIN_EXE_pt");
+    let device =
+        std::env::var("PT_TEST_DEVICE").map_or(String::new(), |device| format!(" --device '{device}'"));
+    let text = format!(
+        r#"#!/bin/bash
+[[ $2 != merge ]] || exec {pt} "$@"
+if [[ $* == *"--shard 2/2"* && ! -e {marker} ]]; then
+    touch {marker}
+    {pt} "$@"{device} &
+    until [[ -e ${{*: -1}}/study.json ]] || ! kill -0 $! 2>/dev/null; do sleep 0.01; done
+    kill -9 $!
+    wait $!
     exit 1
-else
-    echo "${*:2:$#-3}" >"$out/results.jsonl"
 fi
-"#;
-    program(&folder.join("pt-study"), text)
+exec {pt} "$@"{device}
+"#,
+        marker = folder.join("study_was_killed").display()
+    );
+    program(&folder.join("pt-study"), &text)
 }
+
+/// Two variants with a denoiser's noise, two seeds, in a picture of 16 x 9 pixels.
+const STUDY: &str = r#"
+scenes = ["cornell"]
+sizes = ["16x9"]
+backends = ["compute"]
+seeds = 2
+frames = 2
+spp = 4
+metrics = ["relmse"]
+set = { indirect.bounces = 0, reference.max_bounces = 0 }
+
+[[axis]]
+key = "denoise.variant"
+values = ["off", "svgf"]
+"#;
 
 fn program(path: &Path, text: &str) -> PathBuf {
     fs::write(path, text).unwrap();
@@ -126,14 +148,26 @@ fn an_array_of_slices_has_the_bits_of_local_ones() {
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("holds the parts of other work"), "{said}");
 
-    let line =
-        format!("--shards 3 --at-once 2 --pt {} --wait -- mine.toml --yes -o results", study(at).display());
-    let (code, said) = cluster.submit(at, "study.sh", &line);
-    assert_eq!(code, Some(0), "{said}");
-    assert_eq!(
-        fs::read_to_string(at.join("results/results.jsonl")).unwrap(),
-        "mine.toml --yes --shard 1/3\nmine.toml --yes --shard 2/3 --resume\nmine.toml --yes --shard 3/3\n"
+    // A study in two shards, one of which is killed and goes on: the bytes of the study on this machine.
+    fs::write(at.join("mine.toml"), STUDY).unwrap();
+    let line = format!(
+        "--shards 2 --pt {} --wait -- mine.toml --cache array_references -o results",
+        study_killed_once(at).display()
     );
+    let (code, said) = cluster.submit(at, "study.sh", &line);
+    let log = |name: &str| fs::read_to_string(at.join("results.shards").join(name)).unwrap_or_default();
+    assert_eq!(code, Some(0), "{said}\n{}{}{}", log("log_0.txt"), log("log_1.txt"), log("log_join.txt"));
+    assert!(log("log_1.txt").contains("attempt 2 of 3") && at.join("study_was_killed").exists(), "{said}");
+    let mut local = vec!["study", "mine.toml", "--cache", "local_references", "-o", "local"];
+    let device = std::env::var("PT_TEST_DEVICE");
+    local.extend(device.iter().flat_map(|device| ["--device", device.as_str()]));
+    let done = Command::new(env!("CARGO_BIN_EXE_pt")).current_dir(at).args(local).output().unwrap();
+    assert!(done.status.success(), "{done:?}");
+    let bytes = |folder: &str| fs::read(at.join(folder).join("results.jsonl")).unwrap();
+    let (array, local) = (bytes("results"), bytes("local"));
+    assert_eq!(array.iter().filter(|byte| **byte == b'\n').count(), 4, "cells");
+    assert!(array == local, "the array has the bytes of the study on this machine");
+    assert!(at.join("results/report.html").is_file());
 }
 
 /// Without a cluster, too: what is wrong is said in one line.

@@ -1,32 +1,18 @@
 //! Why a report could not be written.
 
+use crate::error::StudyError;
 use pt_image::atomic_file::FileError;
 use std::path::PathBuf;
 
 /// Why a report could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// A file of the folder could not be read, or the report could not be written.
+    /// The folder does not hold the results of a study.
+    #[error(transparent)]
+    Folder(#[from] StudyError),
+    /// The report could not be written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A file does not hold the records that it should.
-    #[error("{}, line {line}: this is not a {what} of format {}; write the folder again with pt study", path.display(), crate::record::FORMAT)]
-    Record {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Name of the record.
-        what: &'static str,
-    },
-    /// The folder was written by another version.
-    #[error("{} has format {found}, this program reads format {}; run the study again", path.display(), crate::record::FORMAT)]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// Its format.
-        found: u32,
-    },
     /// The folder has no result.
     #[error("{} holds no cell yet: run the study, then write its report", path.display())]
     Empty {

@@ -3,8 +3,10 @@
 use super::ReportError;
 use super::draw::{Stack, bars, columns};
 use super::figure::{Figure, Panel, Source};
+use super::number::significant;
 use super::series::{Marker, Series};
 use super::table::{Datum, Table};
+use crate::ledger::{COUNTS_AS, reference_noise};
 use crate::record::{CellRecord, LedgerRecord};
 
 /// Name of what the parts do not explain.
@@ -43,9 +45,16 @@ pub fn figures(source: &Source<'_>) -> Result<Vec<Figure>, ReportError> {
     Ok(figures)
 }
 
-fn heads<'a>(first: &'a [&'a str], series: &'a [Series]) -> Table {
+fn heads<'a>(first: &'a [&'a str], series: &'a [Series], last: &'a [&'a str]) -> Table {
     let stages: Vec<String> = series.iter().map(|series| format!("#{}", series.name)).collect();
-    Table::new(first.iter().copied().chain(stages.iter().map(String::as_str)).chain(["#Total"]))
+    Table::new(
+        first
+            .iter()
+            .copied()
+            .chain(stages.iter().map(String::as_str))
+            .chain(["#Total"])
+            .chain(last.iter().copied()),
+    )
 }
 
 fn numbers(stack: &Stack) -> impl Iterator<Item = Datum> + '_ {
@@ -69,20 +78,29 @@ fn whole(
     series: &[Series],
 ) -> Result<Figure, ReportError> {
     let title = format!("Error ledger of {}", first.metric);
-    let mut table = heads(&["Variant", "#Cells"], series);
+    let mut table = heads(&["Variant", "#Cells"], series, &["#Noise of the reference"]);
     let mut stacks = Vec::new();
     for (variant, ledgers) in variants {
         let stack = mean(&variant.name, ledgers);
         let head = [Datum::series(variant), Datum::number(ledgers.len() as f64, ledgers.len().to_string())];
-        table.rows.push(head.into_iter().chain(numbers(&stack)).collect());
+        let noise = [Datum::value(reference_noise(ledgers.iter().copied()))];
+        table.rows.push(head.into_iter().chain(numbers(&stack)).chain(noise).collect());
         stacks.push(stack);
     }
     let svg = bars(&stacks, series, &first.metric)
         .map_err(|cause| ReportError::Figure { title: title.clone(), cause })?;
+    let noise = reference_noise(variants.iter().flat_map(|(_, ledgers)| ledgers.iter().copied()));
+    let noise = noise.map_or(String::new(), |noise| {
+        format!(
+            " Noise of the reference: {}, the {} that a perfect frame has; {COUNTS_AS}.",
+            significant(noise, 2),
+            first.metric
+        )
+    });
     let caption = format!(
         "What {} loses when a stage is fed with ground truth, mean over the cells of a variant. Parts that are below 0 are on the left of 0: \
          there, ground truth makes the frame worse. The interaction is what the parts do not explain; parts and interaction add up to the total, \
-         the vertical mark.",
+         the vertical mark.{noise}",
         first.metric
     );
     let panels = vec![Panel { title: "All views".into(), svg }];
@@ -97,7 +115,7 @@ fn frames(
 ) -> Result<Option<Figure>, ReportError> {
     let title = format!("Error ledger of {} per frame", first.metric);
     let first_frame = cells.iter().map(|cell| cell.first_frame).min().unwrap_or(0);
-    let mut table = heads(&["Variant", "#Frame"], series);
+    let mut table = heads(&["Variant", "#Frame"], series, &[]);
     let mut panels = Vec::new();
     for (variant, ledgers) in variants {
         let count = ledgers.iter().map(|ledger| ledger.frames.len()).min().unwrap_or(0);

@@ -151,7 +151,14 @@ fn ledger(total: f64, key: u64) -> LedgerRecord {
             })
             .collect();
         let interaction = total - parts.iter().map(|part| part.1).sum::<f64>();
-        LedgerRecord { metric: "relmse".into(), total, parts, interaction, frames }
+        LedgerRecord {
+            metric: "relmse".into(),
+            total,
+            parts,
+            interaction,
+            reference_noise: Some(0.03),
+            frames,
+        }
     };
     let frame = |f: u32| of(total * (1.0 + 6.0 / f64::from(f + 1)), key ^ u64::from(f) << 36, vec![]);
     let frames: Vec<_> = (0..FRAMES).map(frame).collect();

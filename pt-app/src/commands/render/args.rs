@@ -32,8 +32,8 @@ pub struct RenderArgs {
     pub timings: Option<PathBuf>,
 
     /// Replace the output of stages by ground truth: lights and indirect by the mean of many runs on the same surfaces; denoise (the composite of the
-    /// denoised light), interleave (the flat frame) and taa (the anti-aliased frame) by path traced radiance. What is left is the error that
-    /// later stages add.
+    /// denoised light), interleave (the flat frame) and taa (the anti-aliased frame) by path traced radiance; the exposure and the curve of
+    /// tonemap by those of the path traced frame. What is left is the error that the other stages add.
     #[arg(long, value_name = "STAGE,...", value_delimiter = ',', value_parser = named::<Oracle>(), conflicts_with = "accumulate", help_heading = "Frame")]
     pub oracle: Vec<Oracle>,
     /// Samples per pixel, or runs of the lighting, of the ground truth of --oracle.

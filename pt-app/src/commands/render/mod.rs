@@ -103,7 +103,7 @@ fn render(
             let view = TruthOf { scene: &session.scene, camera: &args.frame.camera, time, record };
             let knobs = ReferenceParams { spp: args.oracle_spp, ..ReferenceParams::default() };
             let truth = path_trace(&session.device, session.gpu.backend(), &view, &knobs)?;
-            oracles.set_truth(&radiance(&truth))?;
+            oracles.set_truth(&radiance(&truth.file.estimate), time_step)?;
         }
         full.render(&mut recorder, session, FrameTime { time, previous, seed, time_step }, params)?;
         if index == 0 && args.timings.is_some() {

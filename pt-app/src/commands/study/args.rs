@@ -76,7 +76,7 @@ pub struct MergeArgs {
 }
 
 const HELP: &str = "\
-A study compares variants of the frame with the ground truth; README.md, section \"Studies\", describes the file.
+A study compares variants of the frame with the ground truth; pt-study/README.md (the page \"Studies\" of the book) describes the file.
 
 Examples:
   pt study studies/frame.toml -o out/frame

@@ -6,12 +6,13 @@ use anyhow::{Result, bail};
 use pt_core::{Image, Surfaces};
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{FramePair, Metric, MetricError, compare, temporal_error};
+use pt_study::file::MeasureAt;
 use pt_study::metric::StudyMetric;
 use std::collections::BTreeMap;
 
 /// A frame that was rendered.
 pub struct Shot {
-    /// Linear radiance before exposure.
+    /// Linear radiance before exposure, or linear display values.
     pub image: LinearImage,
     /// Its ground truth.
     pub truth: Truth,
@@ -19,16 +20,19 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// The frame that `full` recorded last; waits for it. `temporal`: whether the next frame is compared with it.
+    /// The frame that `full` recorded last, at the place where it is measured; waits for it. `temporal`: whether the next frame is compared with it.
     ///
     /// # Errors
     /// When the device fails, or the frame has not the size of its truth.
-    pub fn of(full: &FullFrame, truth: Truth, temporal: bool) -> Result<Self> {
-        let image = linear(full.radiance())?;
+    pub fn of(full: &FullFrame, truth: Truth, temporal: bool, measure_at: MeasureAt) -> Result<Self> {
+        let image = match measure_at {
+            MeasureAt::Radiance => linear(full.radiance())?,
+            MeasureAt::Display => full.picture()?,
+        };
         let [a, b] = [&image, &*truth.image].map(|image| [image.width, image.height]);
         if a != b {
             bail!(
-                "radiance has {}x{} pixels and the reference {}x{}: fsr1 upscales the tone-mapped picture, which studies do not measure; take taau",
+                "radiance has {}x{} pixels and the reference {}x{}: fsr1 upscales the tone-mapped picture; measure_at = \"display\" measures it",
                 a[0],
                 a[1],
                 b[0],
@@ -37,6 +41,13 @@ impl Shot {
         }
         let surfaces = temporal.then(|| Surfaces::read(full.images())).transpose()?;
         Ok(Self { image, truth, surfaces })
+    }
+
+    /// The value of a metric between the first half of the reference's samples and all of them: what a perfect frame would have.
+    pub fn reference_noise(&self, metric: StudyMetric) -> Option<f64> {
+        let StudyMetric::Image(metric) = metric else { return None };
+        let found = compare(self.truth.half.as_ref()?, &self.truth.image, &[metric]).ok()?;
+        found.first().map(|found| found.value)
     }
 
     /// The values of metrics; `None` where the frame has values that are no light, or no frame before it.

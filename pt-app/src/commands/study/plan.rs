@@ -10,12 +10,12 @@ use crate::session::open_scene;
 use anyhow::{Context, Result, bail, ensure};
 use pt_core::Device;
 use pt_import::LoadOptions;
-use pt_post::Upscale;
+use pt_post::{Encoding, Upscale};
 use pt_reference::ReferenceParams;
 use pt_scene::BUILTIN;
 use pt_shaders::NamedEnum;
 use pt_study::cell::{Cell, MANY_CELLS, Shard, Variant, filtered};
-use pt_study::file::{Against, PROFILE, Setting, Study};
+use pt_study::file::{Against, MeasureAt, PROFILE, Setting, Study};
 use pt_study::record::{AxisRecord, FORMAT, StudyRecord, VariantRecord};
 use std::path::Path;
 
@@ -71,6 +71,15 @@ impl Plan {
                 !(study.accumulate && params.post.upscale == Upscale::Taau),
                 "accumulate averages frames of the picture's own size, and post.upscale is taau"
             );
+            ensure!(
+                study.measure_at == MeasureAt::Radiance || params.post.encoding == Encoding::Srgb,
+                "measure_at = \"display\" measures pictures of sRGB displays, and post.encoding is {}",
+                params.post.encoding.name()
+            );
+            ensure!(
+                study.ledger.is_none() || params.post.upscale == Upscale::None,
+                "ledger: a frame that is upscaled cannot be fed with ground truth; post.upscale = none"
+            );
             let stages = study.ledger.iter().flat_map(|ledger| &ledger.stages);
             for stage in stages.filter_map(|name| Oracle::from_name(name).ok()) {
                 if let Some(reason) = stage.cannot_be_fed(&params) {
@@ -122,7 +131,7 @@ impl Plan {
             revision: env!("PT_REVISION").into(),
             device: info.name.clone(),
             driver: info.driver_line(),
-            metrics: study.metrics.iter().map(|metric| metric.record()).collect(),
+            metrics: study.metrics.iter().map(|metric| metric.record(study.measure_at)).collect(),
             axes: study
                 .axes
                 .iter()
@@ -164,6 +173,9 @@ impl Plan {
         }
         for set in assignments(&self.params[cell.variant]) {
             add("--set", &set);
+        }
+        if study.measure_at == MeasureAt::Display {
+            add("--set", "post.output=display");
         }
         if study.accumulate {
             words.push("--accumulate".into());

@@ -3,8 +3,8 @@
 use super::measure::Shot;
 use super::pictures;
 use super::plan::{Plan, camera_args};
-use super::truth::{Truths, View};
-use crate::frame::{FrameTime, FullFrame, Oracle, Oracles};
+use super::truth::{Truth, Truths, View};
+use crate::frame::{FrameTime, FullFrame, Oracle, Oracles, ShownTruth};
 use crate::session::{Session, fold_seed, open_scene};
 use crate::timings::{pass_spreads, warm};
 use anyhow::{Context, Result};
@@ -16,7 +16,7 @@ use pt_import::LoadOptions;
 use pt_scene::Scene;
 use pt_shaders::NamedEnum;
 use pt_study::cell::Cell;
-use pt_study::file::Images;
+use pt_study::file::{Images, MeasureAt};
 use pt_study::folder::Finished;
 use pt_study::ledger::split;
 use pt_study::record::{CellRecord, LedgerRecord, PassTime, TimingRecord};
@@ -68,8 +68,10 @@ impl<'a> Runner<'a> {
     fn measure(&mut self, cell: &Cell) -> Result<Finished> {
         let started = Instant::now();
         let mut session = self.session(cell)?;
-        let Rendered { last, values, ledger: errors, timings } = self.render(cell, &mut session, &[])?;
+        let Rendered { last, values, ledger: errors, reference_noise, timings } =
+            self.render(cell, &mut session, &[])?;
         let ledger = self.ledger(cell, errors)?;
+        let ledger = ledger.map(|ledger| LedgerRecord { reference_noise: mean(&reference_noise), ..ledger });
         let study = &self.plan.study;
         let frames: BTreeMap<String, Vec<Option<f64>>> = study
             .metrics
@@ -126,11 +128,15 @@ impl<'a> Runner<'a> {
         let mut fed: Vec<(String, Vec<Option<f64>>)> = Vec::new();
         for (i, &stage) in stages.iter().enumerate() {
             let before = fed.last().map_or(&errors, |(_, errors)| errors).clone();
-            // Light is fed together with the light before it. What comes before the other stages no longer matters when they are fed.
+            // Light is fed together with the light before it. What comes before the other stages no longer matters when they are fed, but for the
+            // tone map, which replaces no radiance. A stage that the frame does not have adds nothing.
             let is_light = matches!(stage, Oracle::Lights | Oracle::Indirect);
-            let on: Vec<Oracle> = if is_light { stages[..=i].to_vec() } else { vec![stage] };
-            // A stage that the frame does not have adds nothing.
-            let on: Vec<Oracle> = on.into_iter().filter(|stage| stage.is_in(params)).collect();
+            let still_matters =
+                |other: &Oracle| is_light || *other == stage || matches!(other, Oracle::Tonemap);
+            let on: Vec<Oracle> = (stages[..=i].iter().copied())
+                .filter(still_matters)
+                .filter(|stage| stage.is_in(params))
+                .collect();
             let found = if on.contains(&stage) {
                 let mut session = self.session(cell)?;
                 let found = self.render(cell, &mut session, &on)?;
@@ -185,31 +191,51 @@ impl<'a> Runner<'a> {
         let temporal = study.metrics.iter().any(|metric| metric.is_temporal());
         // Temporal errors of the first measured frame need the one before it.
         let first_shot = study.measure.start.saturating_sub(u32::from(temporal));
+        let show =
+            |wanted: bool| wanted.then(|| ShownTruth::new(&self.device, cell.size, params)).transpose();
+        let displays = study.measure_at == MeasureAt::Display;
+        let (mut shown, mut shown_half) = (show(displays)?, show(displays && study.ledger.is_some())?);
+        // The eye adapts to the truth over all frames.
+        let always = shown.is_some() && time_step.is_some() && params.post.meters();
         let mut recorder = Recorder::new(&self.device)?;
         let mut previous = study.time;
-        let mut rendered =
-            Rendered { last: None, values: Vec::new(), ledger: Vec::new(), timings: Vec::new() };
+        let mut rendered = Rendered {
+            last: None,
+            values: Vec::new(),
+            ledger: Vec::new(),
+            reference_noise: Vec::new(),
+            timings: Vec::new(),
+        };
         for index in 0..study.measure.end.max(study.frames) {
             let time = study.time + if study.accumulate { 0.0 } else { f64::from(index) / study.fps };
             let is_shot = (first_shot..study.measure.end).contains(&index);
             let mut truth = None;
-            if is_shot || full.oracles().is_some_and(Oracles::needs_truth) {
+            if is_shot || always || full.oracles().is_some_and(|oracles| oracles.needs_truth()) {
                 let record = FullFrame::view(&session.camera.at(time), cell.size, params);
                 let (_, scene) = self.scene.as_ref().context("the scene of the cell is open")?;
                 truth = Some(self.truths.of_frame(cell, scene, View { session, index, time, record })?);
             }
             if let (Some(oracles), Some(truth)) = (full.oracles(), &truth) {
-                oracles.set_truth(&truth.image)?;
+                oracles.set_truth(&truth.image, time_step)?;
+            }
+            if let (Some(shown), Some(radiance)) = (&mut shown, &truth) {
+                let picture = shown.picture_of(&radiance.image, time_step)?;
+                let half = match (&mut shown_half, &radiance.half) {
+                    (Some(shown), Some(half)) => Some(shown.picture_of(half, time_step)?),
+                    _ => None,
+                };
+                truth = Some(Truth::of_picture(picture, half));
             }
             full.render(&mut recorder, session, FrameTime { time, previous, seed, time_step }, params)?;
             previous = time;
             let Some(truth) = truth.filter(|_| is_shot) else { continue };
-            let shot = Shot::of(&full, truth, temporal)?;
+            let shot = Shot::of(&full, truth, temporal, study.measure_at)?;
             if study.measure.contains(&index) {
                 let before = rendered.last.as_ref();
                 rendered.values.push(shot.measure(before, &study.metrics)?);
                 if let Some(ledger) = &study.ledger {
                     rendered.ledger.extend(shot.measure(before, &[ledger.metric])?);
+                    rendered.reference_noise.push(shot.reference_noise(ledger.metric));
                 }
             }
             rendered.last = Some(shot);
@@ -227,6 +253,8 @@ struct Rendered {
     values: Vec<Vec<Option<f64>>>,
     /// Of each measured frame, the error that the ledger splits.
     ledger: Vec<Option<f64>>,
+    /// The part of it that the noise of the reference has.
+    reference_noise: Vec<Option<f64>>,
     timings: Vec<FrameTiming>,
 }
 

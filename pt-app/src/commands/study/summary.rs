@@ -1,6 +1,7 @@
 //! The answer of a study on the terminal.
 
 use anyhow::Result;
+use pt_study::ledger::{COUNTS_AS, reference_noise};
 use pt_study::record::{CellRecord, StudyRecord, TimingRecord};
 use pt_study::summary::{Interval, SummaryRow, summarize};
 use std::collections::BTreeMap;
@@ -29,6 +30,15 @@ pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) ->
                 row.variant, row.cells,
             )?;
         }
+    }
+    let ledgers = || cells.iter().filter_map(|cell| cell.ledger.as_ref());
+    if let (Some(noise), Some(first)) = (reference_noise(ledgers()), ledgers().next()) {
+        writeln!(
+            out,
+            "\nnoise of the reference: {} of {}, which a perfect frame has; in the ledger {COUNTS_AS}",
+            digits(noise),
+            first.metric
+        )?;
     }
     writeln!(
         out,

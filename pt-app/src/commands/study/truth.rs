@@ -1,13 +1,13 @@
 //! The ground truth of a study's frames: path traced once and kept by content, or recorded in a capture.
 
 use super::plan::{Plan, camera_args};
-use crate::ground_truth::{TruthOf, path_trace};
+use crate::ground_truth::{PathTraced, TruthOf, path_trace};
 use crate::session::Session;
 use anyhow::{Context, Result, bail, ensure};
 use pt_core::Device;
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::capture::sidecar::CapturedCamera;
-use pt_image::image_file::LinearImage;
+use pt_image::image_file::{ImageState, Layer, LayeredImage, LinearImage};
 use pt_reference::ReferenceParams;
 use pt_scene::Scene;
 use pt_shaders::records::FrameRecord;
@@ -17,13 +17,30 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+/// Layer of a reference: the mean of the first half of its samples.
+const HALF: &str = "half";
+
 /// The ground truth of a frame, with the name of its picture.
 #[derive(Clone)]
 pub struct Truth {
-    /// Linear radiance.
+    /// Linear radiance, or linear display values.
     pub image: Rc<LinearImage>,
+    /// The same from the first half of its samples, if it is known: see [`PathTraced::half`].
+    pub half: Option<Rc<LinearImage>>,
     /// Name by content, fit for a file.
     pub key: String,
+}
+
+impl Truth {
+    /// Of a picture as shown, which other knobs show otherwise.
+    pub fn of_picture(image: LinearImage, half: Option<LinearImage>) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        for value in image.pixels.as_flattened() {
+            hasher.update(&value.to_le_bytes());
+        }
+        let key = hasher.finalize().to_hex()[..24].to_owned();
+        Self { image: Rc::new(image), half: half.map(Rc::new), key }
+    }
 }
 
 /// Where ground truth comes from.
@@ -40,7 +57,7 @@ pub struct Traced {
     folder: PathBuf,
     params: ReferenceParams,
     /// Those of the view that is worked on.
-    kept: HashMap<String, Rc<LinearImage>>,
+    kept: HashMap<String, Truth>,
 }
 
 impl Truths {
@@ -125,33 +142,52 @@ impl Traced {
             "time": moves.then_some(view.time),
             "size": cell.size,
             "params": self.params,
+            "layers": [HALF],
         });
         let key = blake3::hash(words.to_string().as_bytes()).to_hex()[..24].to_owned();
-        if let Some(image) = self.kept.get(&key) {
-            return Ok(Truth { image: Rc::clone(image), key });
+        if let Some(truth) = self.kept.get(&key) {
+            return Ok(truth.clone());
         }
         let path = self.folder.join(format!("{key}.exr"));
         if !path.exists() {
             let camera = camera_args(&cell.camera)?;
             let truth = TruthOf { scene, camera: &camera, time: view.time, record: view.record };
-            path_trace(&self.device, session.gpu.backend(), &truth, &self.params)?
-                .to_image()?
-                .write_exr(&path)?;
+            let PathTraced { file, half } =
+                path_trace(&self.device, session.gpu.backend(), &truth, &self.params)?;
+            let mut image = file.to_image()?;
+            let layer = |half: LinearImage| {
+                Layer::from_interleaved(HALF, &["R", "G", "B"], 3, half.pixels.as_flattened())
+            };
+            image.layers.extend(half.map(layer));
+            image.write_exr(&path)?;
         }
         // As the file has it, also the first time.
-        let image = Rc::new(LinearImage::read(&path)?);
+        let file = LayeredImage::read_exr(&path)?;
         ensure!(
-            [image.width, image.height] == cell.size,
+            [file.width, file.height] == cell.size,
             "{}: has not the size of the frame; remove it",
             path.display()
         );
+        let radiance = layer_of(&file, "").with_context(|| {
+            format!("{}: is no reference of a study; remove it, or give another --cache", path.display())
+        })?;
+        let half = layer_of(&file, HALF).map(Rc::new);
+        let truth = Truth { image: Rc::new(radiance), half, key: key.clone() };
         // Memory for the views of one cell.
         if self.kept.len() > 256 {
             self.kept.clear();
         }
-        self.kept.insert(key.clone(), Rc::clone(&image));
-        Ok(Truth { image, key })
+        self.kept.insert(key, truth.clone());
+        Ok(truth)
     }
+}
+
+/// Red, green and blue of a layer; `None` where it is not there.
+fn layer_of(file: &LayeredImage, name: &str) -> Option<LinearImage> {
+    let plane = |channel| file.channel(name, channel).map(|samples| samples.to_f32());
+    let (red, green, blue) = (plane("R")?, plane("G")?, plane("B")?);
+    let pixels = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
+    Some(LinearImage { width: file.width, height: file.height, pixels, state: ImageState::SceneReferred })
 }
 
 /// The reference that a capture has of the frame.
@@ -180,5 +216,9 @@ fn captured(folder: &CaptureFolder, path: &Path, cell: &Cell, view: View<'_>) ->
     }
     let reference = entry.reference.as_ref().context("the reference was there before")?;
     let image = LinearImage::read(&path.join(&reference.name))?;
-    Ok(Truth { image: Rc::new(image), key: reference.blake3[..24.min(reference.blake3.len())].into() })
+    Ok(Truth {
+        image: Rc::new(image),
+        half: None,
+        key: reference.blake3[..24.min(reference.blake3.len())].into(),
+    })
 }
