@@ -9,7 +9,7 @@ README; with --readme - they are printed alone. Every value is a mean and its st
 
 Still: time stands, no jitter and no lens. The ground truth is the mean of --truth-frames other frames of the same kind: what is left is
 the error of the denoiser. Values are means over the last 8 frames. "Energy by channel" is that of the variant with one light channel
-alone, over the energy of `accumulate`, which has the same input and leaves it where it is.
+alone and white surfaces, over the energy of `accumulate`, which has the same input and leaves it where it is.
 Switched and moving: with the jitter of the profile realtime; the ground truth of every frame is path traced with one bounce and --spp samples.
 In `flicker` the alarm lamp goes out, or on, in frame 16, and everything else stands. The recovery is the number of frames from the switch
 on until the error is within 1.5 times that of the scene in which the lamp never changed, for three frames. `gallery` is seen along its
@@ -146,7 +146,8 @@ def still_errors(args, scene, image, seed, folder):
     for variant, of in rows.items():
         found[variant] = {key: mean(of[-LAST:], key) for key in ("relmse", "flip", "temporal_pixel", "energy_ratio")}
     for channel in CHANNELS:
-        alone = [f"scale_{other}={int(other == channel)}" for other in [*CHANNELS, "overlay"]]
+        # Of light that is blurred over an edge, the albedo of the other side would count.
+        alone = ["fixed_albedo=1", *(f"scale_{other}={int(other == channel)}" for other in [*CHANNELS, "overlay"])]
         rows = denoise(args, recorded, "--reference", last, *sets(alone), variants=FILTERS)
         energy = {variant: mean(of[-LAST:], "energy_ratio") for variant, of in rows.items()}
         for variant in FILTERS:
