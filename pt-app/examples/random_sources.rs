@@ -13,6 +13,7 @@ use pt_app::session::Session;
 use pt_core::Recorder;
 use pt_core::random::RandomSource;
 use pt_core::trace::TraceBackend;
+use pt_denoise::Denoiser;
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_import::LoadOptions;
 use pt_shaders::NamedEnum;
@@ -29,6 +30,7 @@ const RADIUS: usize = 2;
 fn render(session: &mut Session, source: RandomSource, seed: u32, frames: u32) -> Result<LinearImage> {
     let mut params = FrameParams::default();
     params.gbuffer.random = source;
+    params.denoise.variant = Denoiser::Off;
     let mut full = FullFrame::new(session, SIZE, true, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
     for _ in 0..frames {

@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, bail};
 use pt_core::knobs;
 use pt_core::settings::{Knob, Knobs, apply_profile, apply_sets, apply_toml};
+use pt_denoise::Denoiser;
 use pt_post::BloomMode;
 use pt_shaders::records::Background;
 use serde_json::Value;
@@ -29,7 +30,7 @@ knobs! {
 impl FrameParams {
     /// Whether the frame has gradient pixels.
     pub fn has_gradient_pixels(&self) -> bool {
-        self.denoise.variant == pt_denoise::Denoiser::Asvgf
+        self.denoise.variant == Denoiser::Asvgf
     }
 
     /// The knobs of direct lighting; gradient pixels take their light samples again.
@@ -61,18 +62,16 @@ pub const PROFILES: &[Profile] = &[
     (
         "still",
         "pictures averaged over frames: the fields swap, so that no pixel of glass borrows from its neighbours",
-        "[gbuffer]\nalternate_fields = true\n[checkerboard]\nblend_split = false\n",
+        "[gbuffer]\nalternate_fields = true\n[denoise]\nvariant = \"off\"\n[checkerboard]\nblend_split = false\n",
     ),
     (
         "realtime",
-        "a denoised frame with temporal anti-aliasing: one Halton offset a frame, no lens",
+        "temporal anti-aliasing after the denoiser: one Halton offset a frame, no lens",
         r#"
 [gbuffer]
 jitter = "halton"
 depth_of_field = false
 replaced_motion = "search"
-[denoise]
-variant = "asvgf"
 [post.taa]
 enabled = true
 "#,
@@ -115,7 +114,7 @@ sharpness = 0.2
     (
         "unbiased",
         "for comparison with the reference, averaged over frames: ten mirrors or panes in a row, textures at their finest level, no light straight through glass that bends it, no trims and no clamps",
-        "[gbuffer]\nalternate_fields = true\nreflect_refract = 10\ntexture_lod_bias = -8.0\n[lights]\nglass_shadows = \"straight\"\n[checkerboard]\nblend_split = false\n[indirect]\ntexture_spread = 0.0\n",
+        "[gbuffer]\nalternate_fields = true\nreflect_refract = 10\ntexture_lod_bias = -8.0\n[lights]\nglass_shadows = \"straight\"\n[denoise]\nvariant = \"off\"\n[checkerboard]\nblend_split = false\n[indirect]\ntexture_spread = 0.0\n",
     ),
     ("half-res-gi", "indirect diffuse light at every other row alone", "[indirect]\nbounces = 0.5\n"),
 ];
@@ -126,6 +125,16 @@ sharpness = 0.2
 /// An unknown profile, key or value, with the closest known one.
 pub fn resolve(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
     layer(FrameParams::default(), PROFILES, profile, sets)
+}
+
+/// The same for frames that are averaged: the mean of noise has no need of a denoiser, whose blur would stay. A profile or an assignment may still ask for one.
+///
+/// # Errors
+/// As [`resolve`].
+pub fn resolve_averaged(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
+    let mut params = FrameParams::default();
+    params.denoise.variant = Denoiser::Off;
+    layer(params, PROFILES, profile, sets)
 }
 
 /// The knobs that differ from their defaults, as `--set` takes them.

@@ -1,6 +1,7 @@
 // Chooses gradient pixels before the light is computed: Schied, Peters and Dachsbacher 2018, section 4.2. Of each stratum of the flat frame one pixel gets the
 // surface and the random seed of the last frame: the lighting stages then take its light samples again. The surface is the same point of the object,
-// where it is now. A pixel that was a gradient pixel in the last frame is none again: its seed is that of the frame before. Extent: strata.
+// where it is now. A pixel that was a gradient pixel in the last frame is none again: its seed is that of the frame before. One with a short history is none either.
+// Extent: strata.
 //
 // Backward projection: the pixel is where the motion of its own surface comes from. Forward projection: a random pixel of each stratum of the last frame is
 // sought in this frame; a stratum takes one of those that lie in it. They are found without atomics: the stratum looks at those of the 3 x 3 strata around the place
@@ -12,6 +13,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { GradientPixelsPush push; };
 #include "camera.glsl"
+#include "history.glsl"
 #include "light_sample.glsl"
 #include "reprojection.glsl"
 #include "rng.glsl"
@@ -21,7 +23,14 @@ struct Candidate { ivec2 at; ivec2 from; int number; vec2 luminance; float score
 
 const Candidate NO_CANDIDATE = Candidate(ivec2(0), ivec2(0), -1, vec2(0.0), -1.0);
 
-bool was_gradient_pixel(ivec2 tap) { return imageLoad(ch_gradient_sample_prev, tap / stratum_side).x == gradient_number(tap); }
+// A shorter history has little to forget, and its pixel needs samples of its own more than a gradient.
+const uint LEAST_HISTORY = 4u;
+
+// Whether a pixel of the last frame may be taken again.
+bool may_repeat(ivec2 tap) {
+    bool is_old = imageLoad(ch_gradient_sample_prev, tap / stratum_side).x == gradient_number(tap);
+    return !is_old && history_frames(imageLoad(im_surface_prev, flat_to_split(tap, field_width())).y) >= LEAST_HISTORY;
+}
 
 uint random_of(ivec2 stratum) {
     return random4_bits(uvec2(uint(stratum.x) | uint(stratum.y) << 16u, frame.frame_index), DIM_GRADIENT, frame.seed).x;
@@ -42,19 +51,12 @@ vec3 position_now(ivec2 from) {
     return load_surface(visible.x, visible.y, imageLoad(ch_barycentrics_prev, from).xy).position;
 }
 
-// The surface that the pixel showed in the last frame, where it is now, with its random seed.
+// The surface that the pixel showed in the last frame, where it is now, with its random seed. It is seen from where it was seen: how a highlight follows the camera is no
+// change of the light.
 void take_over(Candidate c) {
     uvec2 visible = imageLoad(ch_visibility_prev, c.from).xy;
     vec2 barycentrics = imageLoad(ch_barycentrics_prev, c.from).xy;
     vec4 before = imageLoad(ch_shading_position_prev, c.from);
-    vec3 now = position_now(c.from);
-    uvec2 direction = imageLoad(ch_view_direction_prev, c.from).xy;
-    vec4 camera = frame.camera.world_from_view[3];
-    // Where nothing moves, the direction of the last frame is the same to the bit.
-    bool moves = now != before.xyz || camera != frame.camera_prev.world_from_view[3];
-    if (moves && direction.y == FLAG_PRIMARY && frame.camera.projection == 0u) {
-        direction.x = pack_unit_vector(normalize(now - camera.xyz));
-    }
     imageStore(ch_rng_seed, c.at, imageLoad(ch_rng_seed_prev, c.from));
     imageStore(ch_visibility, c.at, uvec4(visible, 0u, 0u));
     imageStore(ch_barycentrics, c.at, vec4(barycentrics, 0.0, 0.0));
@@ -63,8 +65,8 @@ void take_over(Candidate c) {
     imageStore(ch_metallic_roughness, c.at, imageLoad(ch_metallic_roughness_prev, c.from));
     imageStore(ch_normal, c.at, imageLoad(ch_normal_prev, c.from));
     imageStore(ch_vertex_normal, c.at, imageLoad(ch_vertex_normal_prev, c.from));
-    imageStore(ch_shading_position, c.at, vec4(now, before.w));
-    imageStore(ch_view_direction, c.at, uvec4(direction, 0u, 0u));
+    imageStore(ch_shading_position, c.at, vec4(position_now(c.from), before.w));
+    imageStore(ch_view_direction, c.at, imageLoad(ch_view_direction_prev, c.from));
 }
 
 // Keeps the brighter one; without scores the first one.
@@ -87,7 +89,7 @@ Candidate backward(ivec2 stratum) {
         Reprojection r = reproject(pixel, at, surface_word(at, flags), flags);
         if (!r.valid) continue;
         ivec2 tap = ivec2(floor(r.place + 0.5));
-        if (!shows_surface(r, pixel, tap) || was_gradient_pixel(tap)) continue;
+        if (!shows_surface(r, pixel, tap) || !may_repeat(tap)) continue;
         consider(best, Candidate(at, flat_to_split(tap, field_width()), number, vec2(0.0), -1.0));
         // The first one is as random as any.
         if (push.brightest == 0u && best.number >= 0) break;
@@ -100,7 +102,7 @@ bool lands_in(ivec2 stratum, ivec2 tap, out Candidate c) {
     c = NO_CANDIDATE;
     c.from = flat_to_split(tap, field_width());
     uint word = imageLoad(im_surface_prev, c.from).x;
-    if (word == 0u || was_gradient_pixel(tap) || imageLoad(ch_view_direction_prev, c.from).y != FLAG_PRIMARY) return false;
+    if (word == 0u || !may_repeat(tap) || imageLoad(ch_view_direction_prev, c.from).y != FLAG_PRIMARY) return false;
     vec3 place = project(frame.camera, position_now(c.from));
     vec2 at = place.xy * vec2(push.size);
     if (!is_finite(place) || any(greaterThan(abs(at), vec2(1e6)))) return false;

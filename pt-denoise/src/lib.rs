@@ -37,7 +37,7 @@ knobs! {
     /// changes energy; a transparent background leaves out the environment that the camera sees.
     pub struct DenoiseParams {
         /// How the light channels are denoised.
-        pub variant: Denoiser = Denoiser::Off => structural;
+        pub variant: Denoiser = Denoiser::Asvgf => structural;
         /// Temporal accumulation.
         pub temporal: TemporalParams;
         /// How history follows changes of the light.

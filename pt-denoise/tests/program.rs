@@ -49,7 +49,7 @@ fn composites_a_capture() {
     let folder = tempfile::tempdir().unwrap();
     let run = |image: &LayeredImage, set: &[&str]| -> Output {
         image.write_exr(&folder.path().join("capture.exr")).unwrap();
-        let sets = set.iter().flat_map(|s| ["--set", *s]);
+        let sets = ["variant=off"].iter().chain(set).flat_map(|s| ["--set", *s]);
         pt_denoise(
             folder.path(),
             &["capture.exr", "-o", "out.exr", "--frames", "2"].into_iter().chain(sets).collect::<Vec<_>>(),
@@ -140,7 +140,8 @@ fn replays_a_frame() {
     let folder = tempfile::tempdir().unwrap();
     let metadata = [("seed".to_owned(), "7".to_owned())].into();
     save(&folder.path().join("in.exr"), &device, &images, &reads, metadata).unwrap();
-    let done = pt_denoise(folder.path(), &["in.exr", "-o", "out.exr", "--frames", "1"]);
+    let done =
+        pt_denoise(folder.path(), &["in.exr", "--set", "variant=off", "-o", "out.exr", "--frames", "1"]);
     assert!(done.status.success(), "{done:?}");
     let out = LayeredImage::read_exr(&folder.path().join("out.exr")).unwrap();
     let sorted = |mut layer: Layer| {

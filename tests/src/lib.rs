@@ -2,7 +2,7 @@
 
 use pt_app::args::CameraArgs;
 use pt_app::frame::FullFrame;
-use pt_app::params::FrameParams;
+use pt_app::params::{FrameParams, resolve};
 use pt_app::session::Session;
 use pt_core::Recorder;
 use pt_core::test_support::TestDevice;
@@ -20,9 +20,14 @@ pub fn builtin(name: &str) -> Scene {
     pt_import::open(name, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The default parameters without bounces.
+/// The default parameters without the denoiser.
+pub fn without_denoiser() -> FrameParams {
+    resolve(None, &["denoise.variant=off".into()]).unwrap_or_else(|e| panic!("{e:#}"))
+}
+
+/// The same without bounces.
 pub fn direct_light_only() -> FrameParams {
-    let mut params = FrameParams::default();
+    let mut params = without_denoiser();
     params.indirect.bounces = 0.0;
     params
 }
@@ -41,7 +46,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// On a [`TestDevice`]. With `accumulate` the frame has
+    /// On a [`TestDevice`], without the denoiser. With `accumulate` the frame has
     /// the pass that averages all frames.
     pub fn new(
         scene: Scene,
@@ -51,10 +56,10 @@ impl Frames {
         seed: u32,
         accumulate: bool,
     ) -> Self {
-        Self::with_params(scene, camera, backend, size, seed, accumulate, FrameParams::default())
+        Self::with_params(scene, camera, backend, size, seed, accumulate, without_denoiser())
     }
 
-    /// As [`Frames::new`], with other parameters than the default ones.
+    /// As [`Frames::new`], with parameters of one's own.
     pub fn with_params(
         scene: Scene,
         camera: &Camera,

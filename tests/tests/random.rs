@@ -8,7 +8,8 @@ use pt_tests::{Frames, builtin};
 const SOURCES: [&str; 3] = ["white", "blue-noise", "sobol"];
 
 fn with(source: &str, sets: &[&str]) -> FrameParams {
-    let mut all = vec![format!("gbuffer.random={source}"), "indirect.bounces=0".into()];
+    let mut all =
+        vec![format!("gbuffer.random={source}"), "indirect.bounces=0".into(), "denoise.variant=off".into()];
     all.extend(sets.iter().map(|set| (*set).to_owned()));
     params::resolve(None, &all).unwrap()
 }

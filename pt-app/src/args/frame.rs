@@ -2,7 +2,7 @@
 
 use super::values::assignment;
 use super::{CameraArgs, DeviceArgs, PostArgs, SceneArgs};
-use crate::params::{FrameParams, check_background, resolve};
+use crate::params::{FrameParams, check_background, resolve, resolve_averaged};
 use anyhow::{Result, ensure};
 use clap::Args;
 use pt_image::image_file::ImageSize;
@@ -21,7 +21,7 @@ pub struct FrameArgs {
     /// Image size in pixels, each side 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", help_heading = "Frame")]
     pub size: ImageSize,
-    /// Average all frames instead of showing the last one.
+    /// Average all frames instead of showing the last one; without a denoiser, unless a profile or --set denoise.variant asks for one.
     #[arg(long, help_heading = "Frame")]
     pub accumulate: bool,
     /// Seed of all random numbers; another seed gives independent noise.
@@ -48,6 +48,7 @@ impl FrameArgs {
     /// # Errors
     /// An unknown profile, key or value; knobs that do not fit to `--accumulate`.
     pub fn params(&self) -> Result<FrameParams> {
+        let resolve = if self.accumulate { resolve_averaged } else { resolve };
         let params = resolve(self.profile.as_deref(), &[&self.post.sets[..], &self.set].concat())?;
         ensure!(
             !(self.accumulate && params.post.upscale == Upscale::Taau),

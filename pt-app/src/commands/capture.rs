@@ -16,7 +16,7 @@ use pt_core::capture::sidecar::{Sidecar, to_hex};
 use pt_core::console::print_warning;
 use pt_gbuffer::hidden_lobes;
 use pt_image::image_file::encode_exr_parts;
-use pt_reference::{Background, EstimateFile, Identity, Progressive, ReferenceParams};
+use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
@@ -34,6 +34,9 @@ pub struct CaptureArgs {
     /// Also path trace the ground truth of every recorded frame, with this many samples per pixel.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Output")]
     pub reference_spp: Option<u32>,
+    /// Paths of the ground truth scatter at most this many times after the first hit; frames have one bounce by default [default: no limit]
+    #[arg(long, value_name = "B", requires = "reference_spp", help_heading = "Output")]
+    pub reference_bounces: Option<u32>,
     /// Scene, camera, size, knobs and device.
     #[command(flatten)]
     pub frame: FrameArgs,
@@ -94,7 +97,13 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
                 ..sidecar(&session, time, moment, &params)?
             };
             let reference = match args.reference_spp {
-                Some(spp) => Some(reference(&mut session, moment, spp, params.denoise.background)?),
+                Some(spp) => {
+                    let max_bounces = args.reference_bounces.unwrap_or(u32::MAX);
+                    let background = params.denoise.background;
+                    let params =
+                        ReferenceParams { spp, max_bounces, background, ..ReferenceParams::default() };
+                    Some(reference(&mut session, moment, params)?)
+                }
                 None => None,
             };
             writer.add(full.images(), std::mem::take(&mut histories), &sidecar, reference.as_deref())?;
@@ -154,10 +163,10 @@ fn sidecar(session: &Session, time: f64, moment: Moment, params: &FrameParams) -
     })
 }
 
-/// Path traces the scene at its current time, over the background of the frame; returns the bytes of an EXR.
-fn reference(session: &mut Session, moment: Moment, spp: u32, background: Background) -> Result<Vec<u8>> {
+/// Path traces the scene at its current time; returns the bytes of an EXR.
+fn reference(session: &mut Session, moment: Moment, params: ReferenceParams) -> Result<Vec<u8>> {
     let Session { device, scene, gpu, lights, .. } = session;
-    let params = ReferenceParams { spp, background, ..ReferenceParams::default() };
+    let ReferenceParams { spp, background, .. } = params;
     let identity = Identity::default().with("scene", &scene.name).with("frame", moment.record.frame_index);
     let mut render = Progressive::new(device, gpu, lights, moment.record, params, None, 0)?;
     while render.next_sample() < spp {

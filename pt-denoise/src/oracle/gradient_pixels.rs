@@ -19,6 +19,16 @@ pub struct Seen<'a> {
     pub light: &'a [Light],
     /// Gradient pixels of the frame, of strata.
     pub samples: &'a [GradientSample],
+    /// Lengths of the histories, frames.
+    pub lengths: &'a [u32],
+}
+
+impl Seen<'_> {
+    /// Whether a pixel may be taken again: it was no gradient pixel, and its history has a length that is worth it.
+    fn may_repeat(&self, size: [u32; 2], side: u32, tap: usize) -> bool {
+        let (stratum, number) = stratum_of(size, side, tap);
+        self.samples[stratum].number != number + 1 && self.lengths[tap] >= 4
+    }
 }
 
 /// The brightest candidate of each stratum in the last frame, and how much brighter it is than the next one. `pixels`: of this frame.
@@ -35,9 +45,10 @@ pub fn brightest_candidates(
         let place = place_before(size, i, &pixels[i])?.map(|v| (v + 0.5).floor() as i64);
         let inside = (0..2).all(|k| (0..i64::from(size[k])).contains(&place[k]));
         let tap = inside.then(|| (place[1] * i64::from(size[0]) + place[0]) as usize)?;
-        let (was_stratum, was_number) = stratum_of(size, side, tap);
-        let is_old = before.samples[was_stratum].number == was_number + 1;
-        if is_old || !shows_surface(size, i, &pixels[i], place, &before.pixels[tap], 0.0, &params.temporal) {
+        let was = &before.pixels[tap];
+        if !before.may_repeat(size, side, tap)
+            || !shows_surface(size, i, &pixels[i], place, was, 0.0, &params.temporal)
+        {
             return None;
         }
         let [hf, spec] = usable(&before.pixels[tap], &before.light[tap])?.map(luminance);
@@ -88,9 +99,7 @@ pub fn forward_candidates(
     // Number of the pixel of a stratum that shows what pixel `tap` of the last frame showed.
     let lands_in = |stratum: usize, tap: usize| {
         let was = &before.pixels[tap];
-        let (was_stratum, was_number) = stratum_of(size, side, tap);
-        let is_old = before.samples[was_stratum].number == was_number + 1;
-        if is_old || was.material == 0 || was.flags != FLAG_PRIMARY {
+        if !before.may_repeat(size, side, tap) || was.material == 0 || was.flags != FLAG_PRIMARY {
             return None;
         }
         let position = forward.positions[tap].as_dvec3();

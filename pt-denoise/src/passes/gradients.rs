@@ -23,7 +23,7 @@ knobs! {
         /// The same of indirect diffuse light.
         pub lf: f32 = 1.0, in 0.0..=10.0, source "Schied, Peters and Dachsbacher 2018, section 4.3";
         /// Relative change of the light of a gradient pixel that does not count.
-        pub gate: f32 = 0.05, in 0.0..=1.0;
+        pub gate: f32 = 0.15, in 0.0..=1.0;
         /// Change of light that is not sampled again which does not count, because it may be noise.
         pub gate_noise: f32 = 4.0, in 0.0..=100.0, unit "standard deviations";
         /// Levels of the filter over the gradients.
