@@ -351,7 +351,7 @@ fn a_killed_writer_leaves_a_whole_file() {
     let mut caught_in_the_act = 0;
     for moment in 0..12 {
         let mut child = std::process::Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "a_killed_writer_leaves_a_whole_file"])
+            .args(["--exact", "image_file::a_killed_writer_leaves_a_whole_file"])
             .env(CHILD, &path)
             .stdout(std::process::Stdio::null())
             .spawn()
