@@ -302,7 +302,7 @@ fn ten_kills_at_random_moments_change_nothing() {
     let at = tempfile::tempdir().unwrap();
     let start = |path: &Path| {
         let mut command = std::process::Command::new(std::env::current_exe().unwrap());
-        command.args(["--exact", "worker"]).env(WORKER, path).stdout(std::process::Stdio::null());
+        command.args(["--exact", "study::worker"]).env(WORKER, path).stdout(std::process::Stdio::null());
         command.spawn().unwrap()
     };
     let whole = at.path().join("whole");
