@@ -1,8 +1,8 @@
 //! Settings by dotted name.
 
 use pt_core::knobs;
-use pt_core::settings::{close_to, 
-    InvalidValue, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, check_range,
+use pt_core::settings::{
+    InvalidValue, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, check_range, close_to,
 };
 use pt_shaders::named_enum;
 use serde_json::{Value, json};

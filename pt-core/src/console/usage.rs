@@ -251,7 +251,8 @@ fn place_of(
         return Some((*place).to_owned());
     }
     let sets = option(command, "set").and_then(placeholder) == Some(SETS_KNOBS);
-    let is_meant = |names: &[&str]| names.contains(&name) || group.is_some_and(|group| names.contains(&group));
+    let is_meant =
+        |names: &[&str]| names.contains(&name) || group.is_some_and(|group| names.contains(&group));
     let (_, key, fixed) = KNOBS.iter().find(|(names, ..)| sets && is_meant(names))?;
     if !key.contains('.') {
         return Some(format!("pt knobs {key} lists what --set takes for it: --set {key}.KEY=VALUE"));
@@ -272,7 +273,9 @@ fn stray_word(word: &str, path: &str, command: &Command, words: &[String]) -> Op
         && arg.is_require_equals_set()
     {
         let name = arg.get_long().unwrap_or_default();
-        return Some(format!("unexpected argument '{word}': --{name} takes its value with =, --{name}={word}"));
+        return Some(format!(
+            "unexpected argument '{word}': --{name} takes its value with =, --{name}={word}"
+        ));
     }
     let is = |kinds: &[&str]| {
         let extension = Path::new(word).extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -477,7 +480,10 @@ mod tests {
             ("pt render s --frames -5", "a negative number is not possible here: -5 for --frames <N>"),
             ("pt a.glb", "use pt render a.glb -o OUT.png"),
             ("pt trace s", "use pt reference"),
-            ("pt cornell", "'cornell' is no command of pt; the commands are render, reference, passes, capture, replay"),
+            (
+                "pt cornell",
+                "'cornell' is no command of pt; the commands are render, reference, passes, capture, replay",
+            ),
             (
                 "pt --size 8x8 render s",
                 "--size is an option of a command and stands after it, for example pt render --size",
