@@ -73,6 +73,7 @@ fn wrong_command_lines_are_answered_in_plain_words() {
     for name in ["not.exr", "cube.obj", "picture.png", "index.json"] {
         fs::write(at.join(name), "text").unwrap();
     }
+    fs::write(at.join("empty.exr"), "").unwrap();
     for (line, parts) in [
         // Names of other programs and of other commands.
         ("render cornell --spp 4 -o a.png", &["--spp", "use --frames <N>"][..]),
@@ -169,7 +170,8 @@ fn wrong_command_lines_are_answered_in_plain_words() {
         ("compare a.exr b.exr", &["a.exr", "No such file"]),
         ("compare not.exr not.exr", &["not.exr"]),
         ("replay folder --from post -o a.png", &["folder: is no capture"]),
-        ("merge not.exr -o a.exr", &["not.exr"]),
+        ("merge empty.exr -o a.exr", &["empty.exr: the file is empty"]),
+        ("merge not.exr -o a.exr", &["not.exr: it is no OpenEXR file"]),
         ("scenes folder", &["folder"]),
         ("knobs psot", &["psot", "post"]),
         ("render cornell --frames 2 -o a_%03d.png", &["a_%03d.png", "###"]),
@@ -187,7 +189,7 @@ fn wrong_command_lines_are_answered_in_plain_words() {
     ] {
         refused(at, line, parts);
     }
-    assert!(fs::read_dir(at).unwrap().count() == 7, "nothing was written");
+    assert!(fs::read_dir(at).unwrap().count() == 8, "nothing was written");
 }
 
 /// What is not known is not printed as a number.
@@ -203,7 +205,7 @@ fn figures_without_a_measurement_are_left_out() {
     let (out, _) = succeeds(at, &format!("render cornell {size} -o a.png"));
     assert!(out.contains("Mrays/s"), "{out}");
     let (out, _) = succeeds(at, &format!("render cornell {size} --oracle lights --oracle-spp 2 -o a.png"));
-    assert!(!out.contains("Mrays/s") && out.contains("ms/frame, "), "{out}");
+    assert!(!out.contains("Mrays/s"), "{out}");
     let help = succeeds(at, "reference --help").0;
     assert!(help.contains("[default: no limit]") && !help.contains("4294967295"), "{help}");
 }
