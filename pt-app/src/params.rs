@@ -188,7 +188,7 @@ pub fn resolve_reference(
 
 /// Names the command that has a knob, where this one does not.
 fn of_other_command(error: SettingsError) -> anyhow::Error {
-    let unknown = match &error {
+    let unknown: &SettingsError = match &error {
         SettingsError::Profile { error, .. } => error.as_ref(),
         error => error,
     };

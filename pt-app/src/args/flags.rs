@@ -98,7 +98,7 @@ impl Flag {
 
 /// The default in words: the greatest integer is no limit.
 fn default_of(knob: &Knob) -> String {
-    let text = knob.default_text().to_string();
+    let text = knob.default_text();
     if knob.kind == KnobKind::Integer && text == u32::MAX.to_string() { "no limit".into() } else { text }
 }
 
