@@ -69,8 +69,8 @@ const SETS_KNOBS: &str = "stage.key=value";
 
 /// What a command has in another place than its options: the command, the first name of the group, and the place.
 const PLACES: &[(&str, &str, &str)] = &[
-    ("study", "set", "knobs stand in the study file: set = { KEY = VALUE }"),
-    ("study", "profile", "it stands in the study file: set = { profile = \"NAME\" }"),
+    ("study", "set", "knobs stand in the study file: set = {KEY = VALUE}"),
+    ("study", "profile", "it stands in the study file: set = {profile = \"NAME\"}"),
     ("study", "size", "sizes stand in the study file: sizes = [\"640x360\"]"),
     ("study", "seed", "seeds stand in the study file: seeds = 3"),
     ("replay", "size", "frames of a capture have its size"),
