@@ -5,6 +5,7 @@ use crate::params::FrameParams;
 use anyhow::{Result, bail, ensure};
 use pt_core::ChannelImages;
 use pt_core::capture::read_layer;
+use pt_core::settings::close_to;
 use pt_image::image_file::{Layer, LayeredImage};
 use pt_shaders::channels::{ChannelId, ExtentClass};
 use std::str::FromStr;
@@ -66,6 +67,35 @@ pub fn select(
     }
 }
 
+/// The names that contain `name`, or the one that is spelt like it.
+fn like(name: &str, names: &[String]) -> String {
+    let like: Vec<_> = names.iter().filter(|known| known.contains(name)).map(String::as_str).collect();
+    match like.is_empty() {
+        true => close_to(name, names.iter().map(String::as_str)),
+        false => format!("; close to it: {}", like.join(", ")),
+    }
+}
+
+/// Checks that some frame has images of these names, before there is one.
+///
+/// # Errors
+/// A name that no frame has, with one that is spelt like it.
+pub fn check_names(selection: Option<&AovSelection>) -> Result<()> {
+    let Some(AovSelection::Named(names)) = selection else { return Ok(()) };
+    let private = [pt_lights::images::CHANNELS, pt_denoise::images::CHANNELS, pt_post::images::CHANNELS];
+    let private =
+        private.into_iter().flat_map(|table| (0..table.len()).map(move |i| ChannelId::new(table, i)));
+    let known: Vec<_> = ChannelId::all().chain(private).map(ChannelId::full_name).collect();
+    for name in names {
+        ensure!(
+            known.contains(name),
+            "--aov {name}: no frame has such an image{} (pt passes lists them)",
+            like(name, &known)
+        );
+    }
+    Ok(())
+}
+
 fn named(
     name: &str,
     images: &ChannelImages,
@@ -74,10 +104,11 @@ fn named(
 ) -> Result<ChannelId> {
     let Some(id) = images.ids().find(|id| id.full_name() == name) else {
         let names: Vec<_> = images.ids().map(ChannelId::full_name).collect();
-        let like: Vec<_> = names.iter().filter(|known| known.contains(name)).map(String::as_str).collect();
-        let like =
-            if like.is_empty() { String::new() } else { format!("; close to it: {}", like.join(", ")) };
-        bail!("--aov {name}: no such image in this frame{like}; there are {}", names.join(", "))
+        bail!(
+            "--aov {name}: no such image in this frame{}; there are {}",
+            like(name, &names),
+            names.join(", ")
+        )
     };
     let [width, height] = layer_size(id);
     ensure!(

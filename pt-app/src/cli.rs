@@ -10,7 +10,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use std::io::Write;
 
-/// Research workbench for real-time path tracing.
+/// Renders scenes by real-time path tracing, one exchangeable stage after the other, and compares every stage with ground truth.
 #[derive(Debug, Parser)]
 #[command(name = "pt", version, about, after_help = EXAMPLES)]
 pub struct Cli {
@@ -41,7 +41,7 @@ pub enum Command {
     Passes(passes::PassesArgs),
     /// List the knobs (parameters) that `--set` takes, with their defaults and ranges.
     Knobs(knobs::KnobsArgs),
-    /// Measure speed: ray tracing, the reference path tracer, post-processing.
+    /// Measure speed: rays, the reference path tracer, post-processing, every pass of the frame; compare two measurements.
     Bench(bench::BenchArgs),
     /// Render frames of a scene.
     Render(Box<render::RenderArgs>),

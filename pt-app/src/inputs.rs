@@ -46,12 +46,21 @@ impl Inputs {
                     output.display()
                 );
             }
-            if outputs[..i].iter().any(|other| other.as_ref() == output) {
+            if outputs[..i].iter().any(|other| is_same(other.as_ref(), output)) {
                 bail!("cannot write {}: it is given twice; give another name", output.display());
             }
         }
         Ok(())
     }
+}
+
+/// Whether two names of outputs, which need not exist, are of one file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some((folder.canonicalize().ok()?, path.file_name()?.to_owned()))
+    };
+    a == b || place(a).is_some_and(|at| place(b) == Some(at))
 }
 
 /// Buffers and images that a glTF file names, if they are files; empty for what is no glTF file.
@@ -123,6 +132,10 @@ mod tests {
         for name in ["sky_##b.exr", "other.exr", "sub/sky_007.exr", "sub/sky_###.exr"] {
             inputs.check([at(name)]).unwrap();
         }
-        assert!(inputs.check([at("x.png"), at("x.png")]).unwrap_err().to_string().contains("given twice"));
+        for other in ["x.png", "./x.png", "sub/../x.png"] {
+            let error = inputs.check([at("x.png"), at(other)]).unwrap_err().to_string();
+            assert!(error.contains("given twice"), "{error}");
+        }
+        inputs.check([at("x.png"), at("sub/x.png")]).unwrap();
     }
 }

@@ -1,8 +1,8 @@
 //! All knobs: one tree for the frame, one for the reference. `--set` and profiles address them by key.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use pt_core::knobs;
-use pt_core::settings::{Knob, Knobs, apply_profile, apply_sets, apply_toml};
+use pt_core::settings::{Knob, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, close_to};
 use pt_denoise::Denoiser;
 use pt_post::BloomMode;
 use pt_shaders::records::Background;
@@ -194,18 +194,48 @@ pub fn resolve_reference(
     layer(base, &PROFILES[..1], profile, sets)
 }
 
+/// Names the command that has a knob, where this one does not.
+fn of_other_command(error: SettingsError) -> anyhow::Error {
+    let unknown: &SettingsError = match &error {
+        SettingsError::Profile { error, .. } => error.as_ref(),
+        error => error,
+    };
+    let SettingsError::UnknownKey { key, .. } = unknown else { return error.into() };
+    if !all_knobs().iter().any(|knob| knob.key == *key) {
+        return error.into();
+    }
+    let [has, takes] = match key.starts_with("reference.") {
+        true => ["pt reference", "those of the frame's stages"],
+        false => ["pt render and pt capture", "those of reference"],
+    };
+    anyhow!("{key} is a knob of {has}; this command takes {takes} (pt knobs lists them)")
+}
+
+/// Checks that all passes can be made, before a scene is loaded.
+///
+/// # Errors
+/// A denoiser that is no pass of a frame.
+pub fn check_denoiser(params: &FrameParams) -> Result<()> {
+    ensure!(
+        params.denoise.variant != Denoiser::Oidn,
+        "denoise.variant=oidn is no pass of a frame; record frames with pt capture and run pt-denoise DIR --variant oidn"
+    );
+    Ok(())
+}
+
 fn layer<T: Knobs>(mut params: T, built_in: &[Profile], profile: Option<&str>, sets: &[String]) -> Result<T> {
     if let Some(profile) = profile {
         if let Some((.., text)) = built_in.iter().find(|(name, ..)| *name == profile) {
             apply_toml(&mut params, text).with_context(|| format!("profile {profile}"))?;
         } else if Path::new(profile).exists() {
-            apply_profile(&mut params, Path::new(profile))?;
+            apply_profile(&mut params, Path::new(profile)).map_err(of_other_command)?;
         } else {
             let names: Vec<_> = built_in.iter().map(|(name, ..)| *name).collect();
-            bail!("profile {profile}: no such file, and the built-in profiles are {}", names.join(", "));
+            let hint = close_to(profile, names.iter().copied());
+            bail!("profile {profile}: no such file{hint} (the built-in profiles are {})", names.join(", "));
         }
     }
-    apply_sets(&mut params, sets)?;
+    apply_sets(&mut params, sets).map_err(of_other_command)?;
     Ok(params)
 }
 

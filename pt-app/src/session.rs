@@ -1,16 +1,18 @@
 //! Set-up that all commands share that run the frame: device, scene, camera.
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use pt_core::console::print_warning;
 use pt_core::memory::{check_size, host_free_bytes};
 use pt_core::phases::Phases;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
+use pt_denoise::Denoiser;
 use pt_import::LoadOptions;
 use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_scene::{Camera, Scene, Texture, automatic_camera};
+use pt_shaders::NamedEnum;
 use pt_shaders::glam::Vec3;
 use std::panic::resume_unwind;
 use std::path::Path;
@@ -53,7 +55,15 @@ pub fn open_scene(file: &str, options: &LoadOptions) -> Result<Scene> {
     let other = OTHER_FILES.iter().find(|(kinds, _)| kinds.contains(&extension.as_str()));
     match other.filter(|_| path.is_file()) {
         Some((_, problem)) => bail!("{file}: {problem}"),
-        None => Ok(pt_import::open(file, options)?),
+        None => pt_import::open(file, options).map_err(|error| {
+            let denoiser = options.variant.as_deref().filter(|name| Denoiser::from_name(name).is_ok());
+            match denoiser {
+                Some(name) => anyhow!(
+                    "{error}; --variant is a material variant of a glTF file, the denoiser is --set denoise.variant={name}"
+                ),
+                None => error.into(),
+            }
+        }),
     }
 }
 

@@ -70,16 +70,32 @@ fn wrong_command_lines_are_answered_in_plain_words() {
     fs::create_dir(at.join("folder")).unwrap();
     fs::write(at.join("a.toml"), "[post]\ntonemap = 3\n").unwrap();
     fs::write(at.join("b.toml"), "[post\n").unwrap();
-    for name in ["not.exr", "cube.obj", "picture.png"] {
+    for name in ["not.exr", "cube.obj", "picture.png", "index.json"] {
         fs::write(at.join(name), "text").unwrap();
     }
+    fs::write(at.join("empty.exr"), "").unwrap();
     for (line, parts) in [
         // Names of other programs and of other commands.
         ("render cornell --spp 4 -o a.png", &["--spp", "use --frames <N>"][..]),
         ("render cornell --samples=4 -o a.png", &["use --frames <N>"]),
         ("reference cornell --frames 4 -o a.exr", &["use --spp <N>"]),
         ("reference cornell --bounces 4 -o a.exr", &["use --max-bounces <B>"]),
-        ("render cornell --bounces 4 -o a.png", &["pt reference has --max-bounces"]),
+        ("render cornell --bounces 4 -o a.png", &["use --set indirect.bounces=4"]),
+        ("render cornell --denoise svgf -o a.png", &["use --set denoise.variant=svgf"]),
+        ("render cornell --denoiser=asvgf -o a.png", &["use --set denoise.variant=asvgf"]),
+        ("render cornell --sampler ris -o a.png", &["use --set lights.sampler=ris"]),
+        ("capture cornell --taa -o c", &["use --set post.taa.enabled=true"]),
+        ("render cornell --checkerboard off -o a.png", &["pt knobs checkerboard"]),
+        ("render cornell --variant svgf -o a.png", &["a material variant", "--set denoise.variant=svgf"]),
+        ("render cornell --vfov 30 -o a.png", &["--vfov needs --look"]),
+        ("render cornell --env-clamp -o a.png", &["--env-clamp needs --env"]),
+        ("render cornell --backend cpu -o a.png", &["--device llvmpipe"]),
+        ("render cornell --bloom gaussian -o a.png", &["--bloom takes its value with =, --bloom=gaussian"]),
+        ("render cornell --verbose -o a.png", &["unexpected argument '--verbose' found (see"]),
+        ("study s.toml --set a=b", &["knobs stand in the study file: set = {"]),
+        ("study s.toml --size 8x8", &["sizes stand in the study file: sizes = ["]),
+        ("replay c --from post --size 8x8 -o a.png", &["frames of a capture have its size"]),
+        ("reference cornell --accumulate -o a.exr", &["the mean of all samples"]),
         ("render cornell --width 64 --height 48 -o a.png", &["--width", "use --size <WxH>"]),
         ("render cornell --resolution 64x48 -o a.png", &["use --size <WxH>"]),
         ("render --scene cornell -o a.png", &["the argument <SCENE>"]),
@@ -101,7 +117,14 @@ fn wrong_command_lines_are_answered_in_plain_words() {
         ("render cornell -o a.png --Size 8x8", &["use --size"]),
         // Values.
         ("render cornell --size 8 -o a.png", &["WIDTHxHEIGHT"]),
-        ("render cornell --size -8x8 -o a.png", &["negative", "--size"]),
+        ("render cornell --size -8x8 -o a.png", &["negative", "-8x8 for --size"]),
+        (
+            "render cornell --frames 0 -o a.png",
+            &["'--frames <N>': expected a whole number of 1 or more (see"],
+        ),
+        ("sheet a.png -o s.png --columns 0", &["expected a whole number of 1 to 1024 (see"]),
+        ("reference cornell --checkpoint-interval nan -o a.exr", &["expected a number of 0 or more"]),
+        ("reference cornell --spp 4 --spp-range 0..8 -o a.exr", &["0..8 goes beyond", "--spp 4"]),
         ("render cornell --size 65536x65536 -o a.png", &["65536x65536", "16384"]),
         ("render cornell --frames -5 -o a.png", &["-5", "--frames"]),
         ("render cornell --frames 1.5 -o a.png", &["1.5", "whole number"]),
@@ -115,6 +138,20 @@ fn wrong_command_lines_are_answered_in_plain_words() {
         ("reference cornell --spp-range 4..2 -o a.exr", &["empty"]),
         // Knobs and profiles.
         ("render cornell --set post.tonmap=aces -o a.png", &["post.tonemap"]),
+        ("render cornell --set reference.spp=3 -o a.png", &["reference.spp is a knob of pt reference"]),
+        ("reference cornell --set denoise.variant=svgf -o a.exr", &["is a knob of pt render"]),
+        ("render cornell --set denoise.variant=svfg -o a.png", &["closest: \"svgf\""]),
+        ("render cornell --set denoise.variant=oidn -o a.png", &["is no pass of a frame"]),
+        ("render cornell --profile realtme -o a.png", &["closest: \"realtime\""]),
+        ("knobs denose", &["closest: \"denoise\""]),
+        ("render galery -o a.png", &["closest: \"gallery\""]),
+        ("render Cornell -o a.png", &["closest: \"cornell\""]),
+        ("render missing.gltf -o a.png", &["missing.gltf: no such file"]),
+        ("render cornell.gltf -o a.png", &["the built-in scene is called cornell"]),
+        ("render cornell --aov nrmal -o a.exr", &["closest: \"normal\""]),
+        ("render cornell --size 8x8 --oracle taa -o a.png", &["--profile realtime", "post.taa.enabled"]),
+        ("render cornell -o a.png -o ./a.png", &["given twice"]),
+        ("replay index.json --from post -o a.png", &["index.json: is a file of a capture; give its folder"]),
         ("render cornell --set post.tonemap=3 -o a.png", &["post.tonemap", "aces, aces-hill"]),
         ("render cornell --set post.taa=true -o a.png", &["post.taa"]),
         ("render cornell --set gbuffer.reflect_refract=many -o a.png", &["gbuffer.reflect_refract", "0 to"]),
@@ -133,7 +170,8 @@ fn wrong_command_lines_are_answered_in_plain_words() {
         ("compare a.exr b.exr", &["a.exr", "No such file"]),
         ("compare not.exr not.exr", &["not.exr"]),
         ("replay folder --from post -o a.png", &["folder: is no capture"]),
-        ("merge not.exr -o a.exr", &["not.exr"]),
+        ("merge empty.exr -o a.exr", &["empty.exr: the file is empty"]),
+        ("merge not.exr -o a.exr", &["not.exr: it is no OpenEXR file"]),
         ("scenes folder", &["folder"]),
         ("knobs psot", &["psot", "post"]),
         ("render cornell --frames 2 -o a_%03d.png", &["a_%03d.png", "###"]),
@@ -151,7 +189,25 @@ fn wrong_command_lines_are_answered_in_plain_words() {
     ] {
         refused(at, line, parts);
     }
-    assert!(fs::read_dir(at).unwrap().count() == 6, "nothing was written");
+    assert!(fs::read_dir(at).unwrap().count() == 8, "nothing was written");
+}
+
+/// What is not known is not printed as a number.
+#[test]
+fn figures_without_a_measurement_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let size = "--size 8x8 --backend compute";
+    let (out, _) = succeeds(at, &format!("reference cornell {size} --spp 1 --no-aov -o a.exr"));
+    assert!(out.contains("relative error unknown after one sample"), "{out}");
+    let (out, _) = succeeds(at, &format!("reference cornell {size} --spp 2 --no-aov -o a.exr"));
+    assert!(out.contains("relative error 0."), "{out}");
+    let (out, _) = succeeds(at, &format!("render cornell {size} -o a.png"));
+    assert!(out.contains("Mrays/s"), "{out}");
+    let (out, _) = succeeds(at, &format!("render cornell {size} --oracle lights --oracle-spp 2 -o a.png"));
+    assert!(!out.contains("Mrays/s"), "{out}");
+    let help = succeeds(at, "reference --help").0;
+    assert!(help.contains("[default: no limit]") && !help.contains("4294967295"), "{help}");
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn files_that_are_no_scenes_are_refused() {
         ("cube.obj", "not a glTF 2.0 file"),
         ("list.gltf", "not a glTF 2.0 file"),
         ("scene.gltf", "is a folder"),
-        ("none.gltf", "neither a file nor a built-in scene"),
+        ("none.gltf", "no such file"),
     ] {
         refused(at, &format!("render {file} --size 8x8 -o a.png"), &[file, part]);
         refused(at, &format!("bench trace {file} --size 8x8 --json rows.json"), &[file, part]);

@@ -69,7 +69,7 @@ where
     match out.flush() {
         Ok(()) => ExitCode::from(u8::from(!passed)),
         Err(error) => {
-            print_error(&format!("cannot write to standard output: {error}"));
+            print_error(&format!("cannot write to standard output: {}", one_line(&error)));
             ExitCode::from(2)
         }
     }

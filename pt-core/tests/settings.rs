@@ -2,7 +2,7 @@
 
 use pt_core::knobs;
 use pt_core::settings::{
-    InvalidValue, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, check_range,
+    InvalidValue, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, check_range, close_to,
 };
 use pt_shaders::named_enum;
 use serde_json::{Value, json};
@@ -121,6 +121,16 @@ fn unknown_keys_name_the_closest_and_the_table() {
     assert!(refused("bounces.deep=1").contains(r#"unknown key "bounces.deep""#));
     assert!(refused("post=1").contains(r#"key "post" is a table, set one of its keys: bloom"#));
     assert!(refused("post.=1").contains("unknown key"));
+    // What is spelt like nothing is not guessed at.
+    for nonsense in ["camera.spp=1", "post.variant=1", "xyz=1", "post.=1"] {
+        assert!(!refused(nonsense).contains("closest"), "{nonsense}: {}", refused(nonsense));
+    }
+    for (slip, meant) in [("post.operator=reinhrad", "reinhard"), ("post.operator=aecs", "aces")] {
+        assert!(refused(slip).ends_with(&format!("closest: {meant:?}")), "{}", refused(slip));
+    }
+    assert!(!refused("post.operator=filmic").contains("closest"));
+    assert_eq!(close_to("Galery", ["gallery", "glass"]), ", closest: \"gallery\"");
+    assert_eq!(close_to("scene", ["gallery", "glass"]), "");
 }
 
 #[test]

@@ -59,6 +59,7 @@ use nodes::Origins;
 use notices::Notices;
 use options::named;
 use pt_core::phases::Phases;
+use pt_core::settings::close_to;
 use pt_scene::{
     AnimationChoice, BUILTIN, Environment, Flaw, Part, Scene, SceneError, Support, builtin, default_sky,
     default_sun,
@@ -83,7 +84,18 @@ pub fn open(name_or_path: &str, options: &LoadOptions) -> Result<Scene, SceneErr
         }
         None => {
             let names: Vec<_> = BUILTIN.iter().map(|(name, _)| *name).collect();
-            let what = format!("neither a file nor a built-in scene ({})", names.join(", "));
+            let path = Path::new(name_or_path);
+            let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+            let what = match path.extension() {
+                Some(_) if names.contains(&stem) => {
+                    format!("no such file; the built-in scene is called {stem}")
+                }
+                Some(_) => "no such file".into(),
+                None => {
+                    let hint = close_to(name_or_path, names.iter().copied());
+                    format!("neither a file nor a built-in scene{hint} (there are {})", names.join(", "))
+                }
+            };
             Err(SceneError::file(Path::new(name_or_path), what))
         }
     }

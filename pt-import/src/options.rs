@@ -73,7 +73,14 @@ pub(crate) fn named(wanted: &str, names: &[String]) -> Result<usize, String> {
     by_name.or_else(by_number).ok_or_else(|| match names {
         [] => format!("{wanted:?}; the file has none"),
         _ => {
-            format!("{wanted:?}; there are {}, by index from 0 or by name: {}", names.len(), names.join(", "))
+            let there = match names.len() {
+                1 => "there is one, index 0".to_owned(),
+                count => format!("there are {count}, by index from 0"),
+            };
+            let called: Vec<_> = names.iter().map(String::as_str).filter(|name| !name.is_empty()).collect();
+            let called =
+                if called.is_empty() { String::new() } else { format!(" or by name: {}", called.join(", ")) };
+            format!("{wanted:?}; {there}{called}")
         }
     })
 }

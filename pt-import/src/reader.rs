@@ -32,7 +32,15 @@ impl Document {
         let root = check::json(&container.json, notices).map_err(|(at, what)| {
             match (check::older_version(&container.json), at.as_str()) {
                 (Some(version), _) => SceneError::file(file, version_message(&version)),
-                (None, "") => SceneError::file(file, format!("is not a glTF 2.0 file: {what}")),
+                (None, "") if std::str::from_utf8(&container.json).is_err() => {
+                    SceneError::file(file, "is not a glTF 2.0 file, it is no text and has no header of a GLB")
+                }
+                (None, "") => {
+                    let lacks = what.strip_prefix("missing field `").and_then(|rest| rest.split('`').next());
+                    let why = lacks
+                        .map_or("its text is no JSON of one".into(), |name| format!("it has no {name:?}"));
+                    SceneError::file(file, format!("is not a glTF 2.0 file: {why}"))
+                }
                 _ => SceneError::Invalid { file: file.to_owned(), at: one_line(&at), what: one_line(&what) },
             }
         })?;

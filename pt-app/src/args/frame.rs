@@ -2,7 +2,7 @@
 
 use super::values::assignment;
 use super::{CameraArgs, DeviceArgs, PostArgs, SceneArgs};
-use crate::params::{FrameParams, check_background, resolve, resolve_averaged};
+use crate::params::{FrameParams, check_background, check_denoiser, resolve, resolve_averaged};
 use anyhow::{Result, ensure};
 use clap::Args;
 use pt_image::image_file::ImageSize;
@@ -55,6 +55,7 @@ impl FrameArgs {
             "--accumulate averages frames of the picture's own size; upscale is taau, choose none or fsr1"
         );
         check_background(&params, self.accumulate)?;
+        check_denoiser(&params)?;
         Ok(params)
     }
 

@@ -50,6 +50,14 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|&value| value >= 0.0).ok_or_else(|| "expected a number of 0 or more".into())
 }
 
+/// A number of 0 or more, for times.
+///
+/// # Errors
+/// Anything else.
+pub fn not_negative_f64(text: &str) -> Result<f64, String> {
+    finite_f64(text).ok().filter(|&value| value >= 0.0).ok_or_else(|| "expected a number of 0 or more".into())
+}
+
 /// A number above 0.
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 use crate::params::all_knobs;
 use anyhow::{Result, ensure};
 use clap::Args;
-use pt_core::settings::Knob;
+use pt_core::settings::{Knob, close_to};
 use std::io::Write;
 
 /// `pt knobs`
@@ -25,10 +25,12 @@ pub fn run(args: &KnobsArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(stage) = &args.stage {
         let mut stages: Vec<_> = knobs.iter().map(|knob| stage_of(knob).to_owned()).collect();
         stages.dedup();
+        let known = stages.iter().map(String::as_str).chain(knobs.iter().map(|knob| knob.key.as_str()));
+        let hint = close_to(stage, known);
         knobs.retain(|knob| knob.key == *stage || knob.key.starts_with(&format!("{stage}.")));
         ensure!(
             !knobs.is_empty(),
-            "{stage}: no stage with knobs and no knob; the stages are {}",
+            "{stage}: no stage with knobs and no knob{hint} (the stages are {})",
             stages.join(", ")
         );
     }

@@ -6,7 +6,7 @@ use crate::frame::{FrameStage, FullFrame, Moment, Stage};
 use crate::inputs::Inputs;
 use crate::interrupt::{self, Interrupt};
 use crate::output::Output;
-use crate::params::{FrameParams, check_background};
+use crate::params::{FrameParams, check_background, check_denoiser};
 use crate::progress::Progress;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -59,6 +59,7 @@ pub struct ReplayArgs {
 /// A capture that can't be read or does not fit, unknown knobs, a device that can't do it.
 pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     let outputs = args.output.iter().map(|path| Output::new(path)).collect::<Result<Vec<_>>>()?;
+    aov::check_names(args.aov.as_ref())?;
     let capture = CaptureFolder::open(&args.capture)?;
     let recorded_files = std::fs::read_dir(&args.capture).into_iter().flatten().flatten();
     Inputs::default()
@@ -86,6 +87,9 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
         print_warning(&format!("{set}: this stage does not run; what it recorded stays as it is"));
     }
     check_background(&params, capture.index.accumulate)?;
+    if args.from == Stage::Denoise {
+        check_denoiser(&params)?;
+    }
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: args.validation })?;
     let (size, accumulate) = (capture.index.output_size, capture.index.accumulate);
     let mut full = FullFrame::starting_at(&device, args.from, size, accumulate, &params)?;

@@ -39,6 +39,15 @@ impl Oracle {
         }
     }
 
+    /// What switches the stage on.
+    fn switched_on_by(self) -> &'static str {
+        match self {
+            Self::Indirect => "--set indirect.bounces=1 switches it on",
+            Self::Taa => "--profile realtime or --set post.taa.enabled=true switches it on",
+            Self::Lights | Self::Denoise | Self::Interleave => "every frame has it",
+        }
+    }
+
     /// Why the mean of many runs is not the ground truth of the stage; `None`: it is.
     pub fn cannot_be_fed(self, params: &FrameParams) -> Option<String> {
         use pt_shaders::records::LightSampler;
@@ -88,8 +97,9 @@ impl Oracles {
         let params = &frame.made_for;
         if let Some(stage) = on.iter().find(|stage| !stage.is_in(params)) {
             return Err(Error::Unsupported(format!(
-                "the frame has no {} to feed with ground truth",
-                stage.name()
+                "the frame has no {} to feed with ground truth; {}",
+                stage.name(),
+                stage.switched_on_by()
             )));
         }
         if let Some(reason) = on.iter().find_map(|stage| stage.cannot_be_fed(params)) {

@@ -244,12 +244,31 @@ impl CaptureFolder {
         let path = folder.join(INDEX);
         let content = |problem: String| FolderError::Content { path: path.clone(), problem };
         if !path.exists() {
-            let problem = format!("is no capture, it has no {INDEX}; give a folder that pt capture wrote");
+            let parent = folder.parent().filter(|parent| parent.join(INDEX).is_file());
+            let problem = match parent {
+                _ if !folder.exists() => "no such folder; give one that pt capture wrote".into(),
+                Some(parent) if folder.is_file() && parent.as_os_str().is_empty() => {
+                    "is a file of a capture; give its folder, which is .".into()
+                }
+                Some(parent) if folder.is_file() => {
+                    format!("is a file of a capture; give its folder, {}", parent.display())
+                }
+                _ if folder.is_file() => "is a file; give a folder that pt capture wrote".into(),
+                _ => format!("is no capture, it has no {INDEX}; give a folder that pt capture wrote"),
+            };
             return Err(FolderError::Content { path: folder.into(), problem });
         }
         let bytes = read(&path)?;
         // The version first: another one may have other fields.
-        let version: Version = serde_json::from_slice(&bytes).map_err(|e| content(e.to_string()))?;
+        let not_read = |error: serde_json::Error| {
+            content(match bytes.is_empty() {
+                true => "the file is empty".into(),
+                false if error.is_eof() => "is cut off; record it again".into(),
+                false if error.is_syntax() => "is no JSON; record it again".into(),
+                false => "is no index of a capture; give a folder that pt capture wrote".into(),
+            })
+        };
+        let version: Version = serde_json::from_slice(&bytes).map_err(not_read)?;
         let ours = env!("CARGO_PKG_VERSION");
         if version.version != ours {
             return Err(content(format!(
@@ -257,7 +276,7 @@ impl CaptureFolder {
                 version.version
             )));
         }
-        let index: Index = serde_json::from_slice(&bytes).map_err(|e| content(e.to_string()))?;
+        let index: Index = serde_json::from_slice(&bytes).map_err(not_read)?;
         if index.frames.is_empty() {
             return Err(content("has no frames".into()));
         }

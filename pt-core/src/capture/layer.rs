@@ -9,11 +9,19 @@ use glam::Vec3;
 use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
 use pt_shaders::channels::{ChannelId, ExtentClass, Stored};
 
+fn layers(there: &[String]) -> String {
+    let named: Vec<_> = there.iter().map(String::as_str).filter(|name| !name.is_empty()).collect();
+    match named.as_slice() {
+        [] => "it holds a picture alone, pt render --aov all writes the others".into(),
+        _ => format!("there are {}", named.join(", ")),
+    }
+}
+
 /// Why recorded channels can't be loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// The channel's layer is not there.
-    #[error("no layer \"{layer}\"; there are {}", there.join(", "))]
+    #[error("no layer \"{layer}\"; {}", layers(there))]
     MissingLayer {
         /// Channel asked for.
         layer: String,

@@ -50,6 +50,43 @@ const OPTIONS: &[&[&str]] = &[
     &["validation", "validate", "validation-layers", "debug-layers"],
 ];
 
+/// Options of other programs that are knobs here: the first name of their group, or a name of their own; the knob; a value, if the word
+/// is one by itself. They are for commands whose --set takes the knobs of the frame.
+const KNOBS: &[(&[&str], &str, Option<&str>)] = &[
+    (&["denoise", "denoiser", "denoising"], "denoise.variant", None),
+    (&["sampler", "light-sampler"], "lights.sampler", None),
+    (&["max-bounces"], "indirect.bounces", None),
+    (&["taa", "anti-aliasing", "antialiasing"], "post.taa.enabled", Some("true")),
+    (&["checkerboard"], "checkerboard", None),
+    (&["gbuffer"], "gbuffer", None),
+    (&["lights"], "lights", None),
+    (&["indirect", "gi"], "indirect", None),
+    (&["post"], "post", None),
+];
+
+/// How --set is written where it takes the knobs of the frame.
+const SETS_KNOBS: &str = "stage.key=value";
+
+/// What a command has in another place than its options: the command, the first name of the group, and the place.
+const PLACES: &[(&str, &str, &str)] = &[
+    ("study", "set", "knobs stand in the study file: set = {KEY = VALUE}"),
+    ("study", "profile", "it stands in the study file: set = {profile = \"NAME\"}"),
+    ("study", "size", "sizes stand in the study file: sizes = [\"640x360\"]"),
+    ("study", "seed", "seeds stand in the study file: seeds = 3"),
+    ("replay", "size", "frames of a capture have its size"),
+    ("replay", "profile", "the capture holds all knobs; --set changes one"),
+    ("replay", "backend", "a replay traces no rays"),
+    ("reference", "accumulate", "the mean of all samples is what it writes"),
+    ("reference", "aov", "its EXR always has albedo, normal, depth, motion and coverage"),
+];
+
+/// Values of an option that belong to another one: the option, the values, what to use.
+const VALUES: &[(&str, &[&str], &str)] = &[(
+    "backend",
+    &["cpu", "gpu", "llvmpipe", "lavapipe", "software", "cuda"],
+    "--backend says how rays are traced; the CPU or a GPU is chosen by --device, for example --device llvmpipe (pt info lists them)",
+)];
+
 /// Names of commands that stand for one thing.
 const COMMANDS: &[&[&str]] = &[
     &["render", "draw", "view", "show", "run", "rasterize"],
@@ -77,10 +114,14 @@ pub(super) fn message(error: &Error, root: &Command, words: &[String]) -> String
         && let Some(ContextValue::Strings(missing)) = error.get(ContextKind::InvalidArg)
     {
         let missing: Vec<_> = missing.iter().map(|text| described(text, command)).collect();
-        return format!("{path} needs {} (see {path} --help)", missing.join(", and "));
+        let who = asking(root, words).unwrap_or_else(|| path.clone());
+        return format!("{who} needs {} (see {path} --help)", missing.join(", and "));
     }
     let found = match (error.kind(), invalid(error, ContextKind::InvalidArg)) {
         (ErrorKind::UnknownArgument, Some(word)) => unknown_argument(&word, root, &path, command, words),
+        (ErrorKind::InvalidValue, Some(arg)) => {
+            invalid(error, ContextKind::InvalidValue).and_then(|value| wrong_value(&arg, &value))
+        }
         _ => None,
     };
     let found = found.or_else(|| {
@@ -96,6 +137,30 @@ fn invalid(error: &Error, kind: ContextKind) -> Option<String> {
         ContextValue::String(text) => Some(text.clone()),
         _ => None,
     }
+}
+
+/// The option without which nothing would be missing: what it needs is not there.
+fn asking(root: &Command, words: &[String]) -> Option<String> {
+    let command = command_of(root, words).1;
+    let is_cause = |at: &usize| {
+        let Some(arg) = words[*at].strip_prefix("--").and_then(|_| option(command, name_of(&words[*at])))
+        else {
+            return false;
+        };
+        let own = 1 + usize::from(arg.get_action().takes_values() && !words[*at].contains('='));
+        let others = words[..*at].iter().chain(words.iter().skip(*at + own));
+        root.clone().try_get_matches_from(others).is_ok()
+    };
+    let at = (1..words.len()).find(is_cause)?;
+    Some(format!("--{}", name_of(&words[at])))
+}
+
+/// A value that belongs to another option. `arg`: as clap writes it, `--backend <B>`.
+fn wrong_value(arg: &str, value: &str) -> Option<String> {
+    let name = name_of(arg).split(' ').next()?;
+    let value_is = |values: &[&str]| values.contains(&value.to_lowercase().as_str());
+    let (.., hint) = VALUES.iter().find(|(option, values, _)| *option == name && value_is(values))?;
+    Some(format!("invalid value '{value}' for '{arg}': {hint}"))
 }
 
 /// The command that the words select, with its path from the program on (`pt bench trace`).
@@ -117,13 +182,15 @@ fn unknown_argument(
     words: &[String],
 ) -> Option<String> {
     if !word.starts_with('-') {
-        return stray_word(word, path, command);
+        return stray_word(word, path, command, words);
     }
     if word.parse::<f64>().is_ok() {
         let at = words.iter().position(|other| other.starts_with(word)).unwrap_or(0);
         let before = words[..at].last().and_then(|other| option(command, name_of(other)));
+        // Of `-8x8` the parser says `-8`.
+        let whole = words.get(at).map_or(word, String::as_str);
         return before
-            .map(|arg| format!("a negative number is not possible here: {word} for {}", describe(arg)));
+            .map(|arg| format!("a negative number is not possible here: {whole} for {}", describe(arg)));
     }
     let is_long = word.starts_with("--");
     if command.has_subcommands()
@@ -149,14 +216,17 @@ fn unknown_argument(
     {
         return Some(format!("{word} is no option of {path}; use {}", describe(arg)));
     }
-    let group = OPTIONS.iter().find(|group| group.contains(&plain.as_str()))?;
+    let group = OPTIONS.iter().find(|group| group.contains(&plain.as_str())).copied().unwrap_or_default();
     let here: Vec<_> = group.iter().filter_map(|name| named(command, name)).collect();
     if !here.is_empty() {
         let uses: Vec<_> = here.into_iter().map(describe).collect();
         return Some(format!("{word} is no option of {path}; use {}", uses.join(", or ")));
     }
+    if let Some(place) = place_of(&plain, group.first().copied(), path, command, words) {
+        return Some(format!("{word} is no option of {path}; {place}"));
+    }
     // Every command that takes a scene says so in its own way.
-    if group[0] == "scene" {
+    if group.first().is_none_or(|name| *name == "scene") {
         return None;
     }
     let mut elsewhere = Vec::new();
@@ -166,8 +236,47 @@ fn unknown_argument(
     Some(format!("{path} has no option {word} and none like it; {there} has --{option}"))
 }
 
+/// Where the command has what the option `name`, or the first of its group, stands for: a knob, a file, or nowhere.
+fn place_of(
+    name: &str,
+    group: Option<&str>,
+    path: &str,
+    command: &Command,
+    words: &[String],
+) -> Option<String> {
+    let is_here = |(at, what, _): &&(&str, &str, &str)| {
+        path.split(' ').nth(1) == Some(*at) && (name == *what || group == Some(*what))
+    };
+    if let Some((.., place)) = PLACES.iter().find(is_here) {
+        return Some((*place).to_owned());
+    }
+    let sets = option(command, "set").and_then(placeholder) == Some(SETS_KNOBS);
+    let is_meant =
+        |names: &[&str]| names.contains(&name) || group.is_some_and(|group| names.contains(&group));
+    let (_, key, fixed) = KNOBS.iter().find(|(names, ..)| sets && is_meant(names))?;
+    if !key.contains('.') {
+        return Some(format!("pt knobs {key} lists what --set takes for it: --set {key}.KEY=VALUE"));
+    }
+    let at = words.iter().position(|word| word.starts_with("--") && name_of(word).eq_ignore_ascii_case(name));
+    let given = at.and_then(|at| match words[at].split_once('=') {
+        Some((_, value)) => Some(value),
+        None => words.get(at + 1).map(String::as_str).filter(|next| !next.starts_with('-')),
+    });
+    Some(format!("use --set {key}={}", fixed.or(given).unwrap_or("VALUE")))
+}
+
 /// A word where no argument is expected.
-fn stray_word(word: &str, path: &str, command: &Command) -> Option<String> {
+fn stray_word(word: &str, path: &str, command: &Command, words: &[String]) -> Option<String> {
+    // A value that may be left out stands behind `=`.
+    let before = words.windows(2).find(|pair| pair[1] == word && pair[0].starts_with("--"));
+    if let Some(arg) = before.and_then(|pair| option(command, name_of(&pair[0])))
+        && arg.is_require_equals_set()
+    {
+        let name = arg.get_long().unwrap_or_default();
+        return Some(format!(
+            "unexpected argument '{word}': --{name} takes its value with =, --{name}={word}"
+        ));
+    }
     let is = |kinds: &[&str]| {
         let extension = Path::new(word).extension().map(|e| e.to_string_lossy().to_lowercase());
         extension.is_some_and(|e| kinds.contains(&e.as_str()))
@@ -275,13 +384,37 @@ fn flat(rendered: &str) -> String {
     let message = message.strip_prefix("error: ").unwrap_or(message);
     let message = NUMBERS.iter().fold(message.to_owned(), |text, (from, to)| text.replace(from, to));
     let blocks: Vec<_> =
-        message.split("\n\n").map(super::join_lines).filter(|block| !block.is_empty()).collect();
-    blocks.join("; ")
+        message.split("\n\n").map(super::join_lines).filter(|block| !is_noise(block)).collect();
+    plain_range(&blocks.join("; "))
+}
+
+/// Nothing, or the tip to pass an option as a value, which nobody means.
+fn is_noise(block: &str) -> bool {
+    block.is_empty() || block.starts_with("tip: to pass '-")
+}
+
+/// `0 is not in 1..=8` as `expected a whole number of 1 to 8`.
+fn plain_range(text: &str) -> String {
+    const MARK: &str = " is not in ";
+    let range = || {
+        let (before, rest) = text.split_once(MARK)?;
+        let (least, most) = rest.split(';').next()?.split_once("..")?;
+        let (least, most) = (least.parse::<i64>().ok()?, most.trim_start_matches('='));
+        let head = before.rsplit_once(": ")?.0;
+        // The end of a range without one is that of the type.
+        let most = match most.parse::<u64>() {
+            Ok(most) if most < u64::from(u32::MAX) => format!("to {most}"),
+            _ => "or more".to_owned(),
+        };
+        Some(format!("{head}: expected a whole number of {least} {most}"))
+    };
+    range().unwrap_or_else(|| text.to_owned())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::value_parser;
 
     fn program() -> Command {
         let size = || Arg::new("size").long("size").value_name("WxH").help("Image size. More of it.");
@@ -292,7 +425,20 @@ mod tests {
             Arg::new("frames").long("frames").value_name("N").help("Number of frames"),
             Arg::new("output").long("output").short('o').value_name("OUT").help("Image to write"),
             Arg::new("env").long("env").value_name("F").help("Environment"),
+            Arg::new("look").long("look").value_name("EYE"),
+            Arg::new("vfov").long("vfov").requires("look"),
+            Arg::new("rounds").long("rounds").value_name("R").value_parser(value_parser!(u32).range(1..)),
+            Arg::new("columns").long("columns").value_name("C").value_parser(value_parser!(u32).range(1..=8)),
         ]);
+        let bloom = Arg::new("bloom").long("bloom").num_args(0..=1).require_equals(true);
+        let backend = Arg::new("backend").long("backend").value_name("B").value_parser(["auto", "compute"]);
+        let capture = Command::new("capture").args([
+            scene.clone(),
+            Arg::new("set").long("set").value_name(SETS_KNOBS),
+            bloom,
+            backend,
+        ]);
+        let replay = Command::new("replay").arg(scene.clone());
         let reference = Command::new("reference").args([
             scene,
             Arg::new("spp").long("spp").value_name("N").help("Samples per pixel"),
@@ -300,7 +446,7 @@ mod tests {
         ]);
         let passes =
             Command::new("passes").arg(Arg::new("scene").long("scene").value_name("S").help("Scene"));
-        Command::new("pt").subcommands([render, reference, passes]).subcommand_required(true)
+        Command::new("pt").subcommands([render, reference, passes, capture, replay]).subcommand_required(true)
     }
 
     fn refused(line: &str) -> String {
@@ -334,14 +480,30 @@ mod tests {
             ("pt render s --frames -5", "a negative number is not possible here: -5 for --frames <N>"),
             ("pt a.glb", "use pt render a.glb -o OUT.png"),
             ("pt trace s", "use pt reference"),
-            ("pt cornell", "'cornell' is no command of pt; the commands are render, reference, passes"),
+            (
+                "pt cornell",
+                "'cornell' is no command of pt; the commands are render, reference, passes, capture, replay",
+            ),
             (
                 "pt --size 8x8 render s",
                 "--size is an option of a command and stands after it, for example pt render --size",
             ),
             ("pt -o a.png render s", "for example pt render -o"),
-            ("pt render s --frames -8x8", "-8 for --frames <N>"),
+            ("pt render s --frames -8x8", "-8x8 for --frames <N>"),
             ("pt render", "pt render needs <SCENE> (A scene)"),
+            ("pt render s --vfov 40", "--vfov needs --look <EYE> (see pt render --help)"),
+            ("pt render s --env e.hdr --vfov 40", "--vfov needs --look <EYE> (see pt render --help)"),
+            ("pt render s --rounds 0", "for '--rounds <R>': expected a whole number of 1 or more (see"),
+            ("pt render s --columns 9", "for '--columns <C>': expected a whole number of 1 to 8 (see"),
+            ("pt capture s --denoise svgf", "use --set denoise.variant=svgf (see"),
+            ("pt capture s --denoiser=svgf", "use --set denoise.variant=svgf (see"),
+            ("pt capture s --sampler", "use --set lights.sampler=VALUE (see"),
+            ("pt capture s --bounces 2", "use --set indirect.bounces=2 (see"),
+            ("pt capture s --taa", "use --set post.taa.enabled=true (see"),
+            ("pt capture s --checkerboard off", "--set checkerboard.KEY=VALUE (see"),
+            ("pt replay d --size 8x8", "--size is no option of pt replay; frames of a capture have its size"),
+            ("pt capture s --bloom gaussian", "--bloom takes its value with =, --bloom=gaussian"),
+            ("pt capture s --backend cpu", "is chosen by --device"),
         ] {
             let text = refused(line);
             assert!(text.contains(says), "{line}: {text}");
@@ -357,6 +519,8 @@ mod tests {
             "{text}"
         );
         assert!(refused("pt render").contains("<SCENE>"));
+        let text = refused("pt render s --verbose");
+        assert_eq!(text, "unexpected argument '--verbose' found (see pt render --help)");
     }
 
     /// The first name of a group is one that a command has; no name stands in two groups.

@@ -1,6 +1,7 @@
 //! Errors in settings.
 
 use super::knobs::Knob;
+use super::tree::close_to;
 use pt_image::atomic_file::FileError;
 use pt_shaders::KnobKind;
 use std::path::PathBuf;
@@ -52,12 +53,12 @@ pub enum SettingsError {
         text: String,
     },
     /// No such key.
-    #[error("unknown key {key:?}, closest: {closest:?} ({table} has: {keys})")]
+    #[error("unknown key {key:?}{hint} ({table} has: {keys})")]
     UnknownKey {
         /// The key asked for.
         key: String,
-        /// The known key that is spelt most like it.
-        closest: String,
+        /// The known key that is spelt like it, from [`close_to`](super::close_to).
+        hint: String,
         /// The deepest table on the way that exists.
         table: String,
         /// The keys of that table.
@@ -117,8 +118,8 @@ pub enum SettingsError {
 }
 
 impl SettingsError {
-    /// Says what the knob takes, where the type of its value is wrong.
-    pub(super) fn explained(self, knobs: &[Knob]) -> Self {
+    /// Says what the knob takes, where its value is wrong. `given`: the value, if it is text.
+    pub(super) fn explained(self, knobs: &[Knob], given: Option<&str>) -> Self {
         let takes =
             |key: &str| knobs.iter().find(|knob| knob.key == key).map(|knob| (knob.kind, knob.takes()));
         match self {
@@ -135,9 +136,11 @@ impl SettingsError {
                 Some((KnobKind::Integer, takes)) => {
                     Self::Value { key, reason: format!("expected a whole number below 2^32, {takes}") }
                 }
-                Some((kind, takes)) if kind != KnobKind::Enum => {
-                    Self::Value { key, reason: format!("expected {takes}") }
+                Some((KnobKind::Enum, names)) => {
+                    let hint = given.map(|given| close_to(given, names.split(", "))).unwrap_or_default();
+                    Self::Value { key, reason: format!("{reason}{hint}") }
                 }
+                Some((_, takes)) => Self::Value { key, reason: format!("expected {takes}") },
                 _ => Self::Value { key, reason },
             },
             other => other,

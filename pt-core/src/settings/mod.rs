@@ -9,7 +9,7 @@ mod tree;
 
 pub use error::{InvalidValue, SettingsError, check_range};
 pub use knobs::{Knob, Knobs};
-pub use tree::closest_key;
+pub use tree::{close_to, closest_key};
 
 use serde_json::Value;
 use std::path::Path;
@@ -100,6 +100,7 @@ fn replace<T: Knobs>(
     value: Result<Value, SettingsError>,
     spells_none: bool,
 ) -> Result<(), SettingsError> {
+    let given = value.as_ref().ok().and_then(Value::as_str).map(str::to_owned);
     let outcome = value.and_then(|value| {
         let expects = find(tree, key)?.clone();
         *find(tree, key)? = value;
@@ -111,7 +112,7 @@ fn replace<T: Knobs>(
             return Ok(());
         }
     }
-    outcome.map_err(|error| error.explained(&T::knobs()))
+    outcome.map_err(|error| error.explained(&T::knobs(), given.as_deref()))
 }
 
 fn check_leaf<T: Knobs>(tree: &Value, key: &str, expects: &Value) -> Result<(), SettingsError> {

@@ -39,10 +39,9 @@ pub(super) fn unknown(tree: &Value, key: &str) -> SettingsError {
         }
     }
     let leaves = leaves(tree);
-    let closest = closest_key(key, leaves.iter().map(|(candidate, _)| candidate.as_str()));
     SettingsError::UnknownKey {
         key: key.into(),
-        closest: closest.unwrap_or_default().into(),
+        hint: close_to(key, leaves.iter().map(|(candidate, _)| candidate.as_str())),
         table: if path.is_empty() { "the top level".into() } else { format!("{:?}", path.join(".")) },
         keys: node.as_object().map(names).unwrap_or_default(),
     }
@@ -57,6 +56,21 @@ pub fn closest_key<'a>(key: &str, known: impl IntoIterator<Item = &'a str>) -> O
         (whole.min(strsim::damerau_levenshtein(&last(candidate), &last(key)) + 1), whole)
     };
     known.into_iter().min_by_key(|candidate| distance(candidate))
+}
+
+/// What a message about an unknown name says about the known ones: `, closest: "NAME"`, or nothing if none of them is spelt like it.
+/// At most a quarter of the letters of the whole key may differ, or a third of those of its last name.
+pub fn close_to<'a>(key: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let key = key.to_lowercase();
+    let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
+    let is_near = |a: &str, b: &str, part: usize| {
+        strsim::damerau_levenshtein(a, b) <= (a.chars().count() / part).max(1)
+    };
+    let is_like = |candidate: &&str| {
+        is_near(&key, candidate, 4) || (!last(&key).is_empty() && is_near(&last(&key), &last(candidate), 3))
+    };
+    let closest = closest_key(&key, known.into_iter().filter(is_like));
+    closest.map(|name| format!(", closest: {name:?}")).unwrap_or_default()
 }
 
 fn names(table: &Map<String, Value>) -> String {

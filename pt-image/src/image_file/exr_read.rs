@@ -110,9 +110,22 @@ pub fn is_cube_map(bytes: &[u8]) -> bool {
     headers(bytes).is_ok_and(|headers| headers.iter().any(cube))
 }
 
+/// What is wrong with a file that cannot be read.
+fn problem(bytes: &[u8], error: &exr::error::Error) -> String {
+    const MAGIC: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
+    let text = error.to_string();
+    match bytes {
+        [] => "the file is empty".into(),
+        _ if !bytes.starts_with(MAGIC) => "it is no OpenEXR file".into(),
+        _ if text.contains("missing bytes") => "the file is cut off".into(),
+        _ => text,
+    }
+}
+
 /// The headers, with sizes in range.
 fn headers(bytes: &[u8]) -> Result<Vec<Header>, String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    let meta =
+        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| problem(bytes, &error))?;
     for header in &meta.headers {
         let size = header.layer_size;
         check_size(size.0 as u64, size.1 as u64).map_err(|error| error.to_string())?;
@@ -188,7 +201,7 @@ fn read_parts(bytes: &[u8]) -> Result<ex::FlatImage, String> {
         .all_layers()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| error.to_string())
+        .map_err(|error| problem(bytes, &error))
 }
 
 /// Adds a part's channels to the layers that their names say, behind the name of the part if there is one.

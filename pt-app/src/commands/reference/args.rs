@@ -1,7 +1,7 @@
 //! Arguments of `pt reference`.
 
 use crate::args::flags::{Flag, FlagSet, Flags};
-use crate::args::values::{assignment, positive_f64};
+use crate::args::values::{assignment, not_negative_f64, positive_f64};
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::interrupt;
 use crate::params::{ReferenceSettings, resolve_reference};
@@ -29,7 +29,7 @@ pub struct ReferenceArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub checkpoint: Option<PathBuf>,
     /// Seconds between checkpoints.
-    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = clap::value_parser!(f64), help_heading = "Output")]
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = not_negative_f64, allow_negative_numbers = true, help_heading = "Output")]
     pub checkpoint_interval: f64,
     /// Continue from the checkpoint if it exists. The image has the same bits as without the interruption.
     #[arg(long, requires = "checkpoint", help_heading = "Output")]
@@ -123,7 +123,8 @@ impl ReferenceArgs {
     /// The knobs of the path tracer: those of the profile, then the flags, then the assignments.
     ///
     /// # Errors
-    /// An unknown profile, key or value; slices of a render whose sampler needs to know all its samples, without their number.
+    /// An unknown profile, key or value; a slice that goes beyond the samples; one of a render whose sampler needs to know all its samples,
+    /// without their number.
     pub fn params(&self) -> Result<ReferenceParams> {
         let over = |base| {
             let sets = [&self.image.sets[..], &self.transport.sets, &self.set].concat();
@@ -131,13 +132,21 @@ impl ReferenceArgs {
         };
         let default = ReferenceSettings::default();
         let params = over(default.clone())?;
-        if params.sampler == SamplerKind::BlueNoise && self.spp_range.is_some() {
+        if let Some(SampleRange(range)) = &self.spp_range {
             // Another default shows through where nobody has said how many there are.
             let mut other = default;
             other.reference.spp += 1;
+            let is_said = over(other)?.spp == params.spp;
             ensure!(
-                over(other)?.spp == params.spp,
+                is_said || params.sampler != SamplerKind::BlueNoise,
                 "--sampler blue-noise with --spp-range needs --spp, the samples of the whole render"
+            );
+            ensure!(
+                !is_said || range.end <= params.spp,
+                "--spp-range {}..{} goes beyond the samples of the whole render, --spp {}",
+                range.start,
+                range.end,
+                params.spp
             );
         }
         Ok(params)

@@ -16,7 +16,7 @@ use pt_core::capture::keys;
 use pt_core::console::print_warning;
 use pt_image::atomic_file::check_writable;
 use pt_image::image_file::ImageSize;
-use pt_reference::{Checkpoint, EstimateFile, Identity, Progressive, ReferenceParams, SamplerKind};
+use pt_reference::{Checkpoint, Estimate, EstimateFile, Identity, Progressive, ReferenceParams, SamplerKind};
 use pt_scene::gpu::camera_record;
 use pt_scene::{Camera, Projection};
 use pt_shaders::records::FrameRecord;
@@ -112,12 +112,12 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     writeln!(out, "light: {}", origin.light())?;
     writeln!(
         out,
-        "{}: {}x{}, {} samples a pixel, relative error {:.4}, {} non-finite samples dropped, {seconds:.1} s, {:.2} Mpaths/s, {:.2} Mrays/s, {}, {}",
+        "{}: {}x{}, {} samples a pixel, {}, {} non-finite samples dropped, {seconds:.1} s, {:.2} Mpaths/s, {:.2} Mrays/s, {}, {}",
         args.output.display(),
         size[0],
         size[1],
         file.estimate.samples,
-        file.estimate.relative_error(),
+        relative_error(&file.estimate),
         file.estimate.dropped,
         paths / seconds * 1e-6,
         rays * share / seconds * 1e-6,
@@ -125,6 +125,14 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
         session.gpu.backend(),
     )?;
     Ok(true)
+}
+
+/// The relative error in words: one sample says nothing about it.
+pub(crate) fn relative_error(estimate: &Estimate) -> String {
+    match estimate.samples {
+        0 | 1 => "relative error unknown after one sample".into(),
+        _ => format!("relative error {:.4}", estimate.relative_error()),
+    }
 }
 
 /// The knobs that samples depend on. The number of samples does not count where a sampler has no use for it: renders of different
@@ -213,8 +221,7 @@ fn advance(
         if save || progress.is_due() {
             let state = render.state()?;
             let done = samples.start..render.next_sample();
-            let error = state.estimate(done.end - done.start).relative_error();
-            progress.show(&format!(", relative error {error:.4}"));
+            progress.show(&format!(", {}", relative_error(&state.estimate(done.end - done.start))));
             if let Some(path) = args.checkpoint.as_deref().filter(|_| save) {
                 Checkpoint { state, samples: done, identity: identity.clone() }.write(path)?;
                 saved = Instant::now();

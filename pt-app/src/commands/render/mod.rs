@@ -36,6 +36,7 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     args.inputs().check(args.output.iter().chain(&args.timings))?;
     let params = args.frame.params()?;
     args.check_alpha(&params)?;
+    aov::check_names(args.aov.as_ref())?;
     let encoding = params.post.encoding;
     for path in args.output.iter().filter(|path| holds_picture(path, &params)) {
         encoding.check_file(path)?;

@@ -85,10 +85,16 @@ pub(super) fn summary(
     let primary =
         counted.iter().flat_map(|f| &f.passes).filter(|p| p.pass == "primary rays").map(|p| p.ms).collect();
     let rays = f64::from(2 * pt_core::channels::field_width(frame_size[0])) * f64::from(frame_size[1]);
-    let mrays = rays / Spread::of(primary).median_ms.max(1e-9) * 1e-3;
+    // Frames that are fed with ground truth are not timed: without a time there is no rate.
+    let speed = if frame_ms > 0.0 { format!(" {frame_ms:.3} ms/frame,") } else { String::new() };
+    let primary_ms = Spread::of(primary).median_ms;
+    let rate = match primary_ms > 0.0 {
+        true => format!(" {:.1} Mrays/s (primary),", rays / primary_ms * 1e-3),
+        false => String::new(),
+    };
     writeln!(
         out,
-        "{}x{}, {} frame{}: {frame_ms:.3} ms/frame, {mrays:.1} Mrays/s (primary), {}, {}",
+        "{}x{}, {} frame{}:{speed}{rate} {}, {}",
         size[0],
         size[1],
         frames,
