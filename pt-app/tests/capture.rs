@@ -207,7 +207,7 @@ fn the_python_example_reads_a_capture() {
         "capture cornell --size 18x10 --frames 1..3 --profile q2rtx --backend compute --reference-spp 2 -o {dir}/c"
     ));
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-    let output = std::process::Command::new("python3")
+    let output = Command::new("python3")
         .env("PYTHONPATH", format!("{root}/target/python"))
         .arg(format!("{root}/examples/read_capture.py"))
         .arg(folder.path().join("c"))

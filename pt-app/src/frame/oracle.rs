@@ -44,6 +44,7 @@ impl Oracle {
         match self {
             Self::Indirect => "--set indirect.bounces=1 switches it on",
             Self::Taa => "--profile realtime or --set post.taa.enabled=true switches it on",
+            Self::Tonemap => "--exposure auto or --tonemap noise-aware gives it something to measure",
             Self::Lights | Self::Denoise | Self::Interleave => "every frame has it",
         }
     }
