@@ -18,9 +18,6 @@ pub(crate) const TIMINGS: &str = "timings.jsonl";
 const CELLS: &str = "cells";
 const LOCK: &str = ".lock";
 
-/// Folder of the references, if a study keeps them with its results.
-pub const REFERENCES: &str = "references";
-
 /// A result folder that this process alone writes.
 #[derive(Debug)]
 pub struct Folder {
@@ -65,23 +62,23 @@ impl Folder {
     pub fn open(path: &Path, record: &StudyRecord, resume: bool) -> Result<Self, StudyError> {
         let folder = Self::lock(path)?;
         let study = path.join(STUDY);
-        // A study that failed before its first result leaves nothing to go on with.
-        if study.exists() && has_results(path)? {
-            if !resume {
+        if study.exists() {
+            let found = read_study(path)?;
+            // A study that failed before its first result leaves nothing to go on with.
+            if !has_results(path)? {
+                write_json(&study, record)?;
+            } else if resume {
+                check_same(path, &found, record)?;
+                check_cells(path, &found, record)?;
+            } else {
                 return Err(StudyError::folder(
                     path,
                     "has results of a study; --resume goes on with it, another -o starts anew",
                 ));
             }
-            let found = read_study(path)?;
-            check_same(path, &found, record)?;
-            check_cells(path, &found, record)?;
         } else {
             // A process that was killed may have left the lock, and what it wrote of the first file.
-            let is_ours = |name: &String| {
-                [LOCK, STUDY, CELLS, REFERENCES].contains(&name.as_str())
-                    || name.starts_with(&format!(".{STUDY}."))
-            };
+            let is_ours = |name: &String| name == LOCK || name.starts_with(&format!(".{STUDY}."));
             if let Some(other) = entries(path)?.iter().find(|name| !is_ours(name)) {
                 return Err(StudyError::folder(
                     path,

@@ -18,7 +18,7 @@ use anyhow::Result;
 use plan::Plan;
 use pt_core::{Device, DeviceOptions};
 use pt_image::atomic_file::write_atomic;
-use pt_study::folder::{Finished, Folder, REFERENCES, read_results, read_study, read_timings};
+use pt_study::folder::{Finished, Folder, read_results, read_study, read_timings};
 use pt_study::merge::merge;
 use pt_study::report;
 use runner::Runner;
@@ -61,7 +61,7 @@ fn run_study(args: &StudyArgs, out: &mut impl Write) -> Result<()> {
     let folder = Folder::open(output, &record, args.resume)?;
     let cells = plan.shard();
     let interrupt = Interrupt::listen()?;
-    let cache = args.cache.clone().unwrap_or_else(|| output.join(REFERENCES));
+    let cache = args.cache.clone().unwrap_or_else(|| output.join("references"));
     let mut runner = Runner::new(&plan, &device, &cache, output)?;
     let done = cells.iter().filter(|cell| matches!(folder.finished(&cell.name), Ok(Some(_)))).count() as u32;
     let mut progress = Progress::resuming(done, cells.len() as u32, "cell");
