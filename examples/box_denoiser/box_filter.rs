@@ -1,6 +1,6 @@
 //! The mean over 5 x 5 pixels.
 
-use super::{Variant, ping};
+use super::{Changes, Variant, ping};
 use crate::images::{PING_HF, PING_SPEC};
 use crate::{DenoiseParams, kernels};
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo};
@@ -20,7 +20,13 @@ impl BoxFilter {
 }
 
 impl Variant for BoxFilter {
-    fn record<'a>(&self, frame: &mut Frame<'_>, inputs: &StageInputs<'a>, _: &DenoiseParams) -> Result<SplitLight<'a>> {
+    fn record<'a>(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'a>,
+        _: Option<Changes<'_>>,
+        _: &DenoiseParams,
+    ) -> Result<SplitLight<'a>> {
         inputs.pass(frame, "denoise box", &self.0, &Self::IO).dispatch(inputs.split_threads())?;
         Ok(ping(inputs.images))
     }

@@ -71,7 +71,8 @@ fn unknown_names_are_refused() {
     refused("cornell --camera 7", &["camera 7", "0 \"classic\""]);
     refused("cornell --set gbufer.jitter=none", &["\"gbufer.jitter\"", "closest: \"gbuffer.jitter\""]);
     refused("cornell --set post.output=dispaly", &["post.output", "dispaly", "display"]);
-    refused("cornell --backend cuda", &["cuda", "auto, compute, ray-query, rt-pipeline"]);
+    refused("cornell --backend cuda", &["cuda", "--device"]);
+    refused("cornell --backend rays", &["rays", "auto, compute, ray-query, rt-pipeline"]);
     refused("cornell --profile relatime", &["profile relatime", "still, realtime"]);
     refused("cornell --aov normal,albdo", &["--aov albdo", "base_color"]);
     refused("cornell --device voodoo", &["voodoo", "devices: 0"]);

@@ -1,7 +1,7 @@
 //! `pt study`: the shipped studies are valid, a killed study goes on to the same bytes, and the ledger adds up.
 
 use pt_core::capture::keys;
-use pt_image::image_file::{LayeredImage, LinearImage};
+use pt_image::image_file::{ImageState, LayeredImage, LinearImage};
 use pt_image::metrics::{Metric, compare};
 use pt_study::folder::{read_results, read_study};
 use pt_study::record::CellRecord;
@@ -224,21 +224,27 @@ fn the_ledger_of_the_picture_as_shown_adds_up() {
     let noise = ledger.reference_noise.unwrap();
     assert!(noise > 0.0 && noise < ledger.total, "{ledger:?}");
     assert!(fs::read_to_string(at.join("shown/report.html")).unwrap().contains("Noise of the reference"));
-    // More samples have less noise: 1/16 of the squared error, of a reference that hardly changes.
-    let rendered = |name: &str, spp: &str| {
-        let radiance = SMALL.replace("spp = 16", spp).replace("values = [\"a\", \"b\"]", "values = [\"a\"]");
-        fs::write(
-            at.join(name),
-            radiance.replace("[\"taa\", \"denoise\", \"lights\", \"indirect\"]", "[\"taa\"]"),
-        )
-        .unwrap();
-        let folder = name.replace(".toml", "");
-        text(at, &["study", name, "-o", &folder]);
-        read_results(&at.join(folder)).unwrap()[0].ledger.as_ref().unwrap().reference_noise.unwrap()
-    };
-    let (few, many) = (rendered("few.toml", "spp = 16"), rendered("many.toml", "spp = 256"));
-    // The spread of a ratio of two sums over 192 pixels of skewed noise.
-    assert!((6.0..48.0).contains(&(few / many)), "{few} {many}");
+    // In radiance it is the error between both layers of the reference.
+    let radiance = SMALL.replace("values = [\"a\", \"b\"]", "values = [\"a\"]");
+    let radiance = radiance.replace("[\"taa\", \"denoise\", \"lights\", \"indirect\"]", "[\"taa\"]");
+    fs::write(at.join("radiance.toml"), radiance).unwrap();
+    text(at, &["study", "radiance.toml", "-o", "radiance"]);
+    let found =
+        read_results(&at.join("radiance")).unwrap()[0].ledger.as_ref().unwrap().reference_noise.unwrap();
+    let mut errors = Vec::new();
+    for entry in fs::read_dir(at.join("radiance/references")).unwrap() {
+        let file = LayeredImage::read_exr(&entry.unwrap().path()).unwrap();
+        let layer = |name: &str| {
+            let [r, g, b] = ["R", "G", "B"].map(|c| file.channel(name, c).unwrap().to_f32());
+            let pixels = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
+            LinearImage { width: file.width, height: file.height, pixels, state: ImageState::SceneReferred }
+        };
+        errors.push(compare(&layer("half"), &layer(""), &[Metric::RelMse]).unwrap()[0].value);
+    }
+    assert!(
+        found > 0.0 && errors.iter().any(|error| (error - found).abs() <= 1e-6 * found),
+        "{found} {errors:?}"
+    );
 }
 
 /// Whatever the noise of the frame, it is shown with the exposure of the ground truth.
