@@ -37,8 +37,10 @@ impl Document {
                 }
                 (None, "") => {
                     let lacks = what.strip_prefix("missing field `").and_then(|rest| rest.split('`').next());
-                    let why = lacks
-                        .map_or("its text is no JSON of one".into(), |name| format!("it has no {name:?}"));
+                    let why = lacks.map_or_else(
+                        || format!("its text is no JSON of one ({})", one_line(&what)),
+                        |name| format!("it has no {name:?}"),
+                    );
                     SceneError::file(file, format!("is not a glTF 2.0 file: {why}"))
                 }
                 _ => SceneError::Invalid { file: file.to_owned(), at: one_line(&at), what: one_line(&what) },

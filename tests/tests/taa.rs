@@ -31,7 +31,9 @@ struct Shot {
 
 /// Renders frames with one offset each and shades them by their base colour and the angle to a fixed direction.
 fn shoot(scene: &str, count: u32, seconds_per_frame: f64) -> Vec<Shot> {
-    let params = resolve(Some("realtime"), &["indirect.bounces=0".into()]).unwrap();
+    // Gradient pixels of a denoiser would show the surfaces of the last frame.
+    let params =
+        resolve(Some("realtime"), &["indirect.bounces=0", "denoise.variant=off"].map(String::from)).unwrap();
     let scene = builtin(scene);
     let camera = scene.default_camera();
     let mut frames = Frames::with_params(scene, &camera, TraceBackend::Compute, SIZE, 0, false, params);

@@ -130,7 +130,7 @@ fn faults_of_a_folder_are_one_clear_line() {
         (message(&append("timings.jsonl", "{")), "timings.jsonl: line 61 is damaged"),
         (
             message(&replace("study.json", "\"format\": 1", "\"format\": 2")),
-            "has format 2, this program reads format 1",
+            "has format 2, this program reads 1",
         ),
         (
             message(&replace("study.json", "\"format\": 1", "\"form\": 1")),
