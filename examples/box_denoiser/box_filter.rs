@@ -1,8 +1,7 @@
 //! The mean over 5 x 5 pixels.
 
 use super::{Changes, Variant, ping};
-use crate::images::{PING_HF, PING_SPEC};
-use crate::{DenoiseParams, kernels};
+use crate::{DenoiseParams, images::PING_HF, images::PING_SPEC, kernels};
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo};
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
 

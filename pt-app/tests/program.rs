@@ -74,7 +74,7 @@ fn unknown_names_are_refused() {
     refused("cornell --backend cuda", &["cuda", "--device"]);
     refused("cornell --backend rays", &["rays", "auto, compute, ray-query, rt-pipeline"]);
     refused("cornell --profile relatime", &["profile relatime", "still, realtime"]);
-    refused("cornell --aov normal,albdo", &["--aov albdo", "base_color"]);
+    refused("cornell --aov normal,albdo", &["--aov albdo", "pt passes lists them"]);
     refused("cornell --device voodoo", &["voodoo", "devices: 0"]);
     refused("cornell --env sky.hdr", &["sky.hdr", "no such file"]);
 }
