@@ -58,7 +58,8 @@ fn defaults_are_as_they_are_said() {
     let axis = |given: &str| study(&format!("[[axis]]\nname = \"x\"\nvalues = [1, 2]\n{given}"));
     let variant = |given: &str| study(&format!("[[variant]]\nname = \"x\"\n{given}"));
     let ledger = |given: &str| study(&format!("[ledger]\n{given}"));
-    let tables: [(&[Key], &dyn Fn(&str) -> String); 4] =
+    type Whole<'a> = &'a dyn Fn(&str) -> String;
+    let tables: [(&[Key], Whole); 4] =
         [(STUDY, &study), (AXIS, &axis), (VARIANT, &variant), (LEDGER, &ledger)];
     let mut checked = 0;
     for (keys, whole) in tables {
