@@ -250,7 +250,7 @@ gpu_struct! {
     pub struct LightCandidateRecord {
         /// As in [`LocalLightRecord`].
         pub position: Vec3,
-        /// `LOCAL_*`; [`LOCAL_EXACT`]. Bits 16 to 31: triangle: exponent of the edges + 128; point and spot light: radius as a
+        /// `LOCAL_*`; [`LOCAL_EXACT`](super::LOCAL_EXACT). Bits 16 to 31: triangle: exponent of the edges + 128; point and spot light: radius as a
         /// half float, rounded up.
         pub kind: u32,
         /// Triangle: the edges, 6 x 16 bits, signed normalised, times 2^exponent. Spot light: where it shines, octahedral, `spot_scale` and
@@ -284,7 +284,7 @@ gpu_struct! {
     pub struct EnvironmentQuadNode {
         /// First column and row that belong to the children on the far side.
         pub split: UVec2,
-        /// First of four children: near and far column of the near row, the same of the far row. Or [`ENVIRONMENT_QUAD_LEAF`] and the index
+        /// First of four children: near and far column of the near row, the same of the far row. Or [`ENVIRONMENT_QUAD_LEAF`](super::ENVIRONMENT_QUAD_LEAF) and the index
         /// of a quad.
         pub link: u32,
     }
@@ -341,7 +341,7 @@ gpu_struct! {
         pub center: Vec3,
         /// Half of the box's size, rounded up: 3 x 8 bits, times 2^(bits 24 to 31 - 128).
         pub extent: u32,
-        /// First of two children that follow each other, or [`LIGHT_BVH_LEAF`] and the index of a light.
+        /// First of two children that follow each other, or [`LIGHT_BVH_LEAF`](super::LIGHT_BVH_LEAF) and the index of a light.
         pub link: u32,
         /// Bits 0 to 15: axis of the cone of the emitters' normals: octahedral, 2 x 8 bits. Bits 16 to 23: sine of half of its half angle; bits 24 to
         /// 31: of half of the angle to the normal up to which a point emits; unsigned normalised, rounded up.

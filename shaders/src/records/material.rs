@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 gpu_struct! {
     /// Use of a texture by a material.
     pub struct TextureSlot {
-        /// Bindless index, or [`NONE`].
+        /// Bindless index, or [`NONE`](super::NONE).
         pub texture: u32,
         /// 0 or 1.
         pub uv_set: u32,
@@ -46,7 +46,7 @@ gpu_struct! {
         pub flags: u32,
         /// KHR_materials_volume attenuation colour.
         pub attenuation_color: Vec3,
-        /// Index of the `LobeRecord`, or [`NONE`]: no extension lobe and no texture of those that stand there.
+        /// Index of the `LobeRecord`, or [`NONE`](super::NONE): no extension lobe and no texture of those that stand there.
         pub lobes: u32,
         /// Of nested solids. Bits 0-7: priority. Bits 8-31: 1 + `medium` of the material on the front side of an interface
         /// of two solids; 0: none.

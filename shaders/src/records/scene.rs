@@ -24,8 +24,8 @@ gpu_struct! {
         pub emissives: u64,
         /// `AliasRecord[emissive_count]`.
         pub emissive_alias: u64,
-        /// `uint[]`: for each instance where its part of this table begins, or [`NONE`] when it has no emissive triangle;
-        /// a part holds for each triangle of the mesh its index in `emissives`, or [`NONE`].
+        /// `uint[]`: for each instance where its part of this table begins, or [`NONE`](super::NONE) when it has no emissive triangle;
+        /// a part holds for each triangle of the mesh its index in `emissives`, or [`NONE`](super::NONE).
         pub emissive_lookup: u64,
         /// `AliasRecord[environment_size.x * environment_size.y]`.
         pub environment_alias: u64,
@@ -172,7 +172,7 @@ gpu_struct! {
 gpu_struct! {
     /// Where a ray meets a triangle.
     pub struct Hit {
-        /// Instance index; [`NONE`]: nothing was hit, the rest means nothing.
+        /// Instance index; [`NONE`](super::NONE): nothing was hit, the rest means nothing.
         pub instance: u32,
         /// Triangle of the instance's mesh.
         pub triangle: u32,
