@@ -130,7 +130,7 @@ impl Buffer {
     /// # Panics
     /// When the buffer is not host-visible or the range lies outside it: a mistake of the caller, not of its input.
     pub fn write(&self, offset: usize, bytes: &[u8]) {
-        let mut allocation = crate::device::lock(&self.0.allocation);
+        let mut allocation = crate::lock::lock(&self.0.allocation);
         let mapped =
             allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
         mapped[offset..offset + bytes.len()].copy_from_slice(bytes);
@@ -153,7 +153,7 @@ impl Buffer {
     /// # Panics
     /// When the buffer is not host-visible: a mistake of the caller, not of its input.
     pub fn mapped<T: bytemuck::AnyBitPattern>(&self) -> Vec<T> {
-        let allocation = crate::device::lock(&self.0.allocation);
+        let allocation = crate::lock::lock(&self.0.allocation);
         let mapped = allocation.as_ref().and_then(Allocation::mapped_slice).expect("a host-visible buffer");
         mapped[..self.0.size as usize]
             .chunks_exact(size_of::<T>())
@@ -189,7 +189,7 @@ impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: the frame recorder keeps clones of what is in flight, so the device no longer uses the buffer.
         unsafe { self.device.raw().destroy_buffer(self.handle, None) };
-        if let Some(allocation) = crate::device::lock(&self.allocation).take() {
+        if let Some(allocation) = crate::lock::lock(&self.allocation).take() {
             self.device.free(allocation);
         }
     }

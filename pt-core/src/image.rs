@@ -353,7 +353,7 @@ impl Drop for Inner {
             self.device.raw().destroy_image_view(self.view, None);
             self.device.raw().destroy_image(self.handle, None);
         }
-        if let Some(allocation) = crate::device::lock(&self.allocation).take() {
+        if let Some(allocation) = crate::lock::lock(&self.allocation).take() {
             self.device.free(allocation);
         }
     }

@@ -14,6 +14,7 @@ mod history;
 pub mod image;
 mod inputs;
 pub mod kernel;
+mod lock;
 pub mod memory;
 pub mod pack;
 pub mod phases;

@@ -1,9 +1,9 @@
 //! Reads the parts of a study file, with the place of what is wrong.
 
 use crate::error::StudyError;
-use crate::file::{Against, Axis, AxisValue, Ledger, MeasureAt, PROFILE, Setting, Study, VARIANT_AXIS};
+use crate::file::{Against, Axis, AxisValue, Ledger, PROFILE, Setting, Study, VARIANT_AXIS};
 use crate::keys;
-use crate::metric::StudyMetric;
+use crate::metric::{MeasureAt, StudyMetric};
 use crate::toml_reader::{Source, Table, Value};
 use pt_core::settings::{Knob, closest_key};
 use pt_core::trace::TraceBackend;

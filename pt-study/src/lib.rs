@@ -16,6 +16,7 @@ pub mod paired_times;
 pub mod record;
 pub mod report;
 pub mod statistics;
+mod study_reader;
 pub mod summary;
 mod toml_reader;
 

@@ -1,8 +1,17 @@
 //! The metrics of a study.
 
-use crate::file::MeasureAt;
 use crate::record::MetricRecord;
 use pt_image::metrics::{Metric, TEMPORAL_BLOCK};
+
+/// Which picture of a frame is measured, and of its ground truth alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeasureAt {
+    /// Linear radiance before bloom and exposure.
+    Radiance,
+    /// The picture as shown, as linear display values: after bloom, exposure, tone curve and FSR 1. The ground truth is shown with the same
+    /// knobs, and metered by itself.
+    Display,
+}
 
 /// What is measured of a frame against its ground truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

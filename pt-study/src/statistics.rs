@@ -11,7 +11,7 @@
 //! * **p-value.** Two-sided, Student's distribution of the same statistic.
 //! * **Many comparisons.** [`holm`] corrects the p-values of all comparisons of a study together.
 
-use crate::summary::Interval;
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Resamples of the bootstrap.
@@ -25,6 +25,15 @@ const FEWEST_FOR_BOOTSTRAP: usize = 5;
 
 /// Probability that an interval misses the mean, and largest p-value of a difference that is shown.
 pub const LEVEL: f64 = 0.05;
+
+/// A range that contains the mean of the population with a probability of 95 %.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
 
 /// Mean of a sample in strata.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,18 +1,9 @@
 //! The answer of a study: for each metric, how each variant stands against the baseline.
 
 use crate::record::{CellRecord, MetricRecord, StudyRecord};
-use crate::statistics::{LEVEL, estimate, holm};
+use crate::statistics::{Interval, LEVEL, estimate, holm};
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// A range that contains the mean of the population with a probability of 95 %.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Interval {
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-}
 
 /// How a variant stands against the baseline, after the correction for the number of comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -7,13 +7,14 @@ pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
 use crate::error::{Error, Result, VkContext, gib};
-use crate::kernel::Programs;
+use crate::kernel::programs::Programs;
+use crate::lock::lock;
 use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
@@ -300,11 +301,6 @@ unsafe fn full_barrier(raw: &ash::Device, cmd: vk::CommandBuffer) {
         .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
     // SAFETY: the caller passes a command buffer in recording state.
     unsafe { raw.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().memory_barriers(&barrier)) };
-}
-
-/// A poisoned lock means that another thread panicked; the Vulkan objects behind it are still whole.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Drop for Inner {

@@ -2,6 +2,7 @@
 //! from that declaration. In steady state a frame allocates nothing and creates no pipelines.
 
 mod copies;
+mod count_rays;
 mod hazards;
 mod pass;
 mod rays;

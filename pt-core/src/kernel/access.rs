@@ -28,6 +28,8 @@ const OP_ATOMIC_LOAD: u32 = 227;
 const OP_ATOMIC_STORE: u32 = 228;
 const OP_ATOMIC_FIRST: u32 = 229;
 const OP_ATOMIC_LAST: u32 = 242;
+pub(super) const OP_SELECTION_MERGE: u32 = 247;
+pub(super) const OP_LABEL: u32 = 248;
 const EXECUTION_MODE_LOCAL_SIZE: u32 = 17;
 const DECORATION_ARRAY_STRIDE: u32 = 6;
 const DECORATION_BINDING: u32 = 33;
@@ -59,6 +61,14 @@ pub(crate) struct Module {
     pub(crate) structs: Vec<StructLayout>,
     /// `local_size` of a compute kernel.
     pub(crate) workgroup: Option<[u32; 3]>,
+}
+
+/// Words of an instruction.
+pub(super) fn encode(op: u32, operands: &[u32]) -> Vec<u32> {
+    let mut words = Vec::with_capacity(operands.len() + 1);
+    words.push((operands.len() as u32 + 1) << 16 | op);
+    words.extend(operands);
+    words
 }
 
 /// Splits a module into (opcode, operands).

@@ -1,6 +1,7 @@
 //! Control flow of a SPIR-V function: which blocks are reached when some conditions are known, and the function without the others.
 
-use super::specialize::{Constants, OP_LABEL, OP_SELECTION_MERGE, encode};
+use super::access::{OP_LABEL, OP_SELECTION_MERGE, encode};
+use super::fold::Constants;
 use std::collections::{HashMap, HashSet};
 
 const OP_PHI: u32 = 245;

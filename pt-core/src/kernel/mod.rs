@@ -3,19 +3,21 @@
 mod access;
 mod constants;
 mod control_flow;
+mod fold;
 mod program;
+pub(crate) mod programs;
 mod ray_tracing;
 mod reflection;
 mod specialize;
 
 pub use constants::{Constant, ConstantDeclaration, ConstantType};
-pub(crate) use program::Programs;
 pub use reflection::{Binding, BindingKind, Reflection};
 
 use crate::device::Device;
 use crate::error::{Error, Result};
 use ash::vk;
-use program::{Layout, Module, Program};
+use program::Module;
+use programs::{Layout, Program};
 use pt_shaders::{GpuStruct, ShaderCode};
 use std::sync::Arc;
 
@@ -68,7 +70,7 @@ impl Kernel {
                     .map_err(|(_, result)| Error::Vulkan { call: "vkCreateComputePipelines", result })?[0])
             })
         };
-        let program = device.inner().programs.get::<P>(device, code, constants, make)?;
+        let program = device.inner().programs.get::<P>(device.raw(), code, constants, make)?;
         let launch = Launch::Compute(program.reflection.workgroup);
         Ok(Self(Arc::new(Inner { device: device.clone(), name: code.name, program, launch })))
     }

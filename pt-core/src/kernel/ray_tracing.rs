@@ -1,7 +1,8 @@
 //! Kernels that trace rays, for each of the backends; ray tracing pipelines and their shader binding tables.
 
 use super::constants::{self, Constant};
-use super::program::{Module, Program};
+use super::program::Module;
+use super::programs::Program;
 use super::{Inner, Kernel, Launch, Reflection, reflection};
 use crate::backend::TraceBackend;
 use crate::buffer::{Buffer, Location};
@@ -54,7 +55,7 @@ impl Kernel {
         constants: &[(&str, Constant)],
     ) -> Result<Self> {
         let make = || program::<P>(device, code, constants);
-        let program = device.inner().programs.get::<P>(device, &code.ray_gen, constants, make)?;
+        let program = device.inner().programs.get::<P>(device.raw(), &code.ray_gen, constants, make)?;
         let launch = Launch::RayTracing(BindingTable::new(device, code.name, program.pipeline)?);
         Ok(Self(Arc::new(Inner { device: device.clone(), name: code.name, program, launch })))
     }

@@ -1,3 +1,5 @@
+use super::super::access::{OP_SPEC_CONSTANT_OP, encode};
+use super::super::fold::{OP_CONSTANT, OP_SPEC_CONSTANT, OP_SPEC_CONSTANT_TRUE, OP_TYPE_BOOL, OP_TYPE_INT};
 use super::*;
 
 const VOID: u32 = 1;

@@ -1,9 +1,6 @@
 //! Errors in settings.
 
-use super::knobs::Knob;
-use super::tree::close_to;
 use pt_image::atomic_file::FileError;
-use pt_shaders::KnobKind;
 use std::path::PathBuf;
 
 /// A field outside its range.
@@ -115,35 +112,4 @@ pub enum SettingsError {
     /// The parameters themselves cannot be taken apart: an error of the program.
     #[error("parameters cannot be listed: {0}")]
     Parameters(#[from] serde_json::Error),
-}
-
-impl SettingsError {
-    /// Says what the knob takes, where its value is wrong. `given`: the value, if it is text.
-    pub(super) fn explained(self, knobs: &[Knob], given: Option<&str>) -> Self {
-        let takes =
-            |key: &str| knobs.iter().find(|knob| knob.key == key).map(|knob| (knob.kind, knob.takes()));
-        match self {
-            Self::Type { key, value, expected } => {
-                let expected = match takes(&key) {
-                    Some((KnobKind::Enum, names)) => format!("one of {names}"),
-                    Some((KnobKind::Integer | KnobKind::Number, range)) => format!("{expected}, {range}"),
-                    _ => expected,
-                };
-                Self::Type { key, value, expected }
-            }
-            // The names that an enum has are in serde's message too; of an optional knob it says only Rust's type.
-            Self::Value { key, reason } => match takes(&key) {
-                Some((KnobKind::Integer, takes)) => {
-                    Self::Value { key, reason: format!("expected a whole number below 2^32, {takes}") }
-                }
-                Some((KnobKind::Enum, names)) => {
-                    let hint = given.map(|given| close_to(given, names.split(", "))).unwrap_or_default();
-                    Self::Value { key, reason: format!("{reason}{hint}") }
-                }
-                Some((_, takes)) => Self::Value { key, reason: format!("expected {takes}") },
-                _ => Self::Value { key, reason },
-            },
-            other => other,
-        }
-    }
 }

@@ -11,6 +11,7 @@ pub use error::{InvalidValue, SettingsError, check_range};
 pub use knobs::{Knob, Knobs};
 pub use tree::{close_to, closest_key};
 
+use pt_shaders::KnobKind;
 use serde_json::Value;
 use std::path::Path;
 use tree::{NONE, convert, find, literal, lookup, parse, type_error, unknown};
@@ -112,7 +113,35 @@ fn replace<T: Knobs>(
             return Ok(());
         }
     }
-    outcome.map_err(|error| error.explained(&T::knobs(), given.as_deref()))
+    outcome.map_err(|error| explained(error, &T::knobs(), given.as_deref()))
+}
+
+/// Says what the knob takes, where its value is wrong. `given`: the value, if it is text.
+fn explained(error: SettingsError, knobs: &[Knob], given: Option<&str>) -> SettingsError {
+    let takes = |key: &str| knobs.iter().find(|knob| knob.key == key).map(|knob| (knob.kind, knob.takes()));
+    match error {
+        SettingsError::Type { key, value, expected } => {
+            let expected = match takes(&key) {
+                Some((KnobKind::Enum, names)) => format!("one of {names}"),
+                Some((KnobKind::Integer | KnobKind::Number, range)) => format!("{expected}, {range}"),
+                _ => expected,
+            };
+            SettingsError::Type { key, value, expected }
+        }
+        // The names that an enum has are in serde's message too; of an optional knob it says only Rust's type.
+        SettingsError::Value { key, reason } => match takes(&key) {
+            Some((KnobKind::Integer, takes)) => {
+                SettingsError::Value { key, reason: format!("expected a whole number below 2^32, {takes}") }
+            }
+            Some((KnobKind::Enum, names)) => {
+                let hint = given.map(|given| close_to(given, names.split(", "))).unwrap_or_default();
+                SettingsError::Value { key, reason: format!("{reason}{hint}") }
+            }
+            Some((_, takes)) => SettingsError::Value { key, reason: format!("expected {takes}") },
+            _ => SettingsError::Value { key, reason },
+        },
+        other => other,
+    }
 }
 
 fn check_leaf<T: Knobs>(tree: &Value, key: &str, expects: &Value) -> Result<(), SettingsError> {

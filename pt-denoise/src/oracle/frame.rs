@@ -114,3 +114,20 @@ pub(super) fn neighbour(size: [u32; 2], i: usize, offset: [i64; 2]) -> Option<us
     let inside = (0..2).all(|k| (0..i64::from(size[k])).contains(&at[k]));
     inside.then(|| at[1] as usize * width + at[0] as usize)
 }
+
+/// What a pixel carries to the next frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct History {
+    /// The pixel that it belongs to.
+    pub pixel: Guided,
+    /// Diffuse light.
+    pub hf: Rgb,
+    /// Specular light.
+    pub spec: Rgb,
+    /// Means of luminance and squared luminance, diffuse and specular.
+    pub moments: [f64; 4],
+    /// Frames; 0 = none.
+    pub length: u32,
+    /// The same of specular light, which may have a history of its own.
+    pub spec_length: u32,
+}

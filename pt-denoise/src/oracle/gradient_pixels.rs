@@ -1,9 +1,9 @@
 //! `gradient_pixels.comp`: the choice of gradient pixels.
 
+use super::antilag::{GradientSample, pixel_of, strata, stratum_of};
 use super::frame::{Guided, Light, cosine, luminance, usable};
-use super::gradients::{GradientSample, pixel_of, strata, stratum_of};
 use super::reflections::project;
-use super::temporal::{place_before, shows_surface};
+use super::reprojection::{place_before, shows_surface};
 use crate::DenoiseParams;
 use pt_core::rng::pcg4d;
 use pt_shaders::dimensions::DIM_GRADIENT;

@@ -1,8 +1,8 @@
 //! `temporal_lf.comp`, `lf_downsample.comp`, `lf_deflicker.comp`, `lf_atrous.comp` and `lf_upsample.comp`.
 
+use super::antilag::{Adaptive, kept_frames};
 use super::frame::{Guided, cosine, depth_weight, mean_without_brightest, neighbour, same_path};
-use super::gradients::{Adaptive, kept_frames};
-use super::temporal::taps;
+use super::reprojection::taps;
 use crate::{LfParams, TemporalParams};
 
 /// Coefficients of indirect diffuse light: x, y, z and w of `color_lf_sh`, x and y of `color_lf_cocg`.

@@ -1,8 +1,8 @@
 //! `virtual_motion.glsl`: the history of specular light along the motion of mirror images.
 
-use super::frame::{Guided, Rgb};
-use super::gradients::kept_frames;
-use super::temporal::{History, place_before, taps, taps_at};
+use super::antilag::kept_frames;
+use super::frame::{Guided, History, Rgb};
+use super::reprojection::{place_before, taps, taps_at};
 use crate::{SpecularMotion, TemporalParams};
 use pt_shaders::glam::{DVec3, Vec3};
 use pt_shaders::records::{CameraRecord, FLAG_PRIMARY, FrameRecord};

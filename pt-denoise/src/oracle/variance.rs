@@ -1,10 +1,9 @@
 //! `variance.comp` and `variance_spatial.comp`.
 
 use super::frame::{
-    Accumulated, Guided, Light, cosine, depth_weight, limited, luminance, mean_without_brightest, neighbour,
-    same_path, usable,
+    Accumulated, Guided, History, Light, cosine, depth_weight, limited, luminance, mean_without_brightest,
+    neighbour, same_path, usable,
 };
-use super::temporal::History;
 use crate::DenoiseParams;
 
 /// Variances of accumulated light.

@@ -1,7 +1,7 @@
 //! How much the light has changed since the last frame.
 
 use super::declared;
-use super::temporal::push;
+use super::push::push;
 use crate::DenoiseParams;
 use crate::images::{
     GRADIENTS, GRADIENTS2, HISTORY_LF_COCG, HISTORY_LF_SH, MOMENTS, SUMS_HF, SUMS_LF, SUMS_SPEC, SUMS2_HF,

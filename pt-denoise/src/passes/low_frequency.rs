@@ -1,7 +1,7 @@
 //! Indirect diffuse light: its history, and its filter at a third of the resolution.
 
 use super::declared;
-use super::temporal::push;
+use super::push::push;
 use crate::DenoiseParams;
 use crate::images::{
     FILTERED_LF_COCG, FILTERED_LF_SH, HISTORY_LF_COCG, HISTORY_LF_SH, TILES_GUIDE, TILES_LF_COCG,

@@ -45,6 +45,7 @@ macro_rules! with_surfaces_before {
 mod atrous;
 mod gradients;
 mod low_frequency;
+mod push;
 mod recurrent;
 mod temporal;
 mod variance;
@@ -55,10 +56,11 @@ pub use gradients::AntilagParams;
 pub(crate) use gradients::{Changes, Gradients};
 pub use low_frequency::LfParams;
 pub(crate) use low_frequency::{LfSpatial, LfTemporal};
+pub(crate) use push::MAX_LENGTH;
 pub use recurrent::RecurrentParams;
 pub(crate) use recurrent::{Blur, RecurrentBlur};
 pub use temporal::TemporalParams;
-pub(crate) use temporal::{Form, MAX_LENGTH, Temporal};
+pub(crate) use temporal::{Form, Temporal};
 pub(crate) use variance::Variance;
 
 use pt_core::kernel::Constant;

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p pt-reference --example albedo_tables` writes them again.
 
-use super::{ggx, layers, mirror};
+use super::{ggx, mirror, sheen};
 use glam::{DVec2, DVec3};
 use pt_scene::bsdf_tables::table;
 use std::f64::consts::{PI, TAU};
@@ -52,7 +52,7 @@ pub fn charlie_quadrature(cos_theta: f64, alpha: f64) -> f64 {
         let sin = (1.0 - z * z).sqrt();
         for i in 0..AZIMUTHS {
             let phi = PI * (i as f64 + 0.5) / AZIMUTHS as f64;
-            sum += layers::charlie(v, DVec3::new(sin * phi.cos(), sin * phi.sin(), z), alpha) * step;
+            sum += sheen::charlie(v, DVec3::new(sin * phi.cos(), sin * phi.sin(), z), alpha) * step;
         }
     }
     sum * TAU / (AZIMUTHS * HEIGHTS) as f64
@@ -93,7 +93,7 @@ fn compute() -> Tables {
         (e.y / e.element_sum()).powf(0.2)
     });
     let charlie = grid(&|x, roughness| {
-        charlie_quadrature((x * x).max(1e-6), (roughness * roughness).max(layers::MIN_SHEEN_ALPHA))
+        charlie_quadrature((x * x).max(1e-6), (roughness * roughness).max(sheen::MIN_SHEEN_ALPHA))
     });
     let mut tables = Tables { ggx, grazing, mean: Vec::new(), charlie };
     // The means of the tables rather than of the exact functions: what is compensated then adds up to one.

@@ -2,6 +2,7 @@
 
 use super::dielectric::{self, is_index_matched, refraction};
 use super::layers::{self, Compensated, schlick};
+use super::sheen;
 use super::{albedo, basis_around, ggx, luminance, mirror, sample_cosine_hemisphere, thin_film};
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
@@ -199,7 +200,7 @@ impl Bsdf {
         if sheen > 0.0 {
             let e = albedo::charlie(v.z, self.sheen_alpha).max(albedo::charlie(l.z, self.sheen_alpha));
             r.f_cos *= (1.0 - sheen * e).max(0.0);
-            r.f_cos += self.sheen_color * layers::charlie(v, l, self.sheen_alpha);
+            r.f_cos += self.sheen_color * sheen::charlie(v, l, self.sheen_alpha);
         }
         r.f_cos *= lobes.base;
         r

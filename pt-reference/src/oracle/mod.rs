@@ -1,7 +1,7 @@
 //! The mathematics of the path tracer's kernels on the CPU, plain and in double precision: what the kernels are tested against.
 //!
 //! Names are those of the GLSL functions: `ggx` is bsdf/ggx.glsl, `dielectric` is bsdf/fresnel.glsl and bsdf/refraction.glsl,
-//! `layers` is bsdf/coat.glsl, bsdf/sheen.glsl and bsdf/compensation.glsl, `bsdf` is bsdf.glsl, `interior` is interior.glsl, `sampler` is sampler.glsl.
+//! `layers` is bsdf/coat.glsl and bsdf/compensation.glsl, `sheen` is bsdf/sheen.glsl, `bsdf` is bsdf.glsl, `interior` is interior.glsl, `sampler` is sampler.glsl.
 //! `airy` is what bsdf/thin_film.glsl approximates.
 
 pub mod airy;
@@ -12,6 +12,7 @@ pub mod ggx;
 pub mod interior;
 pub mod layers;
 pub mod sampler;
+pub mod sheen;
 pub mod thin_film;
 
 use glam::DVec3;

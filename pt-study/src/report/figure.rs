@@ -198,7 +198,7 @@ impl<'a> Source<'a> {
                     Datum::value(y_interval.map(|i| i.high)),
                     Datum::number(measured.len() as f64, measured.len().to_string()),
                 ]);
-                let ends = |i: crate::summary::Interval| (i.low, i.high);
+                let ends = |i: crate::statistics::Interval| (i.low, i.high);
                 let point =
                     Point { x, y, x_interval: x_interval.map(ends), y_interval: y_interval.map(ends) };
                 drawn.push(Points { series, points: vec![point] });

@@ -44,7 +44,7 @@ fn clearly_better(a: &SummaryRow, b: &SummaryRow) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::Interval;
+    use crate::statistics::Interval;
 
     fn row(verdict: Verdict, difference: f64, half: f64) -> SummaryRow {
         let others = verdict != Verdict::Baseline;

@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use pt_core::{Image, Surfaces};
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_image::metrics::{FramePair, Metric, MetricError, compare, temporal_error};
-use pt_study::file::MeasureAt;
+use pt_study::metric::MeasureAt;
 use pt_study::metric::StudyMetric;
 use std::collections::BTreeMap;
 

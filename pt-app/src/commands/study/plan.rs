@@ -16,7 +16,8 @@ use pt_reference::ReferenceParams;
 use pt_scene::BUILTIN;
 use pt_shaders::NamedEnum;
 use pt_study::cell::{Cell, MANY_CELLS, Shard, Variant, filtered};
-use pt_study::file::{Against, MeasureAt, PROFILE, Setting, Study};
+use pt_study::file::{Against, PROFILE, Setting, Study};
+use pt_study::metric::MeasureAt;
 use pt_study::record::{AxisRecord, FORMAT, StudyRecord, VariantRecord};
 use std::path::Path;
 

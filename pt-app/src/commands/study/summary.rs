@@ -3,7 +3,8 @@
 use anyhow::Result;
 use pt_study::ledger::{COUNTS_AS, reference_noise};
 use pt_study::record::{CellRecord, StudyRecord, TimingRecord};
-use pt_study::summary::{Interval, SummaryRow, summarize};
+use pt_study::statistics::Interval;
+use pt_study::summary::{SummaryRow, summarize};
 use std::collections::BTreeMap;
 use std::io::Write;
 

@@ -1,10 +1,45 @@
 //! A denoised frame against its ground truth, and its change against the change of the truth.
 
-use crate::sequence::{Disoccluded, Row};
 use anyhow::{Result, bail};
 use pt_core::{ChannelImages, StageIo, Surfaces};
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{FramePair, Metric, MetricError, compare, temporal_error};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A line of the JSON file.
+#[derive(Default, Serialize)]
+pub struct Row {
+    pub variant: &'static str,
+    pub frame: u32,
+    pub relmse: Option<f64>,
+    pub flip: Option<f64>,
+    /// Error of the change from the frame before, by pixels along the motion; none in the first frame.
+    pub temporal_pixel: Option<f64>,
+    /// The same by blocks.
+    pub temporal_block: Option<f64>,
+    /// Gradient energy over that of the reference.
+    pub detail_ratio: Option<f64>,
+    pub energy_ratio: Option<f64>,
+    /// Errors of the pixels whose surface the frame before did not show, and of the others; none in the first frame and after a cut.
+    pub disoccluded: Option<Disoccluded>,
+    pub gpu_ms: f64,
+    /// Of each pass.
+    pub passes: BTreeMap<String, f64>,
+}
+
+/// Errors apart.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Disoccluded {
+    /// Part of the pixels.
+    pub share: f64,
+    /// None without such pixels.
+    pub relmse: Option<f64>,
+    pub flip: Option<f64>,
+    /// Of the other pixels.
+    pub relmse_others: Option<f64>,
+    pub flip_others: Option<f64>,
+}
 
 /// A frame with what is needed to compare the next one with it.
 pub struct Seen {

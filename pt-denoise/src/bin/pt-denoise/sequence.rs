@@ -1,6 +1,6 @@
 //! Variants of the denoiser side by side on a recorded sequence.
 
-use crate::measure::Seen;
+use crate::measure::{Row, Seen};
 use crate::{Args, oidn};
 use anyhow::{Context, Result, ensure};
 use pt_core::capture::folder::CaptureFolder;
@@ -13,44 +13,9 @@ use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser};
 use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_image::image_file::{ImageState, Layer, LayeredImage, LinearImage, Samples};
 use pt_shaders::channels::{COLOR, COLOR_LF_SH, ChannelId, ExtentClass};
-use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-
-/// A line of the JSON file.
-#[derive(Default, Serialize)]
-pub struct Row {
-    pub variant: &'static str,
-    pub frame: u32,
-    pub relmse: Option<f64>,
-    pub flip: Option<f64>,
-    /// Error of the change from the frame before, by pixels along the motion; none in the first frame.
-    pub temporal_pixel: Option<f64>,
-    /// The same by blocks.
-    pub temporal_block: Option<f64>,
-    /// Gradient energy over that of the reference.
-    pub detail_ratio: Option<f64>,
-    pub energy_ratio: Option<f64>,
-    /// Errors of the pixels whose surface the frame before did not show, and of the others; none in the first frame and after a cut.
-    pub disoccluded: Option<Disoccluded>,
-    gpu_ms: f64,
-    /// Of each pass.
-    passes: BTreeMap<String, f64>,
-}
-
-/// Errors apart.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Disoccluded {
-    /// Part of the pixels.
-    pub share: f64,
-    /// None without such pixels.
-    pub relmse: Option<f64>,
-    pub flip: Option<f64>,
-    /// Of the other pixels.
-    pub relmse_others: Option<f64>,
-    pub flip_others: Option<f64>,
-}
 
 /// Runs the variants and prints a line for each.
 pub fn run(args: &Args, params: DenoiseParams, out: &mut impl Write) -> Result<()> {
