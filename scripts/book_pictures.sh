@@ -34,13 +34,13 @@ for stage in "$@"; do
             side off gallery "${realtime[@]}" --set gbuffer.reflect_refract=0
             ;;
         light-sampling)
-            side on lamps
-            side off lamps --set lights.sampler=uniform
+            side on lamps --set denoise.variant=off
+            side off lamps --set denoise.variant=off --set lights.sampler=uniform
             ;;
         lights)
             side on gallery "${realtime[@]}" --set indirect.bounces=0
-            side off gallery "${realtime[@]}" --set indirect.bounces=0 --set lights.sun=false --set lights.positional=false \
-                --set lights.emissive=false --set lights.environment=false --ev 5
+            # Lamps alone: without the sun and the sky.
+            side off gallery "${realtime[@]}" --set indirect.bounces=0 --set lights.sun=false --set lights.environment=false
             ;;
         indirect)
             side on room "${realtime[@]}"

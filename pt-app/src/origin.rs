@@ -147,13 +147,13 @@ mod tests {
         };
         let with_bounces = |bounces: &str| {
             let set = format!("indirect.bounces={bounces}");
-            Origin::of_frame(&scene, &camera, &resolve(None, &[set]).unwrap())
+            Origin::of_frame(&scene, &camera, &resolve(None, &[set], false).unwrap())
         };
         assert_eq!(with_bounces("3"), reference("max_bounces=3"));
         assert_eq!(with_bounces("1"), reference("max_bounces=1"));
         assert_eq!(with_bounces("1").light(), "direct light and 1 bounce");
         assert!(with_bounces("0.5").light().contains("every other row"));
-        assert_eq!(Origin::of_frame(&scene, &camera, &resolve(None, &[]).unwrap()), with_bounces("1"));
+        assert_eq!(Origin::of_frame(&scene, &camera, &resolve(None, &[], false).unwrap()), with_bounces("1"));
         let frame = with_bounces("0");
         assert_eq!(frame, reference("max_bounces=0"));
         assert_eq!(frame.light(), "direct light only");
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn other_cameras_and_environments_are_named() {
         let scene = pt_scene::builtin("cornell").unwrap();
-        let params = resolve(None, &[]).unwrap();
+        let params = resolve(None, &[], false).unwrap();
         let camera = scene.cameras[0].clone();
         let renamed = Camera { name: "other".into(), ..camera.clone() };
         let origin = |scene: &Scene, camera: &Camera| metadata(&Origin::of_frame(scene, camera, &params));

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use pt_core::knobs;
 use pt_core::settings::{Knob, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, close_to};
 use pt_denoise::Denoiser;
-use pt_post::BloomMode;
+use pt_post::{BloomMode, Upscale};
 use pt_shaders::records::Background;
 use serde_json::Value;
 use std::path::Path;
@@ -119,22 +119,30 @@ sharpness = 0.2
     ("half-res-gi", "indirect diffuse light at every other row alone", "[indirect]\nbounces = 0.5\n"),
 ];
 
-/// Parameters of the frame from a profile (name or file), then single assignments.
+/// Parameters of the frame from a profile (name or file), then single assignments. `accumulate`: frames are averaged. The mean of noise has no
+/// need of a denoiser, whose blur would stay, so that none is the default then; a profile or an assignment may still ask for one.
 ///
 /// # Errors
 /// An unknown profile, key or value, with the closest known one.
-pub fn resolve(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
-    layer(FrameParams::default(), PROFILES, profile, sets)
+pub fn resolve(profile: Option<&str>, sets: &[String], accumulate: bool) -> Result<FrameParams> {
+    let mut params = FrameParams::default();
+    if accumulate {
+        params.denoise.variant = Denoiser::Off;
+    }
+    layer(params, PROFILES, profile, sets)
 }
 
-/// The same for frames that are averaged: the mean of noise has no need of a denoiser, whose blur would stay. A profile or an assignment may still ask for one.
+/// Checks that the stages of a whole frame can do together what the parameters say. `accumulate`: frames are averaged.
 ///
 /// # Errors
-/// As [`resolve`].
-pub fn resolve_averaged(profile: Option<&str>, sets: &[String]) -> Result<FrameParams> {
-    let mut params = FrameParams::default();
-    params.denoise.variant = Denoiser::Off;
-    layer(params, PROFILES, profile, sets)
+/// What to change.
+pub fn check_frame(params: &FrameParams, accumulate: bool) -> Result<()> {
+    ensure!(
+        !(accumulate && params.post.upscale == Upscale::Taau),
+        "averaged frames have the picture's own size; post.upscale is taau, choose none or fsr1"
+    );
+    check_background(params, accumulate)?;
+    check_denoiser(params)
 }
 
 /// The knobs that differ from their defaults, as `--set` takes them.
@@ -251,8 +259,8 @@ mod tests {
                 "lights.sun=false".into(),
                 "denoise.lf.deflicker=2.7".into(),
             ];
-            let params = resolve(Some(name), &sets).unwrap();
-            assert_eq!(resolve(None, &assignments(&params)).unwrap(), params, "{name}");
+            let params = resolve(Some(name), &sets, false).unwrap();
+            assert_eq!(resolve(None, &assignments(&params), false).unwrap(), params, "{name}");
         }
         assert!(assignments(&FrameParams::default()).is_empty());
     }
@@ -260,12 +268,12 @@ mod tests {
     #[test]
     fn profiles_are_valid_and_sets_come_last() {
         for (name, ..) in PROFILES {
-            resolve(Some(name), &[]).unwrap();
+            resolve(Some(name), &[], false).unwrap();
         }
         let sets = ["gbuffer.jitter=none".to_owned()];
-        assert_eq!(resolve(Some("realtime"), &sets).unwrap().gbuffer.jitter, pt_gbuffer::Jitter::None);
-        let error = resolve(None, &["gbufer.jitter=none".into()]).unwrap_err().to_string();
+        assert_eq!(resolve(Some("realtime"), &sets, false).unwrap().gbuffer.jitter, pt_gbuffer::Jitter::None);
+        let error = resolve(None, &["gbufer.jitter=none".into()], false).unwrap_err().to_string();
         assert!(error.contains("gbuffer"), "{error}");
-        assert!(resolve(Some("no-such-profile"), &[]).is_err());
+        assert!(resolve(Some("no-such-profile"), &[], false).is_err());
     }
 }

@@ -68,7 +68,7 @@ fn every_knob_takes_what_it_says() {
             resolve_reference(ReferenceSettings::default(), None, &sets)
                 .map(|p| p == ReferenceSettings::default())
         } else {
-            resolve(None, &sets).map(|p| p == FrameParams::default())
+            resolve(None, &sets, false).map(|p| p == FrameParams::default())
         }
     };
     for knob in all_knobs() {

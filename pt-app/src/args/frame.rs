@@ -2,11 +2,10 @@
 
 use super::values::assignment;
 use super::{CameraArgs, DeviceArgs, PostArgs, SceneArgs};
-use crate::params::{FrameParams, check_background, check_denoiser, resolve, resolve_averaged};
-use anyhow::{Result, ensure};
+use crate::params::{FrameParams, check_frame, resolve};
+use anyhow::Result;
 use clap::Args;
 use pt_image::image_file::ImageSize;
-use pt_post::Upscale;
 
 /// Scene, camera, size, knobs and device of a frame.
 #[derive(Clone, Debug, Args)]
@@ -48,14 +47,9 @@ impl FrameArgs {
     /// # Errors
     /// An unknown profile, key or value; knobs that do not fit to `--accumulate`.
     pub fn params(&self) -> Result<FrameParams> {
-        let resolve = if self.accumulate { resolve_averaged } else { resolve };
-        let params = resolve(self.profile.as_deref(), &[&self.post.sets[..], &self.set].concat())?;
-        ensure!(
-            !(self.accumulate && params.post.upscale == Upscale::Taau),
-            "--accumulate averages frames of the picture's own size; upscale is taau, choose none or fsr1"
-        );
-        check_background(&params, self.accumulate)?;
-        check_denoiser(&params)?;
+        let sets = [&self.post.sets[..], &self.set].concat();
+        let params = resolve(self.profile.as_deref(), &sets, self.accumulate)?;
+        check_frame(&params, self.accumulate)?;
         Ok(params)
     }
 

@@ -72,16 +72,16 @@ mod tests {
     #[test]
     fn options_are_knobs() {
         let line = "--upscale taau --render-scale performance --ev -2.5 --bloom=chain";
-        let params = resolve(None, &sets(line).unwrap()).unwrap();
+        let params = resolve(None, &sets(line).unwrap(), false).unwrap();
         assert_eq!((params.post.upscale, params.post.render_scale), (Upscale::Taau, 0.5));
         assert_eq!((params.post.exposure, params.post.ev100), (ExposureMode::Manual, -2.5));
         assert_eq!(params.gbuffer.jitter, pt_gbuffer::Jitter::Halton);
         assert!(sets("").unwrap().is_empty());
         assert_eq!(sets("--bloom").unwrap(), ["post.bloom.mode=gaussian"]);
-        let params = resolve(None, &sets("--exposure auto --ev 3").unwrap()).unwrap();
+        let params = resolve(None, &sets("--exposure auto --ev 3").unwrap(), false).unwrap();
         assert_eq!((params.post.exposure, params.post.ev100), (ExposureMode::Auto, 3.0));
         // A scale alone is refused where the knobs are checked.
-        assert!(resolve(None, &["post.render_scale=0.5".into()]).is_err());
+        assert!(resolve(None, &["post.render_scale=0.5".into()], false).is_err());
     }
 
     #[test]

@@ -47,8 +47,7 @@ pub struct PassesArgs {
 /// # Errors
 /// Unknown keys, a device that can't do it.
 pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
-    let resolve = if args.accumulate { params::resolve_averaged } else { params::resolve };
-    let params = resolve(None, &args.set)?;
+    let params = params::resolve(None, &args.set, args.accumulate)?;
     let options = LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() };
     let scene = open_scene(&args.scene, &options)?;
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };

@@ -4,8 +4,7 @@ use super::StudyArgs;
 use crate::args::{CameraArgs, CameraChoice, LookAt};
 use crate::frame::{Oracle, Oracles};
 use crate::params::{
-    FrameParams, ReferenceSettings, all_knobs, assignments, check_background, check_denoiser, resolve,
-    resolve_averaged, resolve_reference,
+    FrameParams, ReferenceSettings, all_knobs, assignments, check_frame, resolve, resolve_reference,
 };
 use crate::session::open_scene;
 use anyhow::{Context, Result, bail, ensure};
@@ -68,12 +67,7 @@ impl Plan {
         );
         let resolved = |variant: &Variant| {
             let params = params_of(&study, &variant.set)?;
-            check_background(&params, study.accumulate)?;
-            check_denoiser(&params)?;
-            ensure!(
-                !(study.accumulate && params.post.upscale == Upscale::Taau),
-                "accumulate averages frames of the picture's own size, and post.upscale is taau"
-            );
+            check_frame(&params, study.accumulate)?;
             ensure!(
                 study.measure_at == MeasureAt::Radiance || params.post.encoding == Encoding::Srgb,
                 "measure_at = \"display\" measures pictures of sRGB displays, and post.encoding is {}",
@@ -214,8 +208,7 @@ fn params_of(study: &Study, set: &[Setting]) -> Result<FrameParams> {
         (_, name) => name.cloned(),
     };
     let sets: Vec<_> = set.iter().filter(|setting| setting.key != PROFILE).map(Setting::assignment).collect();
-    let resolve = if study.accumulate { resolve_averaged } else { resolve };
-    resolve(profile.as_deref(), &sets)
+    resolve(profile.as_deref(), &sets, study.accumulate)
 }
 
 fn command(file: &Path, args: &StudyArgs) -> String {

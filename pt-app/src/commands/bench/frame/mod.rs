@@ -9,7 +9,7 @@ use crate::args::{CameraArgs, DeviceArgs};
 use crate::frame::FrameStage;
 use crate::inputs::Inputs;
 use crate::origin::Origin;
-use crate::params::{check_background, resolve};
+use crate::params::{check_frame, resolve};
 use crate::session::{Session, check_host_memory, fold_seed, open_scene};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -113,8 +113,8 @@ pub fn run(args: &BenchFrameArgs, subject: Subject, out: &mut impl Write) -> Res
             read_earlier(path)?;
         }
     }
-    let params = resolve(args.profile.as_deref(), &args.set)?;
-    check_background(&params, false)?;
+    let params = resolve(args.profile.as_deref(), &args.set, false)?;
+    check_frame(&params, false)?;
     let size: [u32; 2] = args.size.into();
     check_host_memory("a frame", size, BYTES_PER_PIXEL)?;
     let options = LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() };
