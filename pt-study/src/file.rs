@@ -3,9 +3,9 @@
 use crate::error::StudyError;
 use crate::file_reader::{Reader, above_zero, backend, camera, measured, metric, positive, size};
 use crate::keys;
-use crate::metric::StudyMetric;
 use crate::toml_reader::Source;
 use pt_core::settings::{Knob, closest_key};
+use pt_image::metrics::SequenceMetric;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -51,7 +51,7 @@ pub struct Study {
     /// Which picture is measured.
     pub measure_at: MeasureAt,
     /// Metrics.
-    pub metrics: Vec<StudyMetric>,
+    pub metrics: Vec<SequenceMetric>,
     /// Knobs that all variants have.
     pub set: Vec<Setting>,
     /// The axes of the variants; named variants are an axis of their own.
@@ -157,7 +157,7 @@ pub enum Images {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ledger {
     /// The metric that is split.
-    pub metric: StudyMetric,
+    pub metric: SequenceMetric,
     /// Names of the stages, checked by the program.
     pub stages: Vec<String>,
 }

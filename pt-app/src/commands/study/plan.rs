@@ -17,6 +17,7 @@ use pt_scene::BUILTIN;
 use pt_shaders::NamedEnum;
 use pt_study::cell::{Cell, MANY_CELLS, Shard, Variant, filtered};
 use pt_study::file::{Against, MeasureAt, PROFILE, Setting, Study};
+use pt_study::metric::record;
 use pt_study::record::{AxisRecord, FORMAT, StudyRecord, VariantRecord};
 use std::path::Path;
 
@@ -133,7 +134,7 @@ impl Plan {
             revision: env!("PT_REVISION").into(),
             device: info.name.clone(),
             driver: info.driver_line(),
-            metrics: study.metrics.iter().map(|metric| metric.record(study.measure_at)).collect(),
+            metrics: study.metrics.iter().map(|&metric| record(metric, study.measure_at)).collect(),
             axes: study
                 .axes
                 .iter()
