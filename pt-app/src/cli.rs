@@ -58,7 +58,7 @@ pub enum Command {
     /// Compress a scene's textures ahead of time, for `pt render --baked`.
     #[cfg(feature = "codecs")]
     Bake(bake::BakeArgs),
-    /// Compare an image with its reference: error metrics.
+    /// Compare an image, or the frames of a sequence, with its reference: error metrics.
     Compare(compare::CompareArgs),
     /// Put many images on one sheet, with their names.
     Sheet(sheet::SheetArgs),

@@ -17,13 +17,7 @@ impl Output {
     /// # Errors
     /// An unknown extension, a folder that is missing or not writable, a directory, a number as `printf` has it.
     pub fn new(path: &Path) -> Result<Self> {
-        if let Some(width) = printf_width(path) {
-            let hashes = "#".repeat(width);
-            bail!(
-                "{}: a run of # stands for the number of the frame here, for example {hashes}",
-                path.display()
-            );
-        }
+        check_no_printf(path)?;
         let format = check_output(&numbered(path, 0).unwrap_or_else(|| path.into()))?;
         Ok(Self { path: path.into(), format })
     }
@@ -37,6 +31,18 @@ impl Output {
     pub fn of_frame(&self, index: u32, is_last: bool) -> Option<PathBuf> {
         numbered(&self.path, index).or_else(|| is_last.then(|| self.path.clone()))
     }
+}
+
+/// Checks that the number of a frame is not written as `printf` has it.
+///
+/// # Errors
+/// `%d` and the like.
+pub fn check_no_printf(path: &Path) -> Result<()> {
+    if let Some(width) = printf_width(path) {
+        let hashes = "#".repeat(width);
+        bail!("{}: a run of # stands for the number of the frame here, for example {hashes}", path.display());
+    }
+    Ok(())
 }
 
 /// Checks that a folder can be made at `path`, or is there.
@@ -62,13 +68,17 @@ pub fn stands_for(path: &Path, file: &Path) -> bool {
     if folder.canonicalize().ok().as_deref() != file.parent() {
         return false;
     }
-    let number = |(start, end): (&str, &str)| -> Option<u32> {
-        file.file_name()?.to_str()?.strip_prefix(start)?.strip_suffix(end)?.parse().ok()
-    };
-    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let parts = name.rfind('#').map(|last| (name[..=last].trim_end_matches('#'), &name[last + 1..]));
-    let index = parts.and_then(number);
-    index.is_some_and(|index| numbered(path, index).is_some_and(|path| path.file_name() == file.file_name()))
+    number_of_frame(path, file).is_some()
+}
+
+/// The number for which the run of `#` in the name of `path` stands in the name of `file`; `None` if that is no frame of `path`. Folders
+/// are not compared.
+pub fn number_of_frame(path: &Path, file: &Path) -> Option<u32> {
+    let name = path.file_name()?.to_str()?;
+    let last = name.rfind('#')?;
+    let (start, end) = (name[..=last].trim_end_matches('#'), &name[last + 1..]);
+    let index = file.file_name()?.to_str()?.strip_prefix(start)?.strip_suffix(end)?.parse().ok()?;
+    (numbered(path, index)?.file_name() == file.file_name()).then_some(index)
 }
 
 /// The digits of a frame number written as `%d` or `%04d`; `None` without one.

@@ -1,5 +1,7 @@
 //! `pt compare` as a program: values, limits, exit codes, messages.
 
+mod sequence;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -237,7 +239,11 @@ fn bad_input_is_one_line() {
     refused(at, "compare none.exr b.exr", "cannot read none.exr: No such file");
     refused(at, "compare broken.exr b.exr", "cannot read broken.exr");
     refused(at, "compare empty.png b.exr", "cannot read empty.png");
-    refused(at, "compare a.exr .", "is a folder; give the name of an image");
+    refused(
+        at,
+        "compare a.exr .",
+        ". is a sequence of frames and a.exr is not; give two images or two sequences",
+    );
     refused(
         at,
         "compare nan.exr b.exr",
@@ -247,7 +253,7 @@ fn bad_input_is_one_line() {
     refused(
         at,
         "compare a.exr b.exr --metric rmse",
-        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, detail, z-test",
+        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, detail, z-test, temporal_pixel, temporal_block",
     );
     refused(at, "compare a.exr b.exr --max mse", "expected METRIC=VALUE");
     refused(at, "compare a.exr b.exr --max mse=low", "\"low\" is not a number");
@@ -297,7 +303,7 @@ fn help_and_version_leave_with_zero() {
     let defaults = Metric::OF_IMAGES.map(Metric::name);
     let text = stdout(&help).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(
-        text.contains("Checks:") && text.contains(&format!("[default: {}]", defaults.join(","))),
+        text.contains("Checks:") && text.contains(&format!("[default of images: {}]", defaults.join(","))),
         "{text}"
     );
     assert_eq!(pt(folder.path(), "--version").status.code(), Some(0));

@@ -4,8 +4,9 @@ use crate::channels::ChannelImages;
 use crate::error::Result;
 use crate::plan::StageIo;
 use crate::split::to_flat;
+use pt_image::image_file::LayeredImage;
 use pt_image::metrics::Correspondence;
-use pt_shaders::channels::{MOTION, VIEW_DEPTH};
+use pt_shaders::channels::{ChannelId, MOTION, VIEW_DEPTH};
 
 /// Motion and distance of the surfaces that a frame shows.
 pub struct Surfaces {
@@ -28,6 +29,17 @@ impl Surfaces {
         let motion = motion.chunks_exact(4).map(|m| [m[0], m[1], m[2], m[3]]);
         let pixels: Vec<_> = motion.zip(depth).collect();
         Ok(Self { size: images.size(), pixels: to_flat(&pixels, images.size()) })
+    }
+
+    /// The surfaces of a frame whose file has the channels as layers, as captures and `pt render --aov motion,view_depth` write them; `None` if
+    /// it has not.
+    pub fn of_file(file: &LayeredImage) -> Option<Self> {
+        let plane = |id: ChannelId, component| Some(file.channel(&id.full_name(), component)?.to_f32());
+        let [x, y, z, w] =
+            [plane(MOTION, "X")?, plane(MOTION, "Y")?, plane(MOTION, "Z")?, plane(MOTION, "W")?];
+        let depth = plane(VIEW_DEPTH, "Z")?;
+        let pixels = (0..depth.len()).map(|i| ([x[i], y[i], z[i], w[i]], depth[i])).collect();
+        Some(Self { size: [file.width, file.height], pixels })
     }
 
     /// Where the pixels of a picture of `size` were in the picture before, whose surfaces are `before`: those that it shows, at the distance at

@@ -1,6 +1,7 @@
 //! Study files.
 
-use crate::metric::{MeasureAt, StudyMetric};
+use crate::metric::MeasureAt;
+use pt_image::metrics::SequenceMetric;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -46,7 +47,7 @@ pub struct Study {
     /// Which picture is measured.
     pub measure_at: MeasureAt,
     /// Metrics.
-    pub metrics: Vec<StudyMetric>,
+    pub metrics: Vec<SequenceMetric>,
     /// Knobs that all variants have.
     pub set: Vec<Setting>,
     /// The axes of the variants; named variants are an axis of their own.
@@ -142,7 +143,7 @@ pub enum Images {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ledger {
     /// The metric that is split.
-    pub metric: StudyMetric,
+    pub metric: SequenceMetric,
     /// Names of the stages, checked by the program.
     pub stages: Vec<String>,
 }

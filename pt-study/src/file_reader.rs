@@ -3,12 +3,12 @@
 use crate::error::StudyError;
 use crate::file::{Against, Axis, AxisValue, Ledger, PROFILE, Setting, Study, VARIANT_AXIS};
 use crate::keys;
-use crate::metric::{MeasureAt, StudyMetric};
+use crate::metric::{MeasureAt, STUDY_METRICS};
 use crate::toml_reader::{Source, Table, Value};
 use pt_core::settings::{Knob, closest_key};
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::ImageSize;
-use pt_image::metrics::Metric;
+use pt_image::metrics::{Metric, SequenceMetric};
 use pt_shaders::NamedEnum;
 use std::collections::HashSet;
 use std::ops::Range;
@@ -247,7 +247,7 @@ impl<'a> Reader<'a> {
             None => s != TONE_MAP || measure_at == MeasureAt::Display,
         });
         Ok(Some(Ledger {
-            metric: metric.unwrap_or(StudyMetric::Image(Metric::RelMse)),
+            metric: metric.unwrap_or(SequenceMetric::Image(Metric::RelMse)),
             stages: in_order.map(|&stage| stage.into()).collect(),
         }))
     }
@@ -322,17 +322,17 @@ pub(crate) fn metric(
     source: Source<'_>,
     value: &Value<'_>,
     measure_at: MeasureAt,
-) -> Result<StudyMetric, StudyError> {
+) -> Result<SequenceMetric, StudyError> {
     let name = source.string(value)?;
-    let found = StudyMetric::of_name(&name);
-    if found == Some(StudyMetric::Image(Metric::HdrFlip)) && measure_at == MeasureAt::Display {
+    let found = STUDY_METRICS.into_iter().find(|metric| metric.name() == name);
+    if found == Some(SequenceMetric::Image(Metric::HdrFlip)) && measure_at == MeasureAt::Display {
         return Err(source.error(
             value.span(),
             "hdr-flip exposes radiance itself, and the picture as shown is measured; take flip",
         ));
     }
     found.ok_or_else(|| {
-        let known = StudyMetric::ALL.map(StudyMetric::name);
+        let known = STUDY_METRICS.map(SequenceMetric::name);
         let closest = closest_key(&name, known).unwrap_or_default();
         source.error(
             value.span(),

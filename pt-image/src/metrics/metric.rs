@@ -1,11 +1,8 @@
 //! The metrics by name and formula.
 
-use std::str::FromStr;
-
 use super::flip::{EXPOSURE_LUMINANCE_FLOOR, PIXELS_PER_DEGREE};
 use super::{
-    MetricError, PSNR_PEAK, RELMSE_EPSILON, SSIM_K1, SSIM_K2, VARIANCE_LAYER, Z_TEST_EPSILON,
-    Z_TEST_SIGNIFICANCE,
+    PSNR_PEAK, RELMSE_EPSILON, SSIM_K1, SSIM_K2, VARIANCE_LAYER, Z_TEST_EPSILON, Z_TEST_SIGNIFICANCE,
 };
 
 /// A distance between an image `a` and its reference `b`.
@@ -122,16 +119,5 @@ impl Metric {
     /// True when the metric needs the variances of both images.
     pub fn uses_variances(self) -> bool {
         self == Self::ZTest
-    }
-}
-
-impl FromStr for Metric {
-    type Err = MetricError;
-
-    fn from_str(name: &str) -> Result<Self, MetricError> {
-        Self::ALL.into_iter().find(|metric| metric.name() == name).ok_or_else(|| MetricError::Unknown {
-            name: name.into(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
     }
 }

@@ -8,7 +8,8 @@ mod z_test;
 use proptest::prelude::*;
 use pt_image::image_file::{ImageState, LinearImage, srgb_encode};
 use pt_image::metrics::{
-    Measurement, Metric, MetricError, PSNR_PEAK, RELMSE_EPSILON, compare, display_values, non_finite_pixels,
+    Measurement, Metric, MetricError, PSNR_PEAK, RELMSE_EPSILON, SequenceMetric, compare, display_values,
+    non_finite_pixels,
 };
 
 fn image(width: u32, state: ImageState, pixels: Vec<[f32; 3]>) -> LinearImage {
@@ -135,13 +136,13 @@ fn pixels_that_are_not_finite_are_counted() {
 
 #[test]
 fn names_parse_back() {
-    for metric in Metric::ALL {
+    for metric in Metric::ALL.map(SequenceMetric::Image).into_iter().chain(SequenceMetric::TEMPORAL) {
         assert_eq!(metric.name().parse(), Ok(metric));
     }
-    let error = "rmse".parse::<Metric>().unwrap_err();
+    let error = "rmse".parse::<SequenceMetric>().unwrap_err();
     assert_eq!(
         error.to_string(),
-        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, detail, z-test"
+        "unknown metric \"rmse\", known: relmse, mse, psnr, ssim, flip, hdr-flip, energy, detail, z-test, temporal_pixel, temporal_block"
     );
 }
 

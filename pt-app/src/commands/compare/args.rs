@@ -2,36 +2,35 @@
 
 use crate::args::values::numbers;
 use clap::Args;
-use pt_image::metrics::Metric;
+use pt_image::metrics::SequenceMetric;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 /// `pt compare`
 #[derive(Clone, Debug, Args)]
 pub struct CompareArgs {
-    /// The image: PNG, JPEG, HDR or EXR.
+    /// The image: PNG, JPEG, HDR or EXR. Or a sequence: a folder of such images with the number of the frame in their names, or one name with a
+    /// run of # for the number.
     pub a: PathBuf,
-    /// Its reference, of the same size.
+    /// Its reference, of the same size. The frames of two sequences are compared number by number.
     pub b: PathBuf,
     /// What to measure; the formulas are printed with the values. Besides the defaults there is z-test, for EXR files
-    /// with the variance of the mean in a layer `variance`.
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_delimiter = ',',
-        default_value = "relmse,mse,psnr,ssim,flip,hdr-flip,energy,detail"
-    )]
+    /// with the variance of the mean in a layer `variance`. temporal_pixel and temporal_block are of sequences: how much the change from
+    /// frame to frame differs from that of the reference, along the layers motion and view_depth if an EXR has them
+    /// [default of images: relmse,mse,psnr,ssim,flip,hdr-flip,energy,detail]
+    /// [default of sequences: relmse,flip,energy,detail,temporal_pixel,temporal_block]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub metric: Vec<MetricName>,
     /// Compare only this rectangle; x and y count from the top left pixel.
     #[arg(long, value_name = "x,y,w,h")]
     pub region: Option<Region>,
-    /// False-colour map of the per-pixel error of the first metric, dark (0) to bright.
+    /// False-colour map of the per-pixel error of the first metric, dark (0) to bright; of two images.
     #[arg(long, value_name = "F.png")]
     pub heatmap: Option<PathBuf>,
     /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
-    /// Fail (exit code 1) when the metric is above the value; may be repeated.
+    /// Fail (exit code 1) when the metric, of sequences its mean over the frames, is above the value; may be repeated.
     #[arg(long, value_name = "METRIC=VALUE", help_heading = "Checks")]
     pub max: Vec<Limit>,
     /// Fail (exit code 1) when the metric is below the value (psnr, ssim, energy, detail, z-test); may be repeated.
@@ -39,9 +38,25 @@ pub struct CompareArgs {
     pub min: Vec<Limit>,
 }
 
-/// A [`Metric`] by its name.
+impl CompareArgs {
+    /// The metrics asked for (without any `defaults`), then those that only a limit names, each once.
+    pub(super) fn metrics(&self, defaults: &[SequenceMetric]) -> Vec<SequenceMetric> {
+        let mut metrics = Vec::new();
+        let named = self.metric.iter().map(|&MetricName(metric)| metric);
+        let defaults = defaults.iter().copied().filter(|_| self.metric.is_empty());
+        let limited = self.max.iter().chain(&self.min).map(|limit| limit.metric);
+        for metric in named.chain(defaults).chain(limited) {
+            if !metrics.contains(&metric) {
+                metrics.push(metric);
+            }
+        }
+        metrics
+    }
+}
+
+/// A [`SequenceMetric`] by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MetricName(pub Metric);
+pub struct MetricName(pub SequenceMetric);
 
 impl std::fmt::Display for MetricName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -85,7 +100,7 @@ impl FromStr for Region {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The metric.
-    pub metric: Metric,
+    pub metric: SequenceMetric,
     /// The last value that passes; not NaN.
     pub value: f64,
 }

@@ -5,9 +5,8 @@ use crate::frame::FullFrame;
 use anyhow::{Result, bail};
 use pt_core::{Image, Surfaces};
 use pt_image::image_file::{ImageState, LinearImage};
-use pt_image::metrics::{FramePair, Metric, MetricError, compare, temporal_error};
+use pt_image::metrics::{FramePair, Metric, MetricError, SequenceMetric, compare, temporal_error};
 use pt_study::metric::MeasureAt;
-use pt_study::metric::StudyMetric;
 use std::collections::BTreeMap;
 
 /// A frame that was rendered.
@@ -44,8 +43,8 @@ impl Shot {
     }
 
     /// The value of a metric between the first half of the reference's samples and all of them: what a perfect frame would have.
-    pub fn reference_noise(&self, metric: StudyMetric) -> Option<f64> {
-        let StudyMetric::Image(metric) = metric else { return None };
+    pub fn reference_noise(&self, metric: SequenceMetric) -> Option<f64> {
+        let SequenceMetric::Image(metric) = metric else { return None };
         let found = compare(self.truth.half.as_ref()?, &self.truth.image, &[metric]).ok()?;
         found.first().map(|found| found.value)
     }
@@ -54,11 +53,11 @@ impl Shot {
     ///
     /// # Errors
     /// A reference that is no light.
-    pub fn measure(&self, before: Option<&Self>, metrics: &[StudyMetric]) -> Result<Vec<Option<f64>>> {
+    pub fn measure(&self, before: Option<&Self>, metrics: &[SequenceMetric]) -> Result<Vec<Option<f64>>> {
         let of_images: Vec<Metric> = metrics
             .iter()
             .filter_map(|metric| match metric {
-                StudyMetric::Image(metric) => Some(*metric),
+                SequenceMetric::Image(metric) => Some(*metric),
                 _ => None,
             })
             .collect();
@@ -70,11 +69,11 @@ impl Shot {
         };
         let found: BTreeMap<Metric, f64> = measured.iter().map(|found| (found.metric, found.value)).collect();
         let temporal = self.temporal(before);
-        let value = |metric: &StudyMetric| {
+        let value = |metric: &SequenceMetric| {
             let value = match metric {
-                StudyMetric::Image(metric) => found.get(metric).copied(),
-                StudyMetric::TemporalPixel => temporal.map(|[pixel, _]| pixel),
-                StudyMetric::TemporalBlock => temporal.map(|[_, block]| block),
+                SequenceMetric::Image(metric) => found.get(metric).copied(),
+                SequenceMetric::TemporalPixel => temporal.map(|[pixel, _]| pixel),
+                SequenceMetric::TemporalBlock => temporal.map(|[_, block]| block),
             };
             value.filter(|value| value.is_finite())
         };

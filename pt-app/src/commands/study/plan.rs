@@ -16,7 +16,7 @@ use pt_scene::BUILTIN;
 use pt_shaders::NamedEnum;
 use pt_study::cell::{Cell, MANY_CELLS, Shard, Variant, filtered};
 use pt_study::file::{Against, PROFILE, Setting, Study};
-use pt_study::metric::MeasureAt;
+use pt_study::metric::{MeasureAt, record};
 use pt_study::record::{AxisRecord, FORMAT, StudyRecord, VariantRecord};
 use std::path::Path;
 
@@ -128,7 +128,7 @@ impl Plan {
             revision: env!("PT_REVISION").into(),
             device: info.name.clone(),
             driver: info.driver_line(),
-            metrics: study.metrics.iter().map(|metric| metric.record(study.measure_at)).collect(),
+            metrics: study.metrics.iter().map(|&metric| record(metric, study.measure_at)).collect(),
             axes: study
                 .axes
                 .iter()
