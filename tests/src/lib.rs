@@ -120,6 +120,11 @@ impl Frames {
         self.params = params;
     }
 
+    /// Another camera for the next frames.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.camera = camera;
+    }
+
     /// How rays are traced.
     pub fn backend(&self) -> TraceBackend {
         self.session.gpu.backend()

@@ -10,7 +10,7 @@ use pt_denoise::oracle::{
 use pt_denoise::{Denoiser, GradientPixel, Projection};
 use pt_scene::glam::{Affine3A, Vec3};
 use pt_scene::gpu::camera_record;
-use pt_scene::{Blink, Light, LightMotion, Motion, Scene};
+use pt_scene::{Blink, Camera, Light, LightMotion, Motion, Scene};
 use pt_shaders::channels::{
     COLOR_HF, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE, MOTION, RNG_SEED, SHADING_POSITION, VERTEX_NORMAL,
     VIEW_DEPTH, VIEW_DIRECTION,
@@ -237,6 +237,34 @@ fn bounced_light_is_chosen_as_in_the_last_frame() {
     }
     frames.finish();
     assert!(lit > 100, "{lit} gradient pixels have specular light");
+}
+
+/// Glossy surfaces under a moving camera, lit directly: a gradient pixel is seen from where it was seen in the last frame. For the new view every lobe would have
+/// turned, and the specular light of all pixels would seem to change.
+#[test]
+fn the_view_of_the_last_frame_is_kept() {
+    let mut scene = builtin("cornell");
+    for material in &mut scene.materials {
+        (material.specular, material.roughness) = (1.0, 0.2);
+    }
+    let rest = scene.cameras[0].clone();
+    let mut frames = frames(scene, params(0.0));
+    let (mut change, mut light, mut count) = (0.0, 0.0, 0);
+    for frame in 0..LEAST_HISTORY + 6 {
+        let step = Affine3A::from_translation(Vec3::new(0.03 * frame as f32, 0.0, 0.0));
+        frames.set_camera(Camera { world_from_camera: step * rest.world_from_camera, ..rest.clone() });
+        frames.render(0.0);
+        for g in gradients(&frames) {
+            change += (g.now[1] - g.before[1]).abs();
+            light += g.now[1].max(g.before[1]);
+            count += usize::from(g.now[1] > 0.0);
+        }
+    }
+    println!("relative change of specular light {}, {count} gradient pixels", change / light);
+    frames.finish();
+    assert!(count > strata(), "{count} gradient pixels have specular light");
+    // Roundings of the position, which follows from the triangle again.
+    assert!(change < 1e-4 * light, "{change} of {light}");
 }
 
 /// A sampler that reuses the samples of other pixels cannot take one again: there are no gradient pixels.
