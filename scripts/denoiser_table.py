@@ -2,18 +2,24 @@
 """Measures the denoisers on captures: still scenes, a light that is switched, a moving camera. Prints tables and puts them into a README.
 
 usage: scripts/denoiser_table.py [--pt target/release/pt] [--pt-denoise target/release/pt-denoise] [--size 96x54] [--frames 64]
-                                 [--spp 256] [--truth-frames 2048] [--seeds 3] [--jobs 1] [--readme pt-denoise/README.md] [SCENE...]
+                                 [--spp 256] [--truth-frames 2048] [--seeds 3] [--jobs 1] [--seconds S] [--results F]
+                                 [--parts still,switched,moving] [--readme pt-denoise/README.md] [SCENE...]
 
-SCENE is a built-in scene or a glTF file [default: cornell gallery lamps kinds flicker]. The tables are put between the markers of the
-README; with --readme - they are printed alone. Every value is a mean and its standard error over the seeds.
+SCENE is a built-in scene or a glTF file of the part "still" [default: cornell gallery lamps kinds flicker]. The tables are put between the
+markers of the README; with --readme - they are printed alone. Every value is a mean and its standard error over the seeds.
+
+A cell is one part, scene and seed. --results F writes each into a file of JSON lines when it is done; cells that the file has are not run again. After
+--seconds S no further program is started, and the tables have what is there: with 0, only what is in the file.
 
 Still: time stands, no jitter and no lens. The ground truth is the mean of --truth-frames other frames of the same kind: what is left is
 the error of the denoiser. Values are means over the last 8 frames. "Energy by channel" is that of the variant with one light channel
 alone and white surfaces, over the energy of `accumulate`, which has the same input and leaves it where it is.
-Switched and moving: with the jitter of the profile realtime; the ground truth of every frame is path traced with one bounce and --spp samples.
-In `flicker` the alarm lamp goes out, or on, in frame 16, and everything else stands. The recovery is the number of frames from the switch
-on until the error is within 1.5 times that of the scene in which the lamp never changed, for three frames. `gallery` is seen along its
-camera path, 30 frames a second; the first 8 frames do not count.
+Switched: in `flicker` the alarm lamp goes out, or on, in frame 16, and everything else stands; ground truth as above. Two sequences are compared with it in
+which the lamp never changes: the last 8 frames of a long one ("still"), and the first frames of one that begins with the switch ("fresh"): nothing that
+forgets all old light can be better than the latter. The recovery is the number of frames from the switch on until the error is within 1.5 times theirs
+for three frames.
+Moving: `gallery` along its camera path, 30 frames a second, with the jitter of the profile realtime; the ground truth of every frame is path traced with one
+bounce and --spp samples. The first 8 frames do not count.
 """
 
 import argparse
@@ -25,6 +31,8 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 
 BEGIN = "<!-- denoisers on captures: generated, see scripts/denoiser_table.py -->"
 END = "<!-- end of denoisers on captures -->"
@@ -38,6 +46,12 @@ STILL = ["gbuffer.jitter=none", "gbuffer.depth_of_field=false"]
 SWITCH, SWITCH_FPS = 16, 60000
 # When the alarm lamp of flicker changes, seconds.
 SWITCHES = [("goes out", 0.4), ("goes on", 0.8)]
+RECOVERED = 1.5
+PARTS = ["still", "switched", "moving"]
+
+
+class OutOfTime(Exception):
+    """No further program is started."""
 
 
 def main():
@@ -51,8 +65,15 @@ def main():
     parser.add_argument("--truth-frames", default="2048")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--jobs", type=int, default=1, help="programs that run at the same time; on a GPU, where the host waits")
+    parser.add_argument("--seconds", type=float, default=math.inf)
+    parser.add_argument("--results", type=pathlib.Path)
+    parser.add_argument("--parts", default=",".join(PARTS))
     parser.add_argument("--readme", default="pt-denoise/README.md")
     args = parser.parse_args()
+    args.parts = args.parts.split(",")
+    for part in args.parts:
+        if part not in PARTS:
+            sys.exit(f"denoiser_table: --parts: {part} is none of {', '.join(PARTS)}")
     if args.seeds < 2:
         sys.exit("denoiser_table: --seeds: a standard error needs at least 2")
     if args.frames < SWITCH + LAST:
@@ -62,37 +83,71 @@ def main():
         for marker in (BEGIN, END):
             if marker not in lines:
                 sys.exit(f"denoiser_table: {args.readme} has no line \"{marker}\"")
-    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(args.jobs) as jobs:
-        table = [*heading(args), *measure(args, pathlib.Path(folder), jobs)]
+    args.end = time.monotonic() + args.seconds
+    found, failed = measure(args)
+    table = list(tables(args, found))
     print("\n".join(table))
-    if args.readme == "-":
-        return
-    first, last = lines.index(BEGIN), lines.index(END)
-    text = [*lines[: first + 1], *table, *lines[last:]]
-    pathlib.Path(args.readme).write_text("\n".join(text) + "\n")
+    if args.readme != "-":
+        first, last = lines.index(BEGIN), lines.index(END)
+        text = [*lines[: first + 1], *table, *lines[last:]]
+        pathlib.Path(args.readme).write_text("\n".join(text) + "\n")
+    if failed:
+        sys.exit(1)
 
 
-def measure(args, folder, jobs):
-    """The lines of all tables."""
-    seeds = range(1, args.seeds + 1)
-    truths = {scene: jobs.submit(truth, args, scene, 0.0, folder / f"truth_{number}.exr") for number, scene in enumerate(args.scenes)}
-    for future in truths.values():
-        future.result()
-    still = {scene: [jobs.submit(still_errors, args, scene, truths[scene].result(), seed, folder / f"still_{number}_{seed}") for seed in seeds]
-             for number, scene in enumerate(args.scenes)}
-    switched = {time: [jobs.submit(recovery, args, time, seed, folder / f"switch_{time}_{seed}") for seed in seeds] for _, time in SWITCHES}
-    moving = [jobs.submit(moving_errors, args, seed, folder / f"moving_{seed}") for seed in seeds]
-    names = [pathlib.Path(scene).stem for scene in args.scenes]
-    found = {name: [future.result() for future in still[scene]] for name, scene in zip(names, args.scenes)}
-    yield from still_table(names, found)
-    yield from switch_table({time: [future.result() for future in of] for time, of in switched.items()})
-    yield from moving_table([future.result() for future in moving])
+def cells(args, folder):
+    """Name and function of each cell; the first seed of all parts before the second."""
+    for seed in range(1, args.seeds + 1):
+        if "switched" in args.parts:
+            for _, at in SWITCHES:
+                yield f"switched {at} {seed}", lambda at=at, seed=seed: recovery(args, at, seed, folder)
+        if "moving" in args.parts:
+            yield f"moving {seed}", lambda seed=seed: moving_errors(args, seed, folder)
+        if "still" in args.parts:
+            for scene in args.scenes:
+                yield f"still {scene} {seed}", lambda scene=scene, seed=seed: still_errors(args, scene, seed, folder)
 
 
-def run(*command):
+def measure(args):
+    """What the cells found, by name, and whether some failed."""
+    conditions = {"size": args.size, "frames": args.frames, "spp": args.spp, "truth_frames": args.truth_frames}
+    rows, failed = [], False
+    if args.results and args.results.exists():
+        try:
+            rows = [json.loads(line) for line in args.results.read_text().splitlines()]
+            _ = [(row["cell"], row["conditions"], row["device"], row["found"]) for row in rows]
+        except (ValueError, KeyError, TypeError):
+            sys.exit(f"denoiser_table: {args.results} is no file that --results wrote; name another")
+    found = {row["cell"]: row for row in rows if row["conditions"] == conditions}
+    if args.seconds <= 0:
+        return found, failed
+    device = json.loads(run(args, args.pt, "info", "--json"))["devices"][0]["device"]["name"]
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(args.jobs) as jobs:
+        running = {jobs.submit(cell): name for name, cell in cells(args, pathlib.Path(folder)) if name not in found}
+        for future in concurrent.futures.as_completed(running):
+            try:
+                row = {"cell": running[future], "conditions": conditions, "device": device, "found": future.result()}
+            except OutOfTime:
+                continue
+            except RuntimeError as error:
+                print(f"denoiser_table: {running[future]}: {error}", file=sys.stderr)
+                failed = True
+                continue
+            found[row["cell"]] = row
+            rows.append(row)
+            if args.results:
+                written = args.results.with_name(args.results.name + ".new")
+                written.write_text("".join(json.dumps(row) + "\n" for row in rows))
+                written.replace(args.results)
+    return found, failed
+
+
+def run(args, *command):
+    if time.monotonic() >= args.end:
+        raise OutOfTime
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
     if done.returncode != 0:
-        sys.exit(f"denoiser_table: {' '.join(map(str, command))}\nexit {done.returncode}: {done.stderr.strip()}")
+        raise RuntimeError(f"{' '.join(map(str, command))}\nexit {done.returncode}: {done.stderr.strip()}")
     return done.stdout
 
 
@@ -100,22 +155,30 @@ def sets(knobs):
     return [part for knob in knobs for part in ("--set", knob)]
 
 
-def truth(args, scene, time, image):
-    """The mean of many frames."""
-    knobs = [*STILL, "denoise.variant=off", "gbuffer.alternate_fields=true", "checkerboard.blend_split=false"]
-    run(args.pt, "render", scene, "--profile", "realtime", "--accumulate", "--size", args.size, "--frames", args.truth_frames, "--time", time,
-        "--seed", 1000, *sets(knobs), "-o", image)
+TRUTHS, TRUTHS_LOCK = {}, threading.Lock()
+
+
+def truth(args, scene, at, folder):
+    """The image of the mean of many frames at a time, seconds; the first cell that needs it makes it."""
+    with TRUTHS_LOCK:
+        lock, image = TRUTHS.setdefault((scene, at), (threading.Lock(), folder / f"truth_{len(TRUTHS)}.exr"))
+    with lock:
+        if not image.exists():
+            knobs = [*STILL, "denoise.variant=off", "gbuffer.alternate_fields=true", "checkerboard.blend_split=false"]
+            run(args, args.pt, "render", scene, "--profile", "realtime", "--accumulate", "--size", args.size, "--frames", args.truth_frames,
+                "--time", at, "--seed", 1000, *sets(knobs), "-o", image)
     return image
 
 
 def capture(args, scene, seed, folder, *more):
-    run(args.pt, "capture", scene, "--profile", "realtime", "--size", args.size, "--frames", f"0..{args.frames}", "--seed", seed, *more, "-o", folder)
+    run(args, args.pt, "capture", scene, "--profile", "realtime", "--size", args.size, "--frames", f"0..{args.frames}", "--seed", seed, *more,
+        "-o", folder)
 
 
 def denoise(args, recorded, *more, variants=VARIANTS):
     """Rows of the JSON file by variant, in the order of the frames."""
     lines = pathlib.Path(f"{recorded}.jsonl")
-    run(args.pt_denoise, recorded, "--variant", ",".join(variants), "--json", lines, *more)
+    run(args, args.pt_denoise, recorded, "--variant", ",".join(variants), "--json", lines, *more)
     rows = [json.loads(line) for line in lines.read_text().splitlines()]
     return {variant: [row for row in rows if row["variant"] == variant] for variant in variants}
 
@@ -134,9 +197,14 @@ def mean(rows, key):
     return sum(values) / len(values) if values else math.nan
 
 
-def still_errors(args, scene, image, seed, folder):
+def still_errors(args, scene, seed, folder):
     """Values by variant."""
-    folder.mkdir()
+    image = truth(args, scene, 0.0, folder)
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        return still_errors_against(args, scene, seed, image, pathlib.Path(own))
+
+
+def still_errors_against(args, scene, seed, image, folder):
     recorded = folder / "capture"
     capture(args, scene, seed, recorded, "--fps", FROZEN, *sets(STILL))
     # One more, because temporal errors need the frame before.
@@ -156,35 +224,43 @@ def still_errors(args, scene, image, seed, folder):
     return found
 
 
-def recovery(args, time, seed, folder):
-    """By variant: frames until it has recovered (or as many as there are), error before, in the frame of the switch, and after."""
-    folder.mkdir()
+def recovery(args, at, seed, folder):
+    """By variant: frames until it has recovered, None: never; errors of the still sequence, in the frame of the switch, and after."""
     variants = ["accumulate", "svgf", "asvgf"]
     errors = {}
-    for name, start in (("switched", time - (SWITCH - 0.5) / SWITCH_FPS), ("still", time + 0.001)):
-        recorded = folder / name
-        fps = SWITCH_FPS if name == "switched" else FROZEN
-        capture(args, "flicker", seed, recorded, "--time", start, "--fps", fps, "--reference-spp", args.spp, "--reference-bounces", 1)
-        rows = denoise(args, recorded, variants=variants)
-        errors[name] = {variant: [row["relmse"] for row in of] for variant, of in rows.items()}
-    found = {}
+    before, after = (truth(args, "flicker", at + sign * 0.001, folder) for sign in (-1, 1))
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        for name, start, fps, first in (("switched", at - (SWITCH - 0.5) / SWITCH_FPS, SWITCH_FPS, before), ("still", at + 0.001, FROZEN, after)):
+            recorded = pathlib.Path(own) / name
+            images = references(pathlib.Path(own) / f"{name} references", [first] * SWITCH + [after] * (args.frames - SWITCH))
+            capture(args, "flicker", seed, recorded, "--time", start, "--fps", fps, *sets(STILL))
+            errors[name] = denoise(args, recorded, "--reference", images, variants=variants)
+    found = {variant: {} for variant in variants}
     for variant in variants:
-        # The median: single bright samples decide the mean of an error.
-        static = statistics.median(errors["still"][variant][-LAST:])
-        after = errors["switched"][variant][SWITCH:]
-        within = [error <= 1.5 * static for error in after]
-        frames = next((i for i in range(len(after) - 2) if all(within[i : i + 3])), len(after))
-        found[variant] = {"frames": frames, "static": static, "first": after[0] / static, "fifth": after[5] / static}
+        for metric in ("relmse", "flip"):
+            still = [row[metric] for row in errors["still"][variant]]
+            switched = [row[metric] for row in errors["switched"][variant]][SWITCH:]
+            # The median: single bright samples decide the mean of an error.
+            last = statistics.median(still[-LAST:])
+            found[variant][metric] = {"still": last, "first": switched[0] / last, "fifth": switched[5] / last,
+                                      "frames": recovered(switched, [last] * len(switched)), "frames_fresh": recovered(switched, still)}
     return found
+
+
+def recovered(errors, wanted):
+    """Frames until three errors on end are within RECOVERED times what is wanted of them."""
+    within = [error <= RECOVERED * of for error, of in zip(errors, wanted)]
+    return next((i for i in range(len(within) - 2) if all(within[i : i + 3])), None)
 
 
 def moving_errors(args, seed, folder):
     """By variant: errors of all pixels, of disoccluded ones, of the others."""
-    folder.mkdir()
-    recorded = folder / "capture"
-    capture(args, "gallery", seed, recorded, "--camera", "tour", "--fps", 30, "--reference-spp", args.spp, "--reference-bounces", 1)
+    with tempfile.TemporaryDirectory(dir=folder) as own:
+        recorded = pathlib.Path(own) / "capture"
+        capture(args, "gallery", seed, recorded, "--camera", "tour", "--fps", 30, "--reference-spp", args.spp, "--reference-bounces", 1)
+        by_variant = denoise(args, recorded)
     found = {}
-    for variant, rows in denoise(args, recorded).items():
+    for variant, rows in by_variant.items():
         rows = rows[min(8, args.frames // 2) :]
         apart = [row["disoccluded"] for row in rows if row["disoccluded"]]
         found[variant] = {"flip": mean(rows, "flip"), "relmse": statistics.median(row["relmse"] for row in rows),
@@ -207,12 +283,26 @@ def summary(values):
     return f"{middle:.{digits}f} ± {error:.{digits}f}"
 
 
-def heading(args):
-    info = json.loads(run(args.pt, "info", "--json"))["devices"][0]["device"]
+def tables(args, found):
+    """The lines of all tables, of the cells that are there."""
+    def of(part):
+        return [found[name]["found"] for name in (f"{part} {seed}" for seed in range(1, args.seeds + 1)) if name in found]
+
+    devices = sorted({row["device"] for row in found.values()})
     scenes = " ".join(pathlib.Path(scene).name for scene in args.scenes)
     yield (f"`scripts/denoiser_table.py --size {args.size} --frames {args.frames} --spp {args.spp} --truth-frames {args.truth_frames} "
-           f"--seeds {args.seeds} {scenes}`; {info['name']}. Mean and standard error over the seeds.")
+           f"--seeds {args.seeds} {scenes}`; {', '.join(devices) or 'not measured yet'}. Mean and standard error over the seeds.")
     yield ""
+    scenes = {pathlib.Path(scene).stem: of(f"still {scene}") for scene in args.scenes}
+    scenes = {name: seeds for name, seeds in scenes.items() if seeds}
+    if scenes:
+        yield from still_table(list(scenes), scenes)
+    switched = {at: of(f"switched {at}") for _, at in SWITCHES}
+    if any(switched.values()):
+        yield from switch_table(switched, args.frames - SWITCH)
+    moving = of("moving")
+    if moving:
+        yield from moving_table(moving)
 
 
 def still_table(names, found):
@@ -240,14 +330,23 @@ def still_table(names, found):
     yield ""
 
 
-def switch_table(found):
-    yield "**Switched**: `flicker`, the alarm lamp. Errors in units of the still one."
+def switch_table(found, most):
+    yield (f"**Switched**: `flicker`, the alarm lamp. Frames until the error is within {RECOVERED} times that of a still sequence, and of a fresh one that "
+           "begins with the switch.")
     yield ""
-    yield "| lamp | variant | frames until recovered | still relMSE | error in the frame of the switch | five frames later |"
-    yield f"|{' --- |' * 6}"
-    for what, time in SWITCHES:
+    yield ("| lamp | variant | still relMSE | relMSE over it, at once | after 5 frames | frames, relMSE: still | fresh | still FLIP | frames, FLIP: still "
+           "| fresh |")
+    yield f"|{' --- |' * 10}"
+
+    def frames(values):
+        return f"more than {most}" if None in values else summary(values)
+
+    for what, at in SWITCHES:
         for variant in ("accumulate", "svgf", "asvgf"):
-            cells = [summary([of[variant][key] for of in found[time]]) for key in ("frames", "static", "first", "fifth")]
+            relmse, flip = ([of[variant][metric] for of in found[at]] for metric in ("relmse", "flip"))
+            cells = [*(summary([of[key] for of in relmse]) for key in ("still", "first", "fifth")),
+                     *(frames([of[key] for of in relmse]) for key in ("frames", "frames_fresh")), summary([of["still"] for of in flip]),
+                     *(frames([of[key] for of in flip]) for key in ("frames", "frames_fresh"))]
             yield f"| {what} | `{variant}` | {' | '.join(cells)} |"
     yield ""
 
@@ -261,6 +360,10 @@ def moving_table(found):
     for variant in VARIANTS:
         cells = [summary([of[variant][key] for of in found]) for key in ("flip", "new", "others", "relmse", "temporal")]
         yield f"| `{variant}` | {' | '.join(cells)} |"
+    for other in ("svgf", "accumulate"):
+        # The same frames and noise: the difference is known better than both.
+        cells = [summary([of["asvgf"][key] - of[other][key] for of in found]) for key in ("flip", "new", "others", "relmse", "temporal")]
+        yield f"| `asvgf` less `{other}` | {' | '.join(cells)} |"
 
 
 if __name__ == "__main__":

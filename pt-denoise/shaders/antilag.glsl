@@ -17,6 +17,8 @@ vec2 antilag(vec4 g) {
 // Of light that is not sampled again. x, y: sums of its luminance in this frame and in the history; z, w: variance of their difference by this frame and by
 // the history. `k`: factor.
 float antilag_of_sums(vec4 sums, float k) {
-    float change = max(abs(sums.x - sums.y) - push.gate_noise * sqrt(max(max(sums.z, sums.w), 0.0)), 0.0);
+    // Of independent changes and noise the squares add up.
+    float difference = sums.x - sums.y, noise = push.gate_noise * sqrt(max(max(sums.z, sums.w), 0.0));
+    float change = sqrt(max(difference * difference - noise * noise, 0.0));
     return min(k * relative(change, max(sums.x, sums.y)), 1.0);
 }

@@ -47,7 +47,8 @@ fn antilag(gradient: [f32; 4], params: &AntilagParams) -> [f32; 2] {
 fn antilag_of_sums(sums: [f32; 4], k: f32, params: &AntilagParams) -> f32 {
     let [now, before, of_frame, of_history] = sums;
     let variance = of_frame.max(of_history);
-    let change = ((now - before).abs() - params.gate_noise * variance.max(0.0).sqrt()).max(0.0);
+    let noise = params.gate_noise * variance.max(0.0).sqrt();
+    let change = ((now - before).powi(2) - noise.powi(2)).max(0.0).sqrt();
     (k * relative(change, now.max(before))).min(1.0)
 }
 

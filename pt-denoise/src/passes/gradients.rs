@@ -25,7 +25,7 @@ knobs! {
         /// Relative change of the light of a gradient pixel that does not count.
         pub gate: f32 = 0.15, in 0.0..=1.0;
         /// Change of light that is not sampled again which does not count, because it may be noise.
-        pub gate_noise: f32 = 4.0, in 0.0..=100.0, unit "standard deviations";
+        pub gate_noise: f32 = 3.0, in 0.0..=100.0, unit "standard deviations";
         /// Levels of the filter over the gradients.
         pub iterations: u32 = 3, in 0..=7, source "Schied, Peters and Dachsbacher 2018, section 4.3";
         /// Which pixel of 3 x 3 is the gradient pixel; the brightest one shows changes where little light arrives, but hides lights that go on, and makes
