@@ -4,7 +4,7 @@ use crate::error::StudyError;
 use crate::file_reader::{Reader, above_zero, backend, camera, measured, metric, positive, size};
 use crate::keys;
 use crate::toml_reader::Source;
-use pt_core::settings::{Knob, closest_key};
+use pt_core::settings::{Knob, close_to};
 use pt_image::metrics::SequenceMetric;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -246,10 +246,20 @@ impl Study {
         if let (Some(baseline), Some(place)) = (&study.baseline, table.get("baseline"))
             && !variants.iter().any(|variant| variant.name == *baseline)
         {
-            let closest = closest_key(baseline, variants.iter().map(|v| v.name.as_str())).unwrap_or_default();
-            return Err(source
-                .error(place.span(), format!("no variant is called {baseline:?}, closest: {closest:?}")));
+            let names: Vec<&str> = variants.iter().map(|variant| variant.name.as_str()).collect();
+            let closest = close_to(baseline, names.iter().copied());
+            let some = names[..names.len().min(12)].join(", ");
+            let rest = if names.len() > 12 { ", ..." } else { "" };
+            return Err(source.error(
+                place.span(),
+                format!("no variant is called {baseline:?}{closest} (there are {some}{rest})"),
+            ));
         }
         Ok(Self { text, ..study })
+    }
+
+    /// An error at entry `index` of the list `key`, such as `cameras`, for what only the program can check.
+    pub fn error_at(&self, key: &str, index: usize, reason: impl Into<String>) -> StudyError {
+        Source { path: &self.path, text: &self.text }.error_at(key, index, reason)
     }
 }
