@@ -3,7 +3,7 @@
 use anyhow::Result;
 use pt_study::ledger::{COUNTS_AS, reference_noise};
 use pt_study::record::{CellRecord, StudyRecord, TimingRecord};
-use pt_study::summary::{Interval, SummaryRow, summarize};
+use pt_study::summary::{Interval, SummaryRow, few_seeds, summarize};
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -46,6 +46,9 @@ pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) ->
          p: corrected for all comparisons (Holm)",
         study.baseline
     )?;
+    if let Some(sentence) = few_seeds(cells) {
+        writeln!(out, "{sentence}")?;
+    }
     Ok(())
 }
 
@@ -59,6 +62,9 @@ pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingReco
         study.driver,
         study.revision
     );
+    if let Some(sentence) = few_seeds(cells) {
+        text += &format!("\n{sentence}.\n");
+    }
     let variants: BTreeMap<_, _> = cells.iter().map(|cell| (&cell.cell, cell.variant.as_str())).collect();
     let mut times: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for timing in timings {
