@@ -5,6 +5,7 @@ use anyhow::{Result, anyhow, bail, ensure};
 use pt_core::console::print_warning;
 use pt_core::memory::{check_size, host_free_bytes};
 use pt_core::phases::Phases;
+use pt_core::settings::close_to;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, DeviceOptions, Frame};
 use pt_denoise::Denoiser;
@@ -200,7 +201,10 @@ pub fn fold_seed(seed: u64) -> u32 {
 }
 
 /// The camera that the arguments select, or the scene's first one; `None` if it has none.
-fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
+///
+/// # Errors
+/// A camera that the scene does not have, with those that it has.
+pub fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
     let CameraArgs { camera: choice, look, vfov } = args;
     if let Some(LookAt { eye, target }) = *look {
         let camera = Camera::look_at("look", Vec3::from(eye), Vec3::from(target), vfov.to_radians());
@@ -222,5 +226,6 @@ fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
     let cameras = scene.cameras.iter().enumerate();
     let names: Vec<_> = cameras.map(|(i, c)| format!("{} \"{}\"", c.index.unwrap_or(i), c.name)).collect();
     let there = if names.is_empty() { "none".into() } else { names.join(", ") };
-    bail!("camera {wanted}: {} has no such camera; it has {there}", scene.name)
+    let closest = close_to(&wanted, scene.cameras.iter().map(|camera| camera.name.as_str()));
+    bail!("camera {wanted}: {} has no such camera{closest}; it has {there}", scene.name)
 }

@@ -104,7 +104,43 @@ fn what_cannot_run_is_said_in_a_line() {
     assert!(refused(at, &["study", "none.toml", "-o", "out"]).contains("none.toml"));
     fs::write(at.join("scene.toml"), "scenes = [\"cornell\", \"galery\"]\nmetrics = [\"relmse\"]\n").unwrap();
     let line = refused(at, &["study", "scene.toml", "-o", "out"]);
-    assert!(line.contains("scene.toml: scenes: galery") && line.contains("gallery"), "{line}");
+    assert!(
+        line.contains("scene.toml:1:22: galery: neither") && line.contains("closest: \"gallery\""),
+        "{line}"
+    );
+    // Cameras are looked for in each scene before the first cell is run, and before a device is opened.
+    write("camera.toml", "cameras = [0, \"classic\",\n  \"clasic\"]\n");
+    for args in [&["study", "camera.toml", "--dry-run"][..], &["study", "camera.toml", "-o", "out"]] {
+        let line = refused(at, args);
+        assert!(
+            line.contains(
+                "camera.toml:4:3: camera clasic: cornell has no such camera, closest: \"classic\"; it has 0"
+            ),
+            "{line}"
+        );
+    }
+    write("index.toml", "cameras = 7\n");
+    assert!(
+        refused(at, &["study", "index.toml", "--dry-run"])
+            .contains("index.toml:3:11: camera 7: cornell has no")
+    );
+    // A scene beside the study file is found from elsewhere, and its cameras too.
+    fs::create_dir(at.join("sub")).unwrap();
+    let empty = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"scene":0,"nodes":[{"camera":0,"name":"eye"}],
+        "cameras":[{"type":"perspective","perspective":{"yfov":1.0,"znear":0.1}}]}"#;
+    fs::write(at.join("sub/own.gltf"), empty).unwrap();
+    let own = "scenes = [\"own.gltf\"]\nmetrics = [\"relmse\"]\n";
+    fs::write(at.join("sub/own.toml"), format!("{own}cameras = \"eye\"\n")).unwrap();
+    text(at, &["study", "sub/own.toml", "--dry-run"]);
+    fs::write(at.join("sub/own.toml"), format!("{own}cameras = \"eyes\"\n")).unwrap();
+    let line = refused(at, &["study", "sub/own.toml", "--dry-run"]);
+    assert!(line.contains("sub/own.toml:3:11: camera eyes") && line.contains("closest: \"eye\""), "{line}");
+    // A view is no name, and a filter may leave the cells that are wrong out.
+    write("view.toml", "cameras = [\"0,1,3,0,1,0\", \"clasic\"]\n");
+    text(at, &["study", "view.toml", "--dry-run", "--filter", "camera=0,1,3,0,1,0"]);
+    write("far.toml", "set = { wavelength = 1 }\n");
+    let line = refused(at, &["study", "far.toml", "--dry-run"]);
+    assert!(line.contains("unknown knob \"wavelength\" (pt knobs lists them)"), "{line}");
     write("seeds.toml", "seeds = 1000000\n");
     let line = refused(at, &["study", "seeds.toml", "--dry-run"]);
     assert!(line.contains("the study has 1000000 cells"), "{line}");
@@ -140,7 +176,10 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
     let at = folder.path();
     fs::write(at.join("small.toml"), SMALL).unwrap();
     let printed = text(at, &["study", "small.toml", "-o", "whole", "--cache", "cache"]);
-    assert!(printed.contains("no difference shown"), "{printed}");
+    assert!(
+        printed.contains("no difference shown") && printed.contains("\n1 seed: nothing tells"),
+        "{printed}"
+    );
     let mut killed = pt(at, &["study", "small.toml", "-o", "killed", "--cache", "cache"]).spawn().unwrap();
     // As soon as a cell is there.
     let cells = at.join("killed/cells");
@@ -369,11 +408,19 @@ fn recorded_references_are_of_the_same_view() {
     assert!(value > 0.0 && value < 1.0, "{value}");
     study("cornell", "sizes = [\"16x12\"]\n");
     let line = refused(at, &["study", "s.toml", "-o", "scene"]);
-    assert!(line.contains("recorded: is of the scene plane, the cell of cornell"), "{line}");
+    assert!(line.contains("s.toml:2:11: recorded: is of the scene plane, the study of cornell"), "{line}");
     study("plane", "cameras = [\"above\"]\nsizes = [\"16x12\"]\n");
     assert!(refused(at, &["study", "s.toml", "-o", "camera"]).contains("with another camera"));
+    study("plane", "sizes = [\"16x12\", \"8x6\"]\n");
+    let line = refused(at, &["study", "s.toml", "--dry-run"]);
+    assert!(line.contains("s.toml:2:11: recorded: has frames of 16x12, the study of 8x6"), "{line}");
     study("plane", "sizes = [\"16x12\"]\nmeasure = \"0..3\"\n");
     assert!(refused(at, &["study", "s.toml", "-o", "frames"]).contains("within 0..2"));
+    study("plane", "sizes = [\"16x12\"]\n");
+    let longer = fs::read_to_string(at.join("s.toml")).unwrap().replace("frames = 2", "frames = 3");
+    fs::write(at.join("s.toml"), longer).unwrap();
+    let line = refused(at, &["study", "s.toml", "--dry-run"]);
+    assert!(line.contains("recorded: has the frames 0..2, and the study measures 2"), "{line}");
     // Another version, which is seen before a scene is opened.
     let index = at.join("recorded/index.json");
     let changed = fs::read_to_string(&index)
@@ -381,5 +428,6 @@ fn recorded_references_are_of_the_same_view() {
         .replace(&format!("\"{}\"", env!("CARGO_PKG_VERSION")), "\"0.0.7\"");
     fs::write(&index, changed).unwrap();
     study("plane", "sizes = [\"16x12\"]\n");
-    assert!(refused(at, &["study", "s.toml", "-o", "version"]).contains("was recorded by version 0.0.7"));
+    let line = refused(at, &["study", "s.toml", "--dry-run"]);
+    assert!(line.contains("s.toml:2:11: ") && line.contains("was recorded by version 0.0.7"), "{line}");
 }

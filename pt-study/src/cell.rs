@@ -2,7 +2,7 @@
 
 use crate::error::StudyError;
 use crate::file::{AxisValue, Design, Pairing, Setting, Study};
-use pt_core::settings::closest_key;
+use pt_core::settings::close_to;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
@@ -243,9 +243,9 @@ pub fn filtered(cells: Vec<Cell>, variants: &[Variant], filters: &[Filter]) -> R
     let known: Vec<&str> =
         KEYS.into_iter().chain(axes.into_iter().filter(|axis| !KEYS.contains(axis))).collect();
     if let Some(filter) = filters.iter().find(|filter| !known.contains(&filter.key.as_str())) {
-        let closest = closest_key(&filter.key, known.iter().copied()).unwrap_or_default();
+        let closest = close_to(&filter.key, known.iter().copied());
         return Err(StudyError::Selection(format!(
-            "--filter {}={}: unknown key, closest: {closest} (there are {})",
+            "--filter {}={}: unknown key{closest} (there are {})",
             filter.key,
             filter.value,
             known.join(", ")

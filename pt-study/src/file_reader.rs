@@ -5,7 +5,7 @@ use crate::file::{Against, Axis, AxisValue, Ledger, PROFILE, Setting, Study, VAR
 use crate::keys;
 use crate::metric::{MeasureAt, STUDY_METRICS};
 use crate::toml_reader::{Source, Table, Value};
-use pt_core::settings::{Knob, closest_key};
+use pt_core::settings::{Knob, close_to};
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::ImageSize;
 use pt_image::metrics::{Metric, SequenceMetric};
@@ -70,11 +70,10 @@ impl<'a> Reader<'a> {
 
     fn check_key(&self, key: &str, span: Range<usize>, of_reference: bool) -> Result<(), StudyError> {
         if key != PROFILE && self.knob(key).is_none() {
-            let closest =
-                closest_key(key, self.knobs.iter().map(|knob| knob.key.as_str())).unwrap_or_default();
+            let closest = close_to(key, self.knobs.iter().map(|knob| knob.key.as_str()));
             return Err(self
                 .source
-                .error(span, format!("unknown knob {key:?}, closest: {closest:?} (pt knobs lists them)")));
+                .error(span, format!("unknown knob {key:?}{closest} (pt knobs lists them)")));
         }
         if key.starts_with("reference.") && !of_reference {
             return Err(self.source.error(
@@ -333,11 +332,9 @@ pub(crate) fn metric(
     }
     found.ok_or_else(|| {
         let known = STUDY_METRICS.map(SequenceMetric::name);
-        let closest = closest_key(&name, known).unwrap_or_default();
-        source.error(
-            value.span(),
-            format!("unknown metric {name:?}, closest: {closest:?} (there are {})", known.join(", ")),
-        )
+        let closest = close_to(&name, known);
+        source
+            .error(value.span(), format!("unknown metric {name:?}{closest} (there are {})", known.join(", ")))
     })
 }
 

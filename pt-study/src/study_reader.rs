@@ -6,7 +6,7 @@ use crate::file_reader::{Reader, above_zero, backend, camera, measured, metric, 
 use crate::keys;
 use crate::metric::MeasureAt;
 use crate::toml_reader::Source;
-use pt_core::settings::{Knob, closest_key};
+use pt_core::settings::{Knob, close_to};
 use std::path::Path;
 
 impl Study {
@@ -93,10 +93,20 @@ impl Study {
         if let (Some(baseline), Some(place)) = (&study.baseline, table.get("baseline"))
             && !variants.iter().any(|variant| variant.name == *baseline)
         {
-            let closest = closest_key(baseline, variants.iter().map(|v| v.name.as_str())).unwrap_or_default();
-            return Err(source
-                .error(place.span(), format!("no variant is called {baseline:?}, closest: {closest:?}")));
+            let names: Vec<&str> = variants.iter().map(|variant| variant.name.as_str()).collect();
+            let closest = close_to(baseline, names.iter().copied());
+            let some = names[..names.len().min(12)].join(", ");
+            let rest = if names.len() > 12 { ", ..." } else { "" };
+            return Err(source.error(
+                place.span(),
+                format!("no variant is called {baseline:?}{closest} (there are {some}{rest})"),
+            ));
         }
         Ok(Self { text, ..study })
+    }
+
+    /// An error at entry `index` of the list `key`, such as `cameras`, for what only the program can check.
+    pub fn error_at(&self, key: &str, index: usize, reason: impl Into<String>) -> StudyError {
+        Source { path: &self.path, text: &self.text }.error_at(key, index, reason)
     }
 }

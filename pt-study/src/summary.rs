@@ -1,7 +1,7 @@
 //! The answer of a study: for each metric, how each variant stands against the baseline.
 
 use crate::record::{CellRecord, MetricRecord, StudyRecord};
-use crate::statistics::{Interval, LEVEL, estimate, holm};
+use crate::statistics::{FEWEST_FOR_BOOTSTRAP, Interval, LEVEL, estimate, holm};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -129,6 +129,25 @@ fn strata<'a>(values: impl Iterator<Item = (Pair<'a>, f64)>) -> Vec<Vec<f64>> {
     strata.into_values().collect()
 }
 
+/// What few seeds mean for the intervals, in a sentence; `None` where every variant has enough of them for the bootstrap.
+pub fn few_seeds(cells: &[CellRecord]) -> Option<String> {
+    let mut seeds: BTreeMap<_, usize> = BTreeMap::new();
+    for cell in cells {
+        let (scene, camera, size, backend, _) = pair_of(cell);
+        *seeds.entry((&cell.variant, scene, camera, size, backend)).or_default() += 1;
+    }
+    match seeds.into_values().min()? {
+        1 => Some(
+            "1 seed: nothing tells the noise, so that there is no interval and no difference can be shown; give 3 seeds or more".into(),
+        ),
+        n if n < FEWEST_FOR_BOOTSTRAP => Some(format!(
+            "{n} seeds: the intervals are Student's, wide for want of values and right only if the noise is nearly normal, which {n} values cannot \
+             tell; from {FEWEST_FOR_BOOTSTRAP} seeds on they are a bootstrap's"
+        )),
+        _ => None,
+    }
+}
+
 /// Corrects the p-values, and gives the verdicts that follow.
 fn judge(summaries: &mut [Summary]) {
     let compared = |summaries: &mut [Summary], f: &mut dyn FnMut(&mut SummaryRow, f64)| {
@@ -249,6 +268,23 @@ mod tests {
         assert_eq!(order, ["best", "on", "placebo", "off"]);
         assert!((found.rows[2].difference.unwrap() - 2.75).abs() < 0.2, "{found:?}");
         assert_eq!(found.rows[0].cells, 10);
+    }
+
+    #[test]
+    fn few_seeds_are_said() {
+        let variants: [TestVariant; 2] = [("on", |scene, noise| scene + noise), ("off", |scene, _| scene)];
+        let said = |seeds: u64| few_seeds(&study(seeds, &variants).1);
+        assert!(said(1).unwrap().starts_with("1 seed: ") && said(1).unwrap().contains("no interval"));
+        assert!(said(2).unwrap().starts_with("2 seeds: the intervals are Student's"));
+        assert!(said(4).unwrap().contains("which 4 values cannot tell; from 5 seeds on"));
+        assert_eq!((said(5), few_seeds(&[])), (None, None));
+        // One variant on one scene is short of seeds.
+        let (_, mut cells) = study(5, &variants);
+        cells.truncate(cells.len() - 3);
+        assert!(few_seeds(&cells).unwrap().starts_with("2 seeds"));
+        // The intervals that the sentence is about.
+        let (record, cells) = study(2, &variants);
+        assert!(summarize(&record, &cells)[0].rows.iter().all(|row| row.interval.is_some()));
     }
 
     #[test]

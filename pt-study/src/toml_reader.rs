@@ -2,7 +2,7 @@
 
 use crate::error::StudyError;
 use crate::keys::{Key, names};
-use pt_core::settings::closest_key;
+use pt_core::settings::close_to;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -35,6 +35,15 @@ impl<'a> Source<'a> {
         StudyError::At { path: self.path.into(), line, column, reason: reason.into() }
     }
 
+    /// An error at entry `index` of the list `key` of the root table, or at the single value that stands for the list.
+    pub fn error_at(self, key: &str, index: usize, reason: impl Into<String>) -> StudyError {
+        let span = self.parse().ok().and_then(|root| {
+            let (_, value) = root.get_ref().iter().find(|(name, _)| name.get_ref() == key)?;
+            Some(self.list(value).get(index)?.span())
+        });
+        self.error(span.unwrap_or(0..0), reason)
+    }
+
     /// A table of which only `keys` are allowed; `what` names it in messages.
     pub fn table<'t>(
         self,
@@ -46,10 +55,10 @@ impl<'a> Source<'a> {
         match table.keys().find(|key| !known.contains(&key.get_ref().as_ref())) {
             Some(key) => {
                 let name = key.get_ref();
-                let closest = closest_key(name, known.iter().copied()).unwrap_or_default();
+                let closest = close_to(name, known.iter().copied());
                 Err(self.error(
                     key.span(),
-                    format!("unknown key {name:?}, closest: {closest:?} ({what} has: {})", known.join(", ")),
+                    format!("unknown key {name:?}{closest} ({what} has: {})", known.join(", ")),
                 ))
             }
             None => Ok(Table { source: self, table }),

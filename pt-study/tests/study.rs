@@ -58,6 +58,17 @@ fn errors_have_a_place_and_the_closest_key() {
     let error = parse("scenes = [\n\"a\"\nmetrics").unwrap_err().to_string();
     assert!(error.starts_with("a/s.toml:3:"), "{error}");
     assert!(!error.contains('\n'), "{error}");
+    // Nothing is proposed that is not spelt like what was written.
+    for rest in [
+        "wavelength = 3\n",
+        "set = { wavelength = 3 }\n",
+        "baseline = \"wavelength\"\n[[variant]]\nname = \"off\"\n",
+    ] {
+        let error = refused(rest);
+        assert!(error.contains("\"wavelength\"") && !error.contains("closest"), "{error}");
+    }
+    let error = parse("scenes = [\"a\"]\nmetrics = [\"wavelength\"]\n").unwrap_err().to_string();
+    assert!(error.starts_with("a/s.toml:2:12: unknown metric \"wavelength\" (there are relmse, "), "{error}");
     for (text, part) in [
         ("metrics = [\"relmse\"]\n", "has no scenes"),
         ("scenes = [\"a\"]\nmetrics = [\"relms\"]\n", "closest: \"relmse\""),
@@ -134,8 +145,10 @@ fn cells_have_names_for_files_and_seeds_of_their_own() {
     let kept = filtered(cells.clone(), &variants, &[filter("placebo=b"), filter("seed=3"), filter("seed=4")])
         .unwrap();
     assert_eq!(kept.len(), 4);
+    let error = filtered(cells.clone(), &variants, &[filter("wavelength=b")]).unwrap_err().to_string();
+    assert!(error.contains("unknown key (there are scene, "), "{error}");
     let error = filtered(cells.clone(), &variants, &[filter("placbo=b")]).unwrap_err().to_string();
-    assert!(error.contains("closest: placebo"), "{error}");
+    assert!(error.contains("closest: \"placebo\""), "{error}");
     assert!(
         filtered(cells.clone(), &variants, &[filter("seed=9")])
             .unwrap_err()

@@ -20,7 +20,7 @@ mod table;
 pub use error::ReportError;
 
 use crate::record::StudyRecord;
-use crate::summary::summarize;
+use crate::summary::{few_seeds, summarize};
 use answer::Answer;
 use figure::{Figure, Source};
 use input::Results;
@@ -45,6 +45,8 @@ struct Page<'a> {
     study: &'a StudyRecord,
     series: &'a [Series],
     answers: Vec<Answer>,
+    /// What few seeds mean for the intervals.
+    few_seeds: Option<String>,
     /// Error of the first metric over frames.
     frames: Option<Figure>,
     /// The same over GPU time.
@@ -93,6 +95,7 @@ fn render(results: &Results, folder: &Path, limit: usize) -> Result<String, Repo
         study,
         series: &series,
         answers: answer::answers(results, &summarize(study, &results.cells), &series),
+        few_seeds: few_seeds(&results.cells),
         frames,
         cost,
         passes: provenance::passes(results),

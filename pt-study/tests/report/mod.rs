@@ -156,6 +156,11 @@ fn one_cell_a_variant_shows_no_difference() {
     let page = fs::read_to_string(write(dir.path()).unwrap()).unwrap();
     assert!(page.contains("no difference shown: <b>svgf, placebo"), "{}", page.len());
     assert!(page.contains("none is better") && page.contains("none is worse"));
+    assert!(page.contains("1 seed: nothing tells the noise"));
+    // Five seeds need no sentence.
+    let dir = written();
+    let page = fs::read_to_string(write(dir.path()).unwrap()).unwrap();
+    assert!(!page.contains("seed: nothing") && !page.contains("Student"));
 }
 
 #[test]

@@ -1,18 +1,15 @@
 //! What a study file asks for, resolved: its variants with their knobs, and the cells to run.
 
-use super::StudyArgs;
-use crate::args::{CameraArgs, CameraChoice, LookAt};
+use super::{StudyArgs, views};
+use crate::args::LookAt;
 use crate::frame::{Oracle, Oracles};
 use crate::params::{
     FrameParams, ReferenceSettings, all_knobs, assignments, check_frame, resolve, resolve_reference,
 };
-use crate::session::open_scene;
 use anyhow::{Context, Result, bail, ensure};
 use pt_core::Device;
-use pt_import::LoadOptions;
 use pt_post::{Encoding, Upscale};
 use pt_reference::ReferenceParams;
-use pt_scene::BUILTIN;
 use pt_shaders::NamedEnum;
 use pt_study::cell::{Cell, MANY_CELLS, Shard, Variant, filtered};
 use pt_study::file::{Against, PROFILE, Setting, Study};
@@ -46,13 +43,6 @@ impl Plan {
     pub fn new(args: &StudyArgs) -> Result<Self> {
         let file = args.file.as_deref().context("no study file is given")?;
         let study = Study::read(file, &all_knobs(), &Oracles::names())?;
-        // What is missing is found before the first cell is run.
-        let is_there =
-            |scene: &str| BUILTIN.iter().any(|(name, _)| *name == scene) || Path::new(scene).is_file();
-        for scene in study.scenes.iter().filter(|scene| !is_there(scene)) {
-            open_scene(scene, &LoadOptions::default())
-                .with_context(|| format!("{}: scenes", file.display()))?;
-        }
         let count = study.cell_count();
         ensure!(
             count < MANY_CELLS || args.yes,
@@ -100,6 +90,7 @@ impl Plan {
             reference.spp = spp;
         }
         let cells = filtered(study.cells(&variants), &variants, &args.filter)?;
+        views::check(&study, &cells)?;
         let command = command(file, args);
         Ok(Self { study, variants, params, reference, cells, shard: args.shard, command })
     }
@@ -143,16 +134,10 @@ impl Plan {
         }
     }
 
-    /// A scene as the importer takes it: a built-in one by its name, a file relative to the study file.
-    pub fn scene_path(&self, scene: &str) -> String {
-        let beside = self.study.path.parent().unwrap_or(Path::new("")).join(scene);
-        if beside.is_file() { beside.to_string_lossy().into_owned() } else { scene.into() }
-    }
-
     /// The command that renders the frames of a cell, up to the last one that is measured.
     pub fn cell_command(&self, cell: &Cell) -> String {
         let study = &self.study;
-        let mut words = vec!["pt".into(), "render".into(), quoted(&self.scene_path(&cell.scene))];
+        let mut words = vec!["pt".into(), "render".into(), quoted(&views::scene_path(study, &cell.scene))];
         let mut add = |flag: &str, value: &str| words.extend([flag.to_owned(), quoted(value)]);
         if !cell.camera.is_empty() {
             let is_look = cell.camera.parse::<LookAt>().is_ok();
@@ -180,22 +165,6 @@ impl Plan {
         words.extend(["-o".into(), "frame.exr".into()]);
         words.join(" ")
     }
-}
-
-/// The camera of a cell.
-///
-/// # Errors
-/// None in practice: a name is any text.
-pub fn camera_args(camera: &str) -> Result<CameraArgs> {
-    let default = CameraArgs::default();
-    if camera.is_empty() {
-        return Ok(default);
-    }
-    if let Ok(look) = camera.parse() {
-        return Ok(CameraArgs { look: Some(look), ..default });
-    }
-    let choice: CameraChoice = camera.parse().map_err(anyhow::Error::msg)?;
-    Ok(CameraArgs { camera: Some(choice), ..default })
 }
 
 /// Profile and knobs of a variant. The last profile counts, and knobs come after it.

@@ -2,17 +2,17 @@
 
 use super::measure::Shot;
 use super::pictures;
-use super::plan::{Plan, camera_args};
+use super::plan::Plan;
 use super::truth::{Truth, Truths, View};
+use super::views;
 use crate::frame::{FrameTime, FullFrame, Oracle, Oracles, ShownTruth};
-use crate::session::{Session, fold_seed, open_scene};
+use crate::session::{Session, fold_seed};
 use crate::timings::{pass_spreads, warm};
 use anyhow::{Context, Result};
 use pt_core::frame::FrameTiming;
 use pt_core::harness::Spread;
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, Recorder};
-use pt_import::LoadOptions;
 use pt_scene::Scene;
 use pt_shaders::NamedEnum;
 use pt_study::cell::Cell;
@@ -155,15 +155,12 @@ impl<'a> Runner<'a> {
     fn session(&mut self, cell: &Cell) -> Result<Session> {
         let scene = match self.scene.take() {
             Some((name, scene)) if name == cell.scene => scene,
-            _ => {
-                let options = LoadOptions { time: self.plan.study.time, ..LoadOptions::default() };
-                open_scene(&self.plan.scene_path(&cell.scene), &options)?
-            }
+            _ => views::open(&self.plan.study, &cell.scene)?,
         };
         let asked = TraceBackend::from_name(&cell.backend)?;
         let backend =
             self.chosen.get(&cell.scene).copied().filter(|_| asked == TraceBackend::Auto).unwrap_or(asked);
-        let session = Session::on(&self.device, backend, &camera_args(&cell.camera)?, scene.clone());
+        let session = Session::on(&self.device, backend, &views::camera_args(&cell.camera)?, scene.clone());
         self.scene = Some((cell.scene.clone(), scene));
         let session = session?;
         if asked == TraceBackend::Auto {

@@ -4,7 +4,7 @@ use anyhow::Result;
 use pt_study::ledger::{COUNTS_AS, reference_noise};
 use pt_study::record::{CellRecord, StudyRecord, TimingRecord};
 use pt_study::statistics::Interval;
-use pt_study::summary::{SummaryRow, summarize};
+use pt_study::summary::{SummaryRow, few_seeds, summarize};
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -47,6 +47,9 @@ pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) ->
          p: corrected for all comparisons (Holm)",
         study.baseline
     )?;
+    if let Some(sentence) = few_seeds(cells) {
+        writeln!(out, "{sentence}")?;
+    }
     Ok(())
 }
 
@@ -60,6 +63,9 @@ pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingReco
         study.driver,
         study.revision
     );
+    if let Some(sentence) = few_seeds(cells) {
+        text += &format!("\n{sentence}.\n");
+    }
     let variants: BTreeMap<_, _> = cells.iter().map(|cell| (&cell.cell, cell.variant.as_str())).collect();
     let mut times: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for timing in timings {

@@ -1,6 +1,7 @@
 //! The ground truth of a study's frames: path traced once and kept by content, or recorded in a capture.
 
-use super::plan::{Plan, camera_args};
+use super::plan::Plan;
+use super::views;
 use crate::ground_truth::{PathTraced, TruthOf, path_trace};
 use crate::session::Session;
 use anyhow::{Context, Result, bail, ensure};
@@ -78,28 +79,7 @@ impl Truths {
                     kept: HashMap::new(),
                 }))
             }
-            Against::Capture(path) => {
-                let folder = CaptureFolder::open(path)?;
-                for frame in study.measure.clone() {
-                    let place = frame.checked_sub(folder.range().start).map(|i| i as usize);
-                    let entry = place.and_then(|i| folder.index.frames.get(i));
-                    let entry = entry.with_context(|| {
-                        let there = folder.range();
-                        format!(
-                            "{}: has the frames {}..{}, and the study measures {frame}",
-                            path.display(),
-                            there.start,
-                            there.end
-                        )
-                    })?;
-                    ensure!(
-                        entry.reference.is_some(),
-                        "{}: frame {frame} has no reference; record it with pt capture --reference-spp",
-                        path.display()
-                    );
-                }
-                Ok(Self::Captured(folder, path.clone()))
-            }
+            Against::Capture(path) => Ok(Self::Captured(views::recorded(study, path)?, path.clone())),
         }
     }
 
@@ -110,7 +90,7 @@ impl Truths {
     pub fn of_frame(&mut self, cell: &Cell, scene: &Scene, view: View<'_>) -> Result<Truth> {
         match self {
             Self::Traced(traced) => traced.of_frame(cell, scene, view),
-            Self::Captured(folder, path) => captured(folder, path, cell, view),
+            Self::Captured(folder, path) => captured(folder, path, view),
         }
     }
 }
@@ -150,7 +130,7 @@ impl Traced {
         }
         let path = self.folder.join(format!("{key}.exr"));
         if !path.exists() {
-            let camera = camera_args(&cell.camera)?;
+            let camera = views::camera_args(&cell.camera)?;
             let truth = TruthOf { scene, camera: &camera, time: view.time, record: view.record };
             let PathTraced { file, half } =
                 path_trace(&self.device, session.gpu.backend(), &truth, &self.params)?;
@@ -191,22 +171,10 @@ fn layer_of(file: &LayeredImage, name: &str) -> Option<LinearImage> {
 }
 
 /// The reference that a capture has of the frame.
-fn captured(folder: &CaptureFolder, path: &Path, cell: &Cell, view: View<'_>) -> Result<Truth> {
+fn captured(folder: &CaptureFolder, path: &Path, view: View<'_>) -> Result<Truth> {
     let name = path.display();
-    let index = &folder.index;
-    if index.scene != view.session.scene.name {
-        bail!(
-            "{name}: is of the scene {}, the cell of {}; give a capture of the same scene",
-            index.scene,
-            view.session.scene.name
-        );
-    }
-    if index.output_size != cell.size {
-        let [[w, h], [cw, ch]] = [index.output_size, cell.size];
-        bail!("{name}: has frames of {w}x{h}, the cell of {cw}x{ch}; give a capture of the same size");
-    }
     let place = (view.index - folder.range().start) as usize;
-    let entry = &index.frames[place];
+    let entry = &folder.index.frames[place];
     let recorded = folder.sidecar(view.index)?;
     if recorded.camera != CapturedCamera::from(&view.record.camera) {
         bail!(
