@@ -14,6 +14,7 @@ A cell is one part, scene and seed. --results F writes each into a file of JSON 
 Still: time stands, no jitter and no lens. The ground truth is the mean of --truth-frames other frames of the same kind: what is left is
 the error of the denoiser. Values are means over the last 8 frames. "Energy by channel" is that of the variant with one light channel
 alone and white surfaces, over the energy of `accumulate`, which has the same input and leaves it where it is.
+All variants but `asvgf` have a recording of their own, without gradient pixels; the energies by channel, and what is switched, are of one recording.
 Switched: in `flicker` the alarm lamp goes out, or on, in frame 16, and everything else stands; ground truth as above. The recovery is the number of
 frames from the switch on until the error is within 1.5 times a wanted one for three frames. Wanted is the error of a sequence in which the lamp never
 changes: of its last 8 frames ("still"), or of as many frames after its beginning ("fresh": nothing that forgets all old light can be better). "Path traced":
@@ -183,6 +184,19 @@ def denoise(args, recorded, *more, variants=VARIANTS):
     return {variant: [row for row in rows if row["variant"] == variant] for variant in variants}
 
 
+def capture_both(args, scene, seed, folder, *more, traced=()):
+    """Of `asvgf`, and of the others: gradient pixels show samples of the frame before, which another variant would count twice. `traced`: for one of them."""
+    capture(args, scene, seed, folder / "asvgf", *more, *traced)
+    capture(args, scene, seed, folder / "others", *more, "--set", "denoise.variant=svgf")
+
+
+def denoise_both(args, folder, reference, *more, variants=VARIANTS):
+    """As `denoise`, of what `capture_both` recorded."""
+    more = ["--reference", reference, *more]
+    others = [variant for variant in variants if variant != "asvgf"]
+    return {**denoise(args, folder / "others", *more, variants=others), **denoise(args, folder / "asvgf", *more, variants=["asvgf"])}
+
+
 def references(folder, images):
     """A folder in which frame i has the ground truth images[i], if that is one."""
     folder.mkdir()
@@ -205,18 +219,17 @@ def still_errors(args, scene, seed, folder):
 
 
 def still_errors_against(args, scene, seed, image, folder):
-    recorded = folder / "capture"
-    capture(args, scene, seed, recorded, "--fps", FROZEN, *sets(STILL))
+    capture_both(args, scene, seed, folder, "--fps", FROZEN, *sets(STILL))
     # One more, because temporal errors need the frame before.
     last = references(folder / "references", [image if i >= args.frames - LAST - 1 else None for i in range(args.frames)])
-    rows = denoise(args, recorded, "--reference", last)
+    rows = denoise_both(args, folder, last)
     found = {}
     for variant, of in rows.items():
         found[variant] = {key: mean(of[-LAST:], key) for key in ("relmse", "flip", "temporal_pixel", "energy_ratio")}
     for channel in CHANNELS:
         # Of light that is blurred over an edge, the albedo of the other side would count.
         alone = ["fixed_albedo=1", *(f"scale_{other}={int(other == channel)}" for other in [*CHANNELS, "overlay"])]
-        rows = denoise(args, recorded, "--reference", last, *sets(alone), variants=FILTERS)
+        rows = denoise(args, folder / "asvgf", "--reference", last, *sets(alone), variants=FILTERS)
         energy = {variant: mean(of[-LAST:], "energy_ratio") for variant, of in rows.items()}
         for variant in FILTERS:
             has_light = energy["accumulate"] > 0
@@ -261,9 +274,10 @@ def recovered(errors, wanted):
 def moving_errors(args, seed, folder):
     """By variant: errors of all pixels, of disoccluded ones, of the others."""
     with tempfile.TemporaryDirectory(dir=folder) as own:
-        recorded = pathlib.Path(own) / "capture"
-        capture(args, "gallery", seed, recorded, "--camera", "tour", "--fps", 30, "--reference-spp", args.spp, "--reference-bounces", 1)
-        by_variant = denoise(args, recorded)
+        own = pathlib.Path(own)
+        traced = ["--reference-spp", args.spp, "--reference-bounces", 1]
+        capture_both(args, "gallery", seed, own, "--camera", "tour", "--fps", 30, traced=traced)
+        by_variant = denoise_both(args, own, own / "asvgf")
     found = {}
     for variant, rows in by_variant.items():
         rows = rows[min(8, args.frames // 2) :]
@@ -294,19 +308,21 @@ def tables(args, found):
         return [found[name]["found"] for name in (f"{part} {seed}" for seed in range(1, args.seeds + 1)) if name in found]
 
     devices = sorted({row["device"] for row in found.values()})
-    scenes = " ".join(pathlib.Path(scene).name for scene in args.scenes)
+    what = " ".join(pathlib.Path(scene).name for scene in args.scenes) if "still" in args.parts else ""
+    if args.parts != PARTS:
+        what = f"--parts {','.join(args.parts)} {what}".strip()
     yield (f"`scripts/denoiser_table.py --size {args.size} --frames {args.frames} --spp {args.spp} --truth-frames {args.truth_frames} "
-           f"--seeds {args.seeds} {scenes}`; {', '.join(devices) or 'not measured yet'}. Mean and standard error over the seeds.")
+           f"--seeds {args.seeds} {what}`; {', '.join(devices) or 'not measured yet'}. Mean and standard error over the seeds.")
     yield ""
     scenes = {pathlib.Path(scene).stem: of(f"still {scene}") for scene in args.scenes}
     scenes = {name: seeds for name, seeds in scenes.items() if seeds}
-    if scenes:
+    if "still" in args.parts and scenes:
         yield from still_table(list(scenes), scenes)
     switched = {at: of(f"switched {at}") for _, at in SWITCHES}
-    if any(switched.values()):
+    if "switched" in args.parts and any(switched.values()):
         yield from switch_table(switched, args)
     moving = of("moving")
-    if moving:
+    if "moving" in args.parts and moving:
         yield from moving_table(moving)
 
 
@@ -343,7 +359,10 @@ def switch_table(found, args):
     yield f"|{' --- |' * 9}"
 
     def frames(values):
-        return f"more than {args.frames - SWITCH}" if None in values else summary(values)
+        if None in values:
+            return f"more than {args.frames - SWITCH}"
+        # All seeds alike: a whole number.
+        return str(values[0]) if values and len(set(values)) == 1 else summary(values)
 
     for what, at in SWITCHES:
         for metric, name in (("relmse", "relMSE"), ("flip", "FLIP")):
@@ -365,7 +384,6 @@ def moving_table(found):
         cells = [summary([of[variant][key] for of in found]) for key in ("flip", "new", "others", "relmse", "temporal")]
         yield f"| `{variant}` | {' | '.join(cells)} |"
     for other in ("svgf", "accumulate"):
-        # The same frames and noise: the difference is known better than both.
         cells = [summary([of["asvgf"][key] - of[other][key] for of in found]) for key in ("flip", "new", "others", "relmse", "temporal")]
         yield f"| `asvgf` less `{other}` | {' | '.join(cells)} |"
 
