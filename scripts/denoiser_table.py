@@ -14,10 +14,11 @@ A cell is one part, scene and seed. --results F writes each into a file of JSON 
 Still: time stands, no jitter and no lens. The ground truth is the mean of --truth-frames other frames of the same kind: what is left is
 the error of the denoiser. Values are means over the last 8 frames. "Energy by channel" is that of the variant with one light channel
 alone and white surfaces, over the energy of `accumulate`, which has the same input and leaves it where it is.
-Switched: in `flicker` the alarm lamp goes out, or on, in frame 16, and everything else stands; ground truth as above. Two sequences are compared with it in
-which the lamp never changes: the last 8 frames of a long one ("still"), and the first frames of one that begins with the switch ("fresh"): nothing that
-forgets all old light can be better than the latter. The recovery is the number of frames from the switch on until the error is within 1.5 times theirs
-for three frames.
+All variants but `asvgf` have a recording of their own, without gradient pixels; the energies by channel, and what is switched, are of one recording.
+Switched: in `flicker` the alarm lamp goes out, or on, in frame 16, and everything else stands; ground truth as above. The recovery is the number of
+frames from the switch on until the error is within 1.5 times a wanted one for three frames. Wanted is the error of a sequence in which the lamp never
+changes: of its last 8 frames ("still"), or of as many frames after its beginning ("fresh": nothing that forgets all old light can be better). "Path traced":
+with jitter, against pictures of --spp samples of each frame, the error of the still sequence in the same frame.
 Moving: `gallery` along its camera path, 30 frames a second, with the jitter of the profile realtime; the ground truth of every frame is path traced with one
 bounce and --spp samples. The first 8 frames do not count.
 """
@@ -183,6 +184,19 @@ def denoise(args, recorded, *more, variants=VARIANTS):
     return {variant: [row for row in rows if row["variant"] == variant] for variant in variants}
 
 
+def capture_both(args, scene, seed, folder, *more, traced=()):
+    """Of `asvgf`, and of the others: gradient pixels show samples of the frame before, which another variant would count twice. `traced`: for one of them."""
+    capture(args, scene, seed, folder / "asvgf", *more, *traced)
+    capture(args, scene, seed, folder / "others", *more, "--set", "denoise.variant=svgf")
+
+
+def denoise_both(args, folder, reference, *more, variants=VARIANTS):
+    """As `denoise`, of what `capture_both` recorded."""
+    more = ["--reference", reference, *more]
+    others = [variant for variant in variants if variant != "asvgf"]
+    return {**denoise(args, folder / "others", *more, variants=others), **denoise(args, folder / "asvgf", *more, variants=["asvgf"])}
+
+
 def references(folder, images):
     """A folder in which frame i has the ground truth images[i], if that is one."""
     folder.mkdir()
@@ -205,18 +219,17 @@ def still_errors(args, scene, seed, folder):
 
 
 def still_errors_against(args, scene, seed, image, folder):
-    recorded = folder / "capture"
-    capture(args, scene, seed, recorded, "--fps", FROZEN, *sets(STILL))
+    capture_both(args, scene, seed, folder, "--fps", FROZEN, *sets(STILL))
     # One more, because temporal errors need the frame before.
     last = references(folder / "references", [image if i >= args.frames - LAST - 1 else None for i in range(args.frames)])
-    rows = denoise(args, recorded, "--reference", last)
+    rows = denoise_both(args, folder, last)
     found = {}
     for variant, of in rows.items():
         found[variant] = {key: mean(of[-LAST:], key) for key in ("relmse", "flip", "temporal_pixel", "energy_ratio")}
     for channel in CHANNELS:
         # Of light that is blurred over an edge, the albedo of the other side would count.
         alone = ["fixed_albedo=1", *(f"scale_{other}={int(other == channel)}" for other in [*CHANNELS, "overlay"])]
-        rows = denoise(args, recorded, "--reference", last, *sets(alone), variants=FILTERS)
+        rows = denoise(args, folder / "asvgf", "--reference", last, *sets(alone), variants=FILTERS)
         energy = {variant: mean(of[-LAST:], "energy_ratio") for variant, of in rows.items()}
         for variant in FILTERS:
             has_light = energy["accumulate"] > 0
@@ -225,25 +238,30 @@ def still_errors_against(args, scene, seed, image, folder):
 
 
 def recovery(args, at, seed, folder):
-    """By variant: frames until it has recovered, None: never; errors of the still sequence, in the frame of the switch, and after."""
+    """By variant and error: of the still sequence; in the frame of the switch and after, over it; frames until it has recovered, None: never."""
     variants = ["accumulate", "svgf", "asvgf"]
-    errors = {}
     before, after = (truth(args, "flicker", at + sign * 0.001, folder) for sign in (-1, 1))
+    errors = {}
     with tempfile.TemporaryDirectory(dir=folder) as own:
+        own = pathlib.Path(own)
         for name, start, fps, first in (("switched", at - (SWITCH - 0.5) / SWITCH_FPS, SWITCH_FPS, before), ("still", at + 0.001, FROZEN, after)):
-            recorded = pathlib.Path(own) / name
-            images = references(pathlib.Path(own) / f"{name} references", [first] * SWITCH + [after] * (args.frames - SWITCH))
-            capture(args, "flicker", seed, recorded, "--time", start, "--fps", fps, *sets(STILL))
-            errors[name] = denoise(args, recorded, "--reference", images, variants=variants)
+            timing = ["--time", start, "--fps", fps]
+            images = references(own / f"{name} references", [first] * SWITCH + [after] * (args.frames - SWITCH))
+            capture(args, "flicker", seed, own / name, *timing, *sets(STILL))
+            errors[name] = denoise(args, own / name, "--reference", images, variants=variants)
+            traced = f"{name} traced"
+            capture(args, "flicker", seed, own / traced, *timing, "--reference-spp", args.spp, "--reference-bounces", 1)
+            errors[traced] = denoise(args, own / traced, variants=variants)
     found = {variant: {} for variant in variants}
     for variant in variants:
         for metric in ("relmse", "flip"):
-            still = [row[metric] for row in errors["still"][variant]]
-            switched = [row[metric] for row in errors["switched"][variant]][SWITCH:]
+            of = {name: [row[metric] for row in rows[variant]] for name, rows in errors.items()}
+            switched = of["switched"][SWITCH:]
             # The median: single bright samples decide the mean of an error.
-            last = statistics.median(still[-LAST:])
+            last = statistics.median(of["still"][-LAST:])
             found[variant][metric] = {"still": last, "first": switched[0] / last, "fifth": switched[5] / last,
-                                      "frames": recovered(switched, [last] * len(switched)), "frames_fresh": recovered(switched, still)}
+                                      "frames": recovered(switched, [last] * len(switched)), "frames_fresh": recovered(switched, of["still"]),
+                                      "frames_traced": recovered(of["switched traced"][SWITCH:], of["still traced"][SWITCH:])}
     return found
 
 
@@ -256,9 +274,10 @@ def recovered(errors, wanted):
 def moving_errors(args, seed, folder):
     """By variant: errors of all pixels, of disoccluded ones, of the others."""
     with tempfile.TemporaryDirectory(dir=folder) as own:
-        recorded = pathlib.Path(own) / "capture"
-        capture(args, "gallery", seed, recorded, "--camera", "tour", "--fps", 30, "--reference-spp", args.spp, "--reference-bounces", 1)
-        by_variant = denoise(args, recorded)
+        own = pathlib.Path(own)
+        traced = ["--reference-spp", args.spp, "--reference-bounces", 1]
+        capture_both(args, "gallery", seed, own, "--camera", "tour", "--fps", 30, traced=traced)
+        by_variant = denoise_both(args, own, own / "asvgf")
     found = {}
     for variant, rows in by_variant.items():
         rows = rows[min(8, args.frames // 2) :]
@@ -289,19 +308,21 @@ def tables(args, found):
         return [found[name]["found"] for name in (f"{part} {seed}" for seed in range(1, args.seeds + 1)) if name in found]
 
     devices = sorted({row["device"] for row in found.values()})
-    scenes = " ".join(pathlib.Path(scene).name for scene in args.scenes)
+    what = " ".join(pathlib.Path(scene).name for scene in args.scenes) if "still" in args.parts else ""
+    if args.parts != PARTS:
+        what = f"--parts {','.join(args.parts)} {what}".strip()
     yield (f"`scripts/denoiser_table.py --size {args.size} --frames {args.frames} --spp {args.spp} --truth-frames {args.truth_frames} "
-           f"--seeds {args.seeds} {scenes}`; {', '.join(devices) or 'not measured yet'}. Mean and standard error over the seeds.")
+           f"--seeds {args.seeds} {what}`; {', '.join(devices) or 'not measured yet'}. Mean and standard error over the seeds.")
     yield ""
     scenes = {pathlib.Path(scene).stem: of(f"still {scene}") for scene in args.scenes}
     scenes = {name: seeds for name, seeds in scenes.items() if seeds}
-    if scenes:
+    if "still" in args.parts and scenes:
         yield from still_table(list(scenes), scenes)
     switched = {at: of(f"switched {at}") for _, at in SWITCHES}
-    if any(switched.values()):
-        yield from switch_table(switched, args.frames - SWITCH)
+    if "switched" in args.parts and any(switched.values()):
+        yield from switch_table(switched, args)
     moving = of("moving")
-    if moving:
+    if "moving" in args.parts and moving:
         yield from moving_table(moving)
 
 
@@ -330,24 +351,26 @@ def still_table(names, found):
     yield ""
 
 
-def switch_table(found, most):
-    yield (f"**Switched**: `flicker`, the alarm lamp. Frames until the error is within {RECOVERED} times that of a still sequence, and of a fresh one that "
-           "begins with the switch.")
+def switch_table(found, args):
+    yield (f"**Switched**: `flicker`, the alarm lamp. Frames until the error is within {RECOVERED} times that of a still sequence, of a fresh one that "
+           f"begins with the switch, and of a still one against path traced pictures of {args.spp} samples, whose noise counts in both.")
     yield ""
-    yield ("| lamp | variant | still relMSE | relMSE over it, at once | after 5 frames | frames, relMSE: still | fresh | still FLIP | frames, FLIP: still "
-           "| fresh |")
-    yield f"|{' --- |' * 10}"
+    yield "| lamp | error | variant | still | at once, over still | after 5 frames | frames: still | fresh | path traced |"
+    yield f"|{' --- |' * 9}"
 
     def frames(values):
-        return f"more than {most}" if None in values else summary(values)
+        if None in values:
+            return f"more than {args.frames - SWITCH}"
+        # All seeds alike: a whole number.
+        return str(values[0]) if values and len(set(values)) == 1 else summary(values)
 
     for what, at in SWITCHES:
-        for variant in ("accumulate", "svgf", "asvgf"):
-            relmse, flip = ([of[variant][metric] for of in found[at]] for metric in ("relmse", "flip"))
-            cells = [*(summary([of[key] for of in relmse]) for key in ("still", "first", "fifth")),
-                     *(frames([of[key] for of in relmse]) for key in ("frames", "frames_fresh")), summary([of["still"] for of in flip]),
-                     *(frames([of[key] for of in flip]) for key in ("frames", "frames_fresh"))]
-            yield f"| {what} | `{variant}` | {' | '.join(cells)} |"
+        for metric, name in (("relmse", "relMSE"), ("flip", "FLIP")):
+            for variant in ("accumulate", "svgf", "asvgf"):
+                of = {key: [seed[variant][metric][key] for seed in found[at]] for key in found[at][0][variant][metric]} if found[at] else {}
+                cells = [summary(of.get(key, [])) for key in ("still", "first", "fifth")]
+                cells += [frames(of.get(key, [])) for key in ("frames", "frames_fresh", "frames_traced")]
+                yield f"| {what} | {name} | `{variant}` | {' | '.join(cells)} |"
     yield ""
 
 
@@ -361,7 +384,6 @@ def moving_table(found):
         cells = [summary([of[variant][key] for of in found]) for key in ("flip", "new", "others", "relmse", "temporal")]
         yield f"| `{variant}` | {' | '.join(cells)} |"
     for other in ("svgf", "accumulate"):
-        # The same frames and noise: the difference is known better than both.
         cells = [summary([of["asvgf"][key] - of[other][key] for of in found]) for key in ("flip", "new", "others", "relmse", "temporal")]
         yield f"| `asvgf` less `{other}` | {' | '.join(cells)} |"
 
