@@ -21,6 +21,8 @@ mkdir "$copy"
 git ls-files -z --cached --others --exclude-standard | while IFS= read -rd '' file; do
     [[ ! -e $file ]] || printf '%s\0' "$file"
 done | xargs -0 cp --archive --parents --target-directory="$copy"
+# Those of folders too: build scripts watch folders of kernels.
+find "$copy" -type d -printf '%P\0' | while IFS= read -rd '' folder; do touch --no-create --reference="./$folder" "$copy/$folder"; done
 [[ ! -e ../shared ]] || ln -s "$(realpath ../shared)" "$work/shared"
 if [[ -d $built/deps ]]; then
     mkdir -p "$work/target/debug/deps"

@@ -109,7 +109,8 @@ impl Kernels {
     pub fn compile_as(&self, folder: &str, table: &str) {
         let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
         let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets OUT_DIR"));
-        println!("cargo::rerun-if-changed={}", root.join(folder).display());
+        // Relative to the crate, so that a copy of the checkout with its target folder is no change.
+        println!("cargo::rerun-if-changed={folder}");
         println!("cargo::rerun-if-changed={}", shared_headers().display());
         if let Err(error) = self.compile_into(&root.join(folder), &out, table) {
             eprintln!("{error}");
