@@ -89,7 +89,7 @@ fn chart(area: &DrawingArea<SVGBackend<'_>, Shift>, curves: &[Curve], title: &st
         .axis_desc_style(text.clone())
         .x_desc("GPU time, ms (1, 2, 4, ... frames)")
         .y_desc("relMSE of the mean of the frames")
-        .x_label_formatter(&|x| if *x < 1.0 { format!("{x:.2}") } else { format!("{x:.0}") })
+        .x_label_formatter(&|x| tick(*x))
         .y_label_formatter(&|y| format!("{y:.0e}"))
         .draw()
         .map_err(failed)?;
@@ -119,6 +119,17 @@ fn chart(area: &DrawingArea<SVGBackend<'_>, Shift>, curves: &[Curve], title: &st
     Ok(())
 }
 
+/// A label of the axis of times: 1, 2 and 5 of each decade, which have room beside each other; nothing for the other lines.
+fn tick(x: f64) -> String {
+    let mantissa = x / 10f64.powf((x * 1.001).log10().floor());
+    let has_room = [1.0, 2.0, 5.0].iter().any(|m| (mantissa - m).abs() < 0.01);
+    match (has_room, x < 0.99) {
+        (false, _) => String::new(),
+        (true, true) => format!("{x:.2}"),
+        (true, false) => format!("{x:.0}"),
+    }
+}
+
 /// Heights near the given ones, which ascend, at least a line apart and within the limits where there is room.
 fn apart(wanted: &[i32], (top, bottom): (i32, i32)) -> Vec<i32> {
     let mut heights: Vec<i32> = Vec::new();
@@ -143,6 +154,14 @@ mod tests {
         let heights = apart(&[10, 200, 201, 202, 590, 600], (24, 500));
         assert!(heights.windows(2).all(|pair| pair[1] - pair[0] >= LINE), "{heights:?}");
         assert!(heights[0] == 24 && heights[1] == 200 && heights[5] == 500, "{heights:?}");
+    }
+
+    #[test]
+    fn labels_of_times_have_room() {
+        let labels = |values: &[f64]| values.iter().map(|x| tick(*x)).collect::<Vec<_>>();
+        let decade: Vec<f64> = (1..=10).map(|k| 0.1 * f64::from(k)).collect();
+        assert_eq!(labels(&decade), ["0.10", "0.20", "", "", "0.50", "", "", "", "", "1"]);
+        assert_eq!(labels(&[0.999_999_9, 2.0, 5.0, 9.0, 10.0, 20.0]), ["1", "2", "5", "", "10", "20"]);
     }
 
     #[test]
