@@ -22,7 +22,7 @@ pub fn builtin(name: &str) -> Scene {
 
 /// The default parameters without the denoiser.
 pub fn without_denoiser() -> FrameParams {
-    resolve(None, &["denoise.variant=off".into()]).unwrap_or_else(|e| panic!("{e:#}"))
+    resolve(None, &["denoise.variant=off".into()], false).unwrap_or_else(|e| panic!("{e:#}"))
 }
 
 /// The same without bounces.

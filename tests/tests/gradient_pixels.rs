@@ -272,7 +272,7 @@ fn the_view_of_the_last_frame_is_kept() {
 fn samplers_that_cannot_repeat_have_no_gradient_pixels() {
     let sets =
         ["denoise.variant=asvgf", "indirect.bounces=0", "lights.rays=merged", "lights.sampler=restir-di"];
-    let params = resolve(None, &sets.map(String::from)).unwrap();
+    let params = resolve(None, &sets.map(String::from), false).unwrap();
     let mut frames = frames(builtin("cornell"), params);
     for _ in 0..LEAST_HISTORY + 2 {
         frames.render(0.0);

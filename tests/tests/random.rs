@@ -11,7 +11,7 @@ fn with(source: &str, sets: &[&str]) -> FrameParams {
     let mut all =
         vec![format!("gbuffer.random={source}"), "indirect.bounces=0".into(), "denoise.variant=off".into()];
     all.extend(sets.iter().map(|set| (*set).to_owned()));
-    params::resolve(None, &all).unwrap()
+    params::resolve(None, &all, false).unwrap()
 }
 
 const SIZE: [u32; 2] = [64, 48];

@@ -23,7 +23,7 @@ pub struct Mean {
 /// Parameters for pictures that are averaged, textures as the reference reads them.
 pub fn params(sets: &[&str]) -> FrameParams {
     let sets: Vec<_> = sets.iter().map(|set| (*set).to_owned()).collect();
-    pt_app::params::resolve(Some("unbiased"), &sets).unwrap()
+    pt_app::params::resolve(Some("unbiased"), &sets, false).unwrap()
 }
 
 /// Mean over the pixels of `count` frames.
