@@ -33,7 +33,8 @@ struct Shot {
 fn shoot(scene: &str, count: u32, seconds_per_frame: f64) -> Vec<Shot> {
     // Gradient pixels of a denoiser would show the surfaces of the last frame.
     let params =
-        resolve(Some("realtime"), &["indirect.bounces=0", "denoise.variant=off"].map(String::from), false).unwrap();
+        resolve(Some("realtime"), &["indirect.bounces=0", "denoise.variant=off"].map(String::from), false)
+            .unwrap();
     let scene = builtin(scene);
     let camera = scene.default_camera();
     let mut frames = Frames::with_params(scene, &camera, TraceBackend::Compute, SIZE, 0, false, params);
