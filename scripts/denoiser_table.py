@@ -11,8 +11,8 @@ markers of the README; with --readme - they are printed alone. Every value is a 
 A cell is one part, scene and seed. --results F writes each into a file of JSON lines when it is done; cells that the file has are not run again. After
 --seconds S no further program is started, and the tables have what is there: with 0, only what is in the file.
 
-Still: time stands, no jitter and no lens. The ground truth is the mean of --truth-frames other frames of the same kind: what is left is
-the error of the denoiser. Values are means over the last 8 frames. "Energy by channel" is that of the variant with one light channel
+Still: time stands, no jitter and no lens. The ground truth is the mean of --truth-frames other frames of the same kind, with the two paths of glass left
+in their fields: what is left is the error of the denoiser. Values are means over the last 8 frames. "Energy by channel" is that of the variant with one light channel
 alone and white surfaces, over the energy of `accumulate`, which has the same input and leaves it where it is.
 All variants but `asvgf` have a recording of their own, without gradient pixels; the energies by channel, and what is switched, are of one recording.
 Switched: in `flicker` the alarm lamp goes out, or on, in frame 16, and everything else stands; ground truth as above. The recovery is the number of
@@ -165,7 +165,8 @@ def truth(args, scene, at, folder):
         lock, image = TRUTHS.setdefault((scene, at), (threading.Lock(), folder / f"truth_{len(TRUTHS)}.exr"))
     with lock:
         if not image.exists():
-            knobs = [*STILL, "denoise.variant=off", "gbuffer.alternate_fields=true", "checkerboard.blend_split=false"]
+            # As pt-denoise shows frames: a pixel of a surface that reflects in one field and refracts in the other has one of both.
+            knobs = [*STILL, "denoise.variant=off", "checkerboard.blend_split=false"]
             run(args, args.pt, "render", scene, "--profile", "realtime", "--accumulate", "--size", args.size, "--frames", args.truth_frames,
                 "--time", at, "--seed", 1000, *sets(knobs), "-o", image)
     return image

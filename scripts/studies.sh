@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Runs the studies that ship with pt, and writes what they found into the book: docs/src/generated/findings/NAME.md. Run it on a GPU.
+# Runs the studies that ship with pt, and writes what they found into the book: docs/src/generated/findings/NAME.md and NAME.svg. Run it on a GPU.
 #
 # usage: scripts/studies.sh [-o DIR] [NAME...]
 #   -o DIR   folder of the results, which also keeps references for all studies [default: out/studies]; a run that was stopped goes on there
 #   NAME     studies/NAME.toml [default: all]
-# environment: PT the program [default: cargo run --release -p pt-app --]; STUDY_ARGS more arguments of pt study, such as "--filter seed=0"
+# environment: PT the program [default: cargo run --release -p pt-app --]; FINDINGS the folder written to; JOBS how many studies run at a time
+#   [default: 1; with more, times of passes are those of a device that others use]; STUDY_ARGS more arguments of pt study, such as "--filter seed=0"
 set -euo pipefail
 
 if [[ ${1-} = -h || ${1-} = --help ]]; then
@@ -17,8 +18,6 @@ if [[ ${1-} = -o ]]; then
     results=${2:?"-o needs a folder"}
     shift 2
 fi
-read -ra program <<<"${PT:-cargo run --release -p pt-app --}"
-read -ra more <<<"${STUDY_ARGS-}"
 names=("$@")
 if [[ $# -eq 0 ]]; then
     for file in studies/*.toml; do
@@ -26,11 +25,19 @@ if [[ $# -eq 0 ]]; then
         names+=("${name%.toml}")
     done
 fi
-findings=docs/src/generated/findings
-mkdir -p "$findings"
-for name in "${names[@]}"; do
-    echo "== $name: $SECONDS s"
-    "${program[@]}" study "studies/$name.toml" -o "$results/$name" --cache "$results/references" --resume "${more[@]}"
-    "${program[@]}" study report "$results/$name" --markdown "$findings/$name.md" >/dev/null
-done
+export results findings=${FINDINGS:-docs/src/generated/findings} PT=${PT:-cargo run --release -p pt-app --} STUDY_ARGS=${STUDY_ARGS-}
+mkdir -p "$findings" "$results"
+
+run_study() {
+    set -euo pipefail
+    local name=$1 begin=$SECONDS program more
+    read -ra program <<<"$PT"
+    read -ra more <<<"$STUDY_ARGS"
+    "${program[@]}" study "studies/$name.toml" -o "$results/$name" --cache "$results/references" --resume "${more[@]}" >"$results/$name.txt" ||
+        { echo "studies: $name failed" >&2 && return 1; }
+    "${program[@]}" study report "$results/$name" --markdown "$findings/$name.md" --figure "$findings/$name.svg" >/dev/null
+    echo "$name: $((SECONDS - begin)) s, $results/$name/report.html"
+}
+export -f run_study
+printf '%s\0' "${names[@]}" | xargs -0 -n 1 -P "${JOBS:-1}" bash -c 'run_study "$1"' run_study
 echo "$findings: ${#names[@]} studies in $SECONDS s"

@@ -66,12 +66,15 @@ pub const PROFILES: &[Profile] = &[
     ),
     (
         "realtime",
-        "temporal anti-aliasing after the denoiser: one Halton offset a frame, no lens",
+        "temporal anti-aliasing after the denoiser: one Halton offset a frame, no lens; bright tiles of indirect diffuse light are limited",
         r#"
 [gbuffer]
 jitter = "halton"
 depth_of_field = false
 replaced_motion = "search"
+[denoise.lf]
+iterations = 4
+deflicker = 2.0
 [post.taa]
 enabled = true
 "#,

@@ -225,12 +225,16 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
     let report = at.join("whole/report.html");
     assert!(printed.trim_end().ends_with("report.html") && report.is_file(), "{printed}");
     fs::remove_file(&report).unwrap();
-    let again = text(at, &["study", "report", "whole", "--markdown", "found.md"]);
+    let again = text(at, &["study", "report", "whole", "--markdown", "found.md", "--figure", "found.svg"]);
     assert!(printed.ends_with(&again) && report.is_file(), "{again}");
     let table = fs::read_to_string(at.join("found.md")).unwrap();
     let row = table.lines().find(|line| line.starts_with("| b |")).unwrap();
     assert_eq!(row.split(" | ").count(), 8, "{row}");
     assert!(row.contains("no difference shown") && !row.ends_with("- |"), "{row}");
+    let figure = fs::read_to_string(at.join("found.svg")).unwrap();
+    // The file, and a panel in it; the legend names the variants.
+    assert!(figure.trim_start().starts_with("<svg xmlns") && figure.matches("<svg").count() >= 2, "{figure}");
+    assert!(figure.contains(">a</text>") && figure.contains(">b</text>"), "{figure}");
 }
 
 /// The picture as shown is measured: the ledger has a part of the exposure, which noise in the frame moves.

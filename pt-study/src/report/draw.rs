@@ -9,7 +9,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Size of a panel, in units of the page (CSS pixels): two fit beside each other on a wide screen, one on a telephone.
-const PANEL: (u32, u32) = (500, 310);
+pub const PANEL: (u32, u32) = (500, 310);
 /// Height of a bar and its gap.
 const BAR: u32 = 30;
 /// Room for the labels of bars.

@@ -8,6 +8,7 @@ mod axis;
 mod draw;
 mod error;
 mod figure;
+mod figure_file;
 mod input;
 mod ledger;
 mod number;
@@ -18,6 +19,7 @@ mod series;
 mod table;
 
 pub use error::ReportError;
+pub use figure_file::figure_svg;
 
 use crate::record::StudyRecord;
 use crate::summary::{few_seeds, summarize};
@@ -121,13 +123,24 @@ fn render(results: &Results, folder: &Path, limit: usize) -> Result<String, Repo
 }
 
 fn fill_in(page: &Page<'_>) -> Result<String, ReportError> {
+    render_template("page.html", page)
+}
+
+/// Fills in one of the templates; their names say that what is inserted is escaped.
+fn render_template(name: &str, values: &impl Serialize) -> Result<String, ReportError> {
     let failed = |error: minijinja::Error| ReportError::Template(format!("{error:#}"));
     let mut templates = Environment::new();
     // A name that is not there is a fault of the template, not an empty text.
     templates.set_undefined_behavior(UndefinedBehavior::Strict);
     templates
         .set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(failed)?);
-    templates.add_template("parts.html", include_str!("parts.html")).map_err(failed)?;
-    templates.add_template("page.html", include_str!("page.html")).map_err(failed)?;
-    templates.get_template("page.html").and_then(|template| template.render(Serde(page))).map_err(failed)
+    let files = [
+        ("parts.html", include_str!("parts.html")),
+        ("page.html", include_str!("page.html")),
+        ("figure.xml", include_str!("figure.svg")),
+    ];
+    for (name, text) in files {
+        templates.add_template(name, text).map_err(failed)?;
+    }
+    templates.get_template(name).and_then(|template| template.render(Serde(values))).map_err(failed)
 }

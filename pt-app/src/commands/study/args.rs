@@ -62,6 +62,9 @@ pub struct ReportArgs {
     /// Also write the summary as Markdown, for a page of findings.
     #[arg(long, value_name = "FILE.md")]
     pub markdown: Option<PathBuf>,
+    /// Also draw the error of the first metric over GPU time, and over frames where there are many.
+    #[arg(long, value_name = "FILE.svg")]
+    pub figure: Option<PathBuf>,
 }
 
 /// `pt study merge`

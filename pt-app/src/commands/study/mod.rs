@@ -43,6 +43,9 @@ pub fn run(args: &StudyArgs, out: &mut impl Write) -> Result<bool> {
                 let text = summary::markdown(&study, &cells, &read_timings(&args.folder)?);
                 write_atomic(file, text.as_bytes())?;
             }
+            if let Some(file) = &args.figure {
+                write_atomic(file, report::figure_svg(&args.folder)?.as_bytes())?;
+            }
             conclude(&args.folder, out)?;
         }
         None => run_study(args, out)?,
