@@ -28,7 +28,8 @@ use records::CompositePush;
 
 pub use passes::{AntilagParams, AtrousParams, LfParams, RecurrentParams, TemporalParams};
 pub use records::{
-    AtrousKernel, Denoiser, GradientFilter, GradientPixel, Projection, Schedule, SpecularMotion, Stratum,
+    AtrousKernel, Denoiser, GradientFilter, GradientPixel, OidnQuality, Projection, Schedule, SpecularMotion,
+    Stratum,
 };
 pub use variants::DenoiseChain;
 
@@ -48,6 +49,8 @@ knobs! {
         pub lf: LfParams;
         /// The recurrent blur.
         pub recurrent: RecurrentParams;
+        /// Which network `oidn` runs (Áfra 2024, openimagedenoise.org).
+        pub oidn_quality: OidnQuality = OidnQuality::High;
         /// Factor on the diffuse channel.
         pub scale_hf: f32 = 1.0, in 0.0..=10.0;
         /// Factor on the indirect diffuse channel.

@@ -106,6 +106,18 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Networks of Open Image Denoise.
+    pub enum OidnQuality {
+        /// The most accurate one.
+        High = "high",
+        /// The one between.
+        Balanced = "balanced",
+        /// The fastest one, for pictures that change in real time.
+        Fast = "fast",
+    }
+}
+
 gpu_struct! {
     /// Push constants of `composite.comp`; see `DenoiseParams`.
     pub struct CompositePush {

@@ -201,13 +201,17 @@ impl Stack {
     }
 }
 
+/// Size of stacked bars, in units of the page.
+pub fn bars_size(stacks: usize) -> (u32, u32) {
+    (2 * PANEL.0, BAR * stacks as u32 + 60)
+}
+
 /// Stacked bars side by side below each other, one for each stack, with a mark at its total.
 pub fn bars(stacks: &[Stack], series: &[Series], x_label: &str) -> Result<String, String> {
     let x = Axis::of(x_label, Stack::extent(stacks), true, false);
     let count = stacks.len();
-    let size = (2 * PANEL.0, BAR * count as u32 + 60);
     let y = Axis { label: String::new(), logarithmic: false, low: 0.0, high: count as f64, marks: vec![] };
-    svg(size, |area| {
+    svg(bars_size(count), |area| {
         let mut chart = axes(area, &x, &y, BAR_LABELS as u32)?;
         for (row, stack) in stacks.iter().enumerate() {
             let bottom = (count - 1 - row) as f64;

@@ -1,7 +1,7 @@
 //! Figures of errors: over frames and over cost. Each has a table of its values.
 
 use super::ReportError;
-use super::draw::{Point, Points, curves, points};
+use super::draw::{PANEL, Point, Points, curves, points};
 use super::input::Results;
 use super::series::Series;
 use super::table::{Datum, Table};
@@ -31,6 +31,9 @@ pub struct Figure {
 pub struct Panel {
     pub title: String,
     pub svg: String,
+    /// Width and height of the picture, in units of the page.
+    #[serde(skip)]
+    pub size: (u32, u32),
 }
 
 /// What cells have in common that differ in variant and seed only: what they show.
@@ -136,7 +139,7 @@ impl<'a> Source<'a> {
             }
             let svg = curves(&drawn, "frame", &metric.name, metric.perfect == 0.0)
                 .map_err(|cause| ReportError::Figure { title: title.clone(), cause })?;
-            panels.push(Panel { title: name, svg });
+            panels.push(Panel { title: name, svg, size: PANEL });
         }
         let caption = format!(
             "{}, mean over seeds; the band is the 95 % interval of the mean. A perfect picture has {}. Horizontal: number of the frame.",
@@ -208,7 +211,7 @@ impl<'a> Source<'a> {
             }
             let svg = points(&drawn, "GPU time of a frame, ms", &metric.name, metric.perfect == 0.0)
                 .map_err(|cause| ReportError::Figure { title: title.clone(), cause })?;
-            panels.push(Panel { title: name, svg });
+            panels.push(Panel { title: name, svg, size: PANEL });
         }
         let caption = format!(
             "{} against the GPU time of a frame in milliseconds (median over its frames), mean over seeds; bars are 95 % intervals of the means. \

@@ -1,7 +1,7 @@
 //! The error ledger: what each stage adds to the error, as stacked figures.
 
 use super::ReportError;
-use super::draw::{Stack, bars, columns};
+use super::draw::{PANEL, Stack, bars, bars_size, columns};
 use super::figure::{Figure, Panel, Source};
 use super::number::significant;
 use super::series::{Marker, Series};
@@ -103,7 +103,7 @@ fn whole(
          the vertical mark.{noise}",
         first.metric
     );
-    let panels = vec![Panel { title: "All views".into(), svg }];
+    let panels = vec![Panel { title: "All views".into(), svg, size: bars_size(stacks.len()) }];
     Ok(Figure { id: "ledger".into(), title, caption, legend: series.to_vec(), panels, wide: true, table })
 }
 
@@ -134,7 +134,7 @@ fn frames(
         }
         let svg = columns(&stacks, first_frame, series, &first.metric)
             .map_err(|cause| ReportError::Figure { title: title.clone(), cause })?;
-        panels.push(Panel { title: variant.name.clone(), svg });
+        panels.push(Panel { title: variant.name.clone(), svg, size: PANEL });
     }
     let caption = format!(
         "The same for each frame, mean over the cells of a variant; the total is the horizontal mark. Horizontal: number of the frame. Vertical: {}.",

@@ -1,7 +1,8 @@
 //! Variants of the denoiser side by side on a recorded sequence.
 
+use crate::Args;
 use crate::measure::{Row, Seen};
-use crate::{Args, oidn};
+use crate::oidn::{self, Oidn};
 use anyhow::{Context, Result, ensure};
 use pt_core::capture::folder::CaptureFolder;
 use pt_core::capture::{keys, read_layer};
@@ -29,7 +30,7 @@ pub fn run(args: &Args, params: DenoiseParams, out: &mut impl Write) -> Result<(
     }
     let references = references(args, &folder)?;
     if variants.contains(&Denoiser::Oidn) {
-        oidn::check()?;
+        Oidn::new()?;
     }
     let device = args.replay.stage.open_device()?;
     let mut rows = Vec::new();
@@ -102,6 +103,7 @@ impl Sequence<'_> {
         let chain = DenoiseChain::new(self.device, &passes, indirect)?;
         let composite = Composite::for_light(self.device, indirect)?;
         let measured = if self.references.is_empty() { &[][..] } else { &[Seen::IO] };
+        let oidn = by_oidn.then(Oidn::new).transpose()?;
         let guides = if by_oidn { &[oidn::GUIDES][..] } else { &[] };
         let stages: Vec<StageIo> = [chain.io(), &[Composite::io_for(indirect)], measured, guides].concat();
         let mut images = ChannelImages::alone(self.device, FrameSizes::same(size), &stages)?;
@@ -129,8 +131,8 @@ impl Sequence<'_> {
             composite.record(&mut frame, &inputs, light, &passes)?;
             frame.submit()?;
             let mut radiance = radiance(&images)?;
-            if by_oidn {
-                oidn_ms.push(oidn::denoise(&images, &mut radiance)?);
+            if let Some(oidn) = &oidn {
+                oidn_ms.push(oidn.denoise(&images, &mut radiance, params.oidn_quality)?);
             }
             let mut row = Row { variant: params.variant.name(), frame: number, ..Row::default() };
             let seen = match self.references.get(&number) {
@@ -152,7 +154,7 @@ impl Sequence<'_> {
             row.gpu_ms = timing.gpu_ms;
             row.passes = timing.passes.into_iter().map(|pass| (pass.pass, pass.ms)).collect();
         }
-        // Of the host's clock, with copies.
+        // Of the host's clock.
         for (row, ms) in rows.iter_mut().zip(oidn_ms) {
             row.gpu_ms += ms;
             row.passes.insert("oidn".into(), ms);
