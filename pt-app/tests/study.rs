@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 fn pt(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pt"));
@@ -175,25 +175,32 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     fs::write(at.join("small.toml"), SMALL).unwrap();
+    let started = Instant::now();
     let printed = text(at, &["study", "small.toml", "-o", "whole", "--cache", "cache"]);
+    let whole = started.elapsed();
     assert!(
         printed.contains("no difference shown") && printed.contains("\n1 seed: nothing tells"),
         "{printed}"
     );
-    let mut killed = pt(at, &["study", "small.toml", "-o", "killed", "--cache", "cache"]).spawn().unwrap();
-    // As soon as a cell is there.
+    // At nine moments before the first cell, and once as soon as a cell is there: none of them leaves anything that is not whole.
     let cells = at.join("killed/cells");
-    let count = || {
-        fs::read_dir(&cells).map_or(0, |list| {
-            list.flatten().filter(|e| e.path().extension().is_some_and(|e| e == "jsonl")).count()
+    let finished = || {
+        fs::read_dir(&cells).is_ok_and(|list| {
+            list.flatten().any(|entry| entry.path().extension().is_some_and(|end| end == "jsonl"))
         })
     };
-    while count() == 0 && killed.try_wait().unwrap().is_none() {
-        sleep(Duration::from_millis(5));
+    for kill in 1..=10 {
+        let mut killed =
+            pt(at, &["study", "small.toml", "-o", "killed", "--cache", "cache", "--resume"]).spawn().unwrap();
+        // The fractional parts of multiples of the golden ratio.
+        sleep(whole.mul_f64((f64::from(kill) * 0.618_034).fract() / 6.0));
+        while kill == 10 && !finished() && killed.try_wait().unwrap().is_none() {
+            sleep(Duration::from_millis(5));
+        }
+        killed.kill().unwrap();
+        killed.wait().unwrap();
+        assert!(!at.join("killed/results.jsonl").exists(), "it was killed before its end");
     }
-    killed.kill().unwrap();
-    killed.wait().unwrap();
-    assert!(!at.join("killed/results.jsonl").exists(), "it was killed before its end");
     text(at, &["study", "small.toml", "-o", "killed", "--cache", "cache", "--resume"]);
     let bytes = |name: &str| fs::read(at.join(name).join("results.jsonl")).unwrap();
     assert!(bytes("killed") == bytes("whole"), "the same bytes");
