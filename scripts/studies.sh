@@ -5,7 +5,7 @@
 #   -o DIR   folder of the results, which also keeps references for all studies [default: out/studies]; a run that was stopped goes on there
 #   NAME     studies/NAME.toml [default: all]
 # environment: PT the program [default: cargo run --release -p pt-app --]; FINDINGS the folder written to; JOBS how many studies run at a time
-#   [default: 1; with more, times of passes are those of a device that others use]; STUDY_ARGS more arguments of pt study, such as "--filter seed=0"
+#   [default: 1]; STUDY_ARGS more arguments of pt study, such as "--filter seed=0"
 set -euo pipefail
 
 if [[ ${1-} = -h || ${1-} = --help ]]; then

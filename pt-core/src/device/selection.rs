@@ -40,6 +40,8 @@ pub struct Capabilities {
 pub struct DeviceInfo {
     /// Position in the list of devices, best first.
     pub index: usize,
+    /// UUID of the device, 32 hexadecimal digits: the same in all processes of the machine.
+    pub uuid: String,
     /// Name that the driver gives.
     pub name: String,
     /// `discrete-gpu`, `integrated-gpu`, `virtual-gpu`, `cpu` or `other`.
@@ -139,10 +141,12 @@ pub(super) fn candidates(instance: &ash::Instance) -> Result<Vec<Candidate>> {
 }
 
 fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Candidate> {
+    let mut id = vk::PhysicalDeviceIDProperties::default();
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut rt = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
     let mut acceleration = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
     let mut properties = vk::PhysicalDeviceProperties2::default()
+        .push_next(&mut id)
         .push_next(&mut driver)
         .push_next(&mut rt)
         .push_next(&mut acceleration);
@@ -196,6 +200,7 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
     let version = core.api_version;
     let info = DeviceInfo {
         index: 0,
+        uuid: id.device_uuid.iter().map(|byte| format!("{byte:02x}")).collect(),
         name: text(core.device_name_as_c_str()),
         kind: match core.device_type {
             vk::PhysicalDeviceType::DISCRETE_GPU => "discrete-gpu",

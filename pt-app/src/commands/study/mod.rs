@@ -8,6 +8,7 @@ mod plan;
 mod runner;
 mod summary;
 mod truth;
+mod turn;
 mod views;
 
 pub use args::{MergeArgs, ReportArgs, StudyArgs, StudyCommand};

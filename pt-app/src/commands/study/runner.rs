@@ -4,6 +4,7 @@ use super::measure::Shot;
 use super::pictures;
 use super::plan::Plan;
 use super::truth::{Truth, Truths, View};
+use super::turn::Turn;
 use super::views;
 use crate::frame::{FrameTime, FullFrame, Oracle, Oracles, ShownTruth};
 use crate::session::{Session, fold_seed};
@@ -33,6 +34,7 @@ const LIGHT_RUNS: u32 = 64;
 pub struct Runner<'a> {
     plan: &'a Plan,
     device: Device,
+    turn: Turn,
     truths: Truths,
     folder: PathBuf,
     /// The scene that was used last, by its name.
@@ -51,6 +53,7 @@ impl<'a> Runner<'a> {
         Ok(Self {
             plan,
             device: device.clone(),
+            turn: Turn::of(device),
             truths,
             folder: folder.into(),
             scene: None,
@@ -160,8 +163,13 @@ impl<'a> Runner<'a> {
         let asked = TraceBackend::from_name(&cell.backend)?;
         let backend =
             self.chosen.get(&cell.scene).copied().filter(|_| asked == TraceBackend::Auto).unwrap_or(asked);
+        // The backend is chosen by measuring.
+        if backend == TraceBackend::Auto {
+            self.turn.take();
+        }
         let session = Session::on(&self.device, backend, &views::camera_args(&cell.camera)?, scene.clone());
         self.scene = Some((cell.scene.clone(), scene));
+        self.turn.release();
         let session = session?;
         if asked == TraceBackend::Auto {
             self.chosen.insert(cell.scene.clone(), session.gpu.backend());
@@ -205,6 +213,7 @@ impl<'a> Runner<'a> {
             timings: Vec::new(),
         };
         for index in 0..study.measure.end.max(study.frames) {
+            self.turn.take();
             let time = study.time + if study.accumulate { 0.0 } else { f64::from(index) / study.fps };
             let is_shot = (first_shot..study.measure.end).contains(&index);
             let mut truth = None;
@@ -228,6 +237,8 @@ impl<'a> Runner<'a> {
             previous = time;
             let Some(truth) = truth.filter(|_| is_shot) else { continue };
             let shot = Shot::of(&full, truth, temporal, study.measure_at)?;
+            // The device has finished. Measuring is work of the host.
+            self.turn.release();
             if study.measure.contains(&index) {
                 let before = rendered.last.as_ref();
                 rendered.values.push(shot.measure(before, &study.metrics)?);
@@ -239,6 +250,7 @@ impl<'a> Runner<'a> {
             rendered.last = Some(shot);
         }
         rendered.timings = recorder.finish()?;
+        self.turn.release();
         Ok(rendered)
     }
 }
