@@ -35,7 +35,7 @@ impl Origin {
     pub fn of_reference(scene: &Scene, camera: &Camera, params: &ReferenceParams) -> Self {
         let types = &params.light_types;
         let kinds = [types.sun, types.positional, types.emissive, types.environment];
-        let bounces = Some(params.max_bounces).filter(|&bounces| bounces < u32::MAX).map(|b| b as f32);
+        let bounces = params.max_bounces.map(|bounces| bounces as f32);
         Self::new(scene, camera, light(bounces, kinds))
     }
 

@@ -48,7 +48,8 @@ fn every_key_that_can_be_set_is_listed_with_all_that_there_is_to_say() {
         let doc = knob["doc"].as_str().unwrap();
         assert!(doc.ends_with('.') && doc.len() > 10, "{knob}");
         assert!(!doc.trim_end_matches('.').contains(". "), "one sentence: {knob}");
-        let is_number = knob["type"].as_str().unwrap().ends_with("number") || knob["type"] == "integer";
+        let kind = knob["type"].as_str().unwrap();
+        let is_number = kind.ends_with("number") || kind.ends_with("integer");
         assert_eq!(knob["range"].is_array(), is_number, "{knob}");
         assert_eq!(knob["values"].is_array(), !is_number, "{knob}");
         if let (Some(value), Some([least, greatest])) =

@@ -23,8 +23,8 @@ knobs! {
 knobs! {
     /// Knobs of the reference path tracer. The defaults are unbiased.
     pub struct ReferenceParams {
-        /// Maximum number of scattering events after the first hit: 0 is direct light only, the default is no limit.
-        pub max_bounces: u32 = u32::MAX, in 0..=u32::MAX;
+        /// Maximum number of scattering events after the first hit: 0 is direct light only, none is no limit.
+        pub max_bounces: Option<u32> = None, in 0..=u32::MAX;
         /// Scattering events before Russian roulette begins; survival is the largest component of the throughput, kept in 0.05 to 0.95.
         pub roulette_start: u32 = 3, in 0..=u32::MAX, source "Arvo and Kirk 1990";
         /// Kinds of light that are included.

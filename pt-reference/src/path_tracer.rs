@@ -248,7 +248,7 @@ impl PathTracer {
             tile_size: UVec2::from_array(tile.size),
             first_sample: samples.start,
             sample_count: samples.end - samples.start,
-            max_bounces: params.max_bounces,
+            max_bounces: params.max_bounces.unwrap_or(u32::MAX),
             roulette_start: params.roulette_start,
             emission: u32::from(params.light_types.emissive),
             heuristic: params.heuristic.code(),

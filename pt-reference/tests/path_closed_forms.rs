@@ -40,7 +40,7 @@ fn a_few_bounces_inside_a_glowing_sphere() {
     let camera = Camera::look_at("inside", Vec3::ZERO, Vec3::X, 1.0);
     let mut stage = Stage::new(&device, glowing_sphere());
     for bounces in 0..3 {
-        let params = ReferenceParams { max_bounces: bounces, ..Default::default() };
+        let params = ReferenceParams { max_bounces: Some(bounces), ..Default::default() };
         let estimate = stage.render(&camera, [32, 32], &params, 2, 32);
         // Emission of the first hit, direct light, and one term for each bounce.
         let exact: f64 = (0..bounces + 2).map(|k| 0.5f64.powi(k as i32 + 1)).sum();
@@ -207,7 +207,7 @@ fn sun_through_thin_glass() {
         scene.lights.push(Light::directional("sun", direction, Vec3::splat(3.0)));
         let mut stage = Stage::new(&device, scene);
         // One more vertex: as many surfaces may be passed.
-        let params = ReferenceParams { max_bounces: 1, ..Default::default() };
+        let params = ReferenceParams { max_bounces: Some(1), ..Default::default() };
         let estimate = stage.render(&down(0.0, 0.0), [8, 8], &params, 0, 4);
         let passed = 1.0 - pt_reference::oracle::dielectric::fresnel(cos.into(), ior.into());
         let exact = 0.5 / f64::from(PI) * 3.0 * f64::from(cos) * passed;
@@ -218,7 +218,7 @@ fn sun_through_thin_glass() {
                 "{cos} {ior}: {mean} instead of {exact} x {base}"
             );
         }
-        let blocked = ReferenceParams { max_bounces: 0, ..Default::default() };
+        let blocked = ReferenceParams { max_bounces: Some(0), ..Default::default() };
         let estimate = stage.render(&down(0.0, 0.0), [8, 8], &blocked, 0, 4);
         assert_eq!(common::renders::image_mean(&estimate).0, DVec3::ZERO, "no vertex is left for the pane");
     }
@@ -233,7 +233,7 @@ fn environment_through_thin_glass() {
     add_pane(&mut scene, 3.0, Material { thickness: 0.0, ..Material::solid("pane", 1.5) });
     let mut stage = Stage::new(&device, scene);
     let mut of = |strategy, seed| {
-        let params = ReferenceParams { max_bounces: 2, strategy, ..Default::default() };
+        let params = ReferenceParams { max_bounces: Some(2), strategy, ..Default::default() };
         common::renders::image_mean(&stage.render(&down(0.0, 0.0), [24, 24], &params, seed, 64))
     };
     let (bsdf, bsdf_error) = of(Strategy::Bsdf, 1);

@@ -34,7 +34,7 @@ fn combined_strategies_beat_each_of_them_on_the_plates() {
     let scene = builtin("veach").unwrap();
     let camera = scene.default_camera();
     let mut stage = Stage::new(&device, scene);
-    let params = |strategy| ReferenceParams { strategy, max_bounces: 0, ..Default::default() };
+    let params = |strategy| ReferenceParams { strategy, max_bounces: Some(0), ..Default::default() };
     let truth = stage.render(&camera, SIZE, &params(Strategy::Both), 99, 1024);
     let error = |stage: &mut Stage<'_>, strategy| {
         measure(&stage.render(&camera, SIZE, &params(strategy), 1, 16), &truth, Metric::Mse)
@@ -55,7 +55,7 @@ fn kinds_of_light_add_up() {
     let mut stage = Stage::new(&device, scene);
     let none = LightTypes { sun: false, positional: false, emissive: false, environment: false };
     let mut render = |light_types, seed| {
-        let params = ReferenceParams { light_types, max_bounces: 3, ..Default::default() };
+        let params = ReferenceParams { light_types, max_bounces: Some(3), ..Default::default() };
         stage.render(&camera, SIZE, &params, seed, 32)
     };
     let whole = render(LightTypes::default(), 0);
@@ -96,7 +96,7 @@ fn backends_agree() {
         for backend in TraceBackend::available(&device) {
             let scene = builtin(name).unwrap();
             let camera = scene.default_camera();
-            let params = ReferenceParams { max_bounces: 4, ..Default::default() };
+            let params = ReferenceParams { max_bounces: Some(4), ..Default::default() };
             let estimate = Stage::on(&device, scene, backend).render(&camera, [32, 24], &params, 5, 4);
             let first = first.get_or_insert_with(|| estimate.clone());
             let relmse = measure(&estimate, first, Metric::RelMse);
@@ -109,7 +109,7 @@ fn backends_agree() {
 #[test]
 fn nested_solids_by_priority_or_by_single_interfaces() {
     let device = TestDevice::open();
-    let params = ReferenceParams { max_bounces: 24, ..Default::default() };
+    let params = ReferenceParams { max_bounces: Some(24), ..Default::default() };
     let [overlapping, gapless] = [("glass", 1), ("glass-gapless", 2)].map(|(name, seed)| {
         let scene = builtin(name).unwrap();
         let camera = scene.default_camera();
@@ -152,7 +152,7 @@ fn error_falls_with_the_number_of_samples() {
     let camera = Camera::look_at("inside", Vec3::new(0.3, 0.2, 0.0), Vec3::X, 1.2);
     let mut stage = Stage::new(&device, glowing_sphere());
     let mut slope = |sampler| {
-        let params = ReferenceParams { sampler, max_bounces: 2, spp: 128, ..Default::default() };
+        let params = ReferenceParams { sampler, max_bounces: Some(2), spp: 128, ..Default::default() };
         // 1/2 + 1/4 + 1/8 + 1/16 everywhere.
         let mut mse = |k: u32| {
             let estimate = stage.render(&camera, [64, 64], &params, k, 1 << k);
@@ -197,7 +197,7 @@ fn ray_cones_filter_textures() {
     let scene = builtin("textures").unwrap();
     let camera = scene.default_camera();
     let mut stage = Stage::new(&device, scene);
-    let params = |ray_cones| ReferenceParams { ray_cones, max_bounces: 0, ..Default::default() };
+    let params = |ray_cones| ReferenceParams { ray_cones, max_bounces: Some(0), ..Default::default() };
     let truth = stage.render(&camera, SIZE, &params(false), 9, 256);
     let [plain, cones] = [false, true].map(|ray_cones| {
         measure(&stage.render(&camera, SIZE, &params(ray_cones), 1, 1), &truth, Metric::RelMse)

@@ -47,7 +47,7 @@ fn compare(scene: Scene, camera: &Camera, spp: u32, what: &str) -> Vec<(PathLigh
     let mut render = |lights, seed, spp| {
         // A hash: its standard errors are those of independent samples.
         let params =
-            ReferenceParams { lights, max_bounces: 1, sampler: SamplerKind::Pcg, ..Default::default() };
+            ReferenceParams { lights, max_bounces: Some(1), sampler: SamplerKind::Pcg, ..Default::default() };
         stage.render(camera, SIZE, &params, seed, spp)
     };
     let truth = render(PathLights::PerKind, 99, 4 * spp);
@@ -83,7 +83,7 @@ fn inside_a_glowing_sphere() {
     let camera = Camera::look_at("inside", Vec3::new(0.2, 0.1, 0.0), Vec3::X, 1.2);
     let mut stage = Stage::new(&device, glowing_sphere());
     for lights in PathLights::ALL {
-        let params = ReferenceParams { lights, max_bounces: 1, ..Default::default() };
+        let params = ReferenceParams { lights, max_bounces: Some(1), ..Default::default() };
         let estimate = stage.render(&camera, SIZE, &params, 1, 32);
         assert_mean(&estimate, 0.875, &format!("{lights:?}"));
     }

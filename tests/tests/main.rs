@@ -5,6 +5,7 @@ mod closed_forms;
 mod common;
 mod environment;
 mod gradient_pixels;
+mod import_circles;
 mod indirect;
 mod random;
 mod replay;

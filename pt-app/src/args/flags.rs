@@ -54,7 +54,7 @@ impl Flag {
             }
         };
         let arg = arg
-            .help(format!("{help}{takes}{} [default: {}]", self.note, default_of(knob)))
+            .help(format!("{help}{takes}{} [default: {}]", self.note, knob.default_text()))
             .value_name(self.value_name)
             .value_parser(parser)
             .allow_hyphen_values(knob.kind == KnobKind::Number);
@@ -94,12 +94,6 @@ impl Flag {
             vec![format!("{}={value}", self.key)],
         ]
     }
-}
-
-/// The default in words: the greatest integer is no limit.
-fn default_of(knob: &Knob) -> String {
-    let text = knob.default_text();
-    if knob.kind == KnobKind::Integer && text == u32::MAX.to_string() { "no limit".into() } else { text }
 }
 
 /// Names of the knobs in a table.

@@ -98,7 +98,7 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
             };
             let reference = match args.reference_spp {
                 Some(spp) => {
-                    let max_bounces = args.reference_bounces.unwrap_or(u32::MAX);
+                    let max_bounces = args.reference_bounces;
                     let background = params.denoise.background;
                     let params =
                         ReferenceParams { spp, max_bounces, background, ..ReferenceParams::default() };

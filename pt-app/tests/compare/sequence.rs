@@ -5,6 +5,8 @@ use pt_image::image_file::{Layer, LayeredImage, PixelLayout, write_png};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
+use std::thread;
 
 const SIZE: [u32; 2] = [40, 24];
 
@@ -83,6 +85,38 @@ fn frames_and_their_changes_are_measured() {
     assert_eq!(line("0 ")[5..], ["-", "-"]);
     assert_eq!(line("1 ")[5..], ["0.039604", "0.039604"]);
     assert_eq!((line("mean ")[1], line("mean ")[3]), ("0.012376", "1.075000"));
+}
+
+/// A file that can be read once: who opens it again finds it empty.
+fn write_pipe(path: &Path, layers: Vec<Layer>) {
+    write(path, |x, _| 1.0 + x as f32, layers);
+    let content = fs::read(path).unwrap();
+    fs::remove_file(path).unwrap();
+    assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
+    let path = path.to_owned();
+    // Each write waits for a reader; the last one for ever.
+    thread::spawn(move || {
+        let _ = fs::write(&path, content);
+        while fs::write(&path, []).is_ok() {}
+    });
+}
+
+#[test]
+fn every_file_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a/f_0.exr", "a/f_1.exr", "b/f_0.exr", "b/f_1.exr"] {
+        let layer = |name: &str, channels: &[&str], value: f32| {
+            let values = pixels(|_, _| vec![value; channels.len()]);
+            Layer::from_interleaved(name, channels, channels.len(), &values)
+        };
+        let motion = [layer("motion", &["X", "Y", "Z", "W"], 0.0), layer("view_depth", &["Z"], 1.0)];
+        let layers = motion.into_iter().chain([layer("variance", &["R", "G", "B"], 1.0)]);
+        write_pipe(&folder.path().join(name), layers.collect());
+    }
+    let found = report(folder.path(), "compare a b --metric z-test,temporal_pixel --json");
+    assert_eq!(found["motion"], "layers motion and view_depth of b; pixels that come into view do not count");
+    near(&found["metrics"]["z-test"]["mean"], 1.0);
+    near(&found["metrics"]["temporal_pixel"]["mean"], 0.0);
 }
 
 #[test]

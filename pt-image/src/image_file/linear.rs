@@ -38,26 +38,54 @@ pub struct LinearImage {
     pub state: ImageState,
 }
 
-impl LinearImage {
+/// Everything in the file of a picture, decoded once.
+#[derive(Clone, Debug)]
+pub struct PictureFile {
+    /// The picture.
+    pub picture: LinearImage,
+    /// What the reader did to the values of the picture, one sentence each.
+    pub notices: Vec<String>,
+    /// What [`LayeredImage::read_exr`] reads; `None` for a file that is no EXR.
+    pub layers: Option<LayeredImage>,
+}
+
+impl PictureFile {
     /// Reads an image file, as [`LinearImage::decode`] does.
     ///
     /// # Errors
-    /// [`ImageFileError`]: not there, unknown extension, damaged, or larger than [`MAX_IMAGE_SIDE`].
-    pub fn read(path: &Path) -> Result<Self, ImageFileError> {
-        Ok(Self::read_with_notices(path)?.0)
-    }
-
-    /// As [`LinearImage::read`], with what the reader did to the values, one sentence each.
-    ///
-    /// # Errors
     /// As [`LinearImage::read`].
-    pub fn read_with_notices(path: &Path) -> Result<(Self, Vec<String>), ImageFileError> {
+    pub fn read(path: &Path) -> Result<Self, ImageFileError> {
         let extension = extension(path);
         if !EXTENSIONS.split(", ").any(|known| known == extension) {
             return Err(ImageFileError::Extension { path: path.into(), extension, expected: EXTENSIONS });
         }
         Self::decode(&crate::atomic_file::read(path)?)
             .map_err(|reason| ImageFileError::Decode { path: path.into(), reason })
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, String> {
+        let flat = |picture, notices| Ok(Self { picture, notices, layers: None });
+        match bytes {
+            [] => Err("the file is empty".into()),
+            [0x76, 0x2f, 0x31, 0x01, ..] => decode_exr(bytes),
+            [0x89, b'P', b'N', b'G', ..] => flat(decode_srgb(bytes, ImageFormat::Png)?, Vec::new()),
+            [0xff, 0xd8, ..] => flat(decode_srgb(bytes, ImageFormat::Jpeg)?, Vec::new()),
+            _ if hdr_file::is_hdr(bytes) => {
+                let Picture { width, height, pixels, notices } = hdr_file::decode(bytes)?;
+                flat(LinearImage { width, height, pixels, state: ImageState::SceneReferred }, notices)
+            }
+            _ => Err("is none of PNG, JPEG, Radiance HDR and OpenEXR".into()),
+        }
+    }
+}
+
+impl LinearImage {
+    /// Reads an image file, as [`LinearImage::decode`] does.
+    ///
+    /// # Errors
+    /// [`ImageFileError`]: not there, unknown extension, damaged, or larger than [`MAX_IMAGE_SIDE`].
+    pub fn read(path: &Path) -> Result<Self, ImageFileError> {
+        Ok(PictureFile::read(path)?.picture)
     }
 
     /// Reads PNG, JPEG (both taken as sRGB; alpha is dropped), Radiance HDR or EXR, told apart by content, and what the reader did
@@ -70,17 +98,7 @@ impl LinearImage {
     /// # Errors
     /// What is wrong with the content, or what of it is not supported.
     pub fn decode(bytes: &[u8]) -> Result<(Self, Vec<String>), String> {
-        match bytes {
-            [] => Err("the file is empty".into()),
-            [0x76, 0x2f, 0x31, 0x01, ..] => decode_exr(bytes),
-            [0x89, b'P', b'N', b'G', ..] => Ok((decode_srgb(bytes, ImageFormat::Png)?, Vec::new())),
-            [0xff, 0xd8, ..] => Ok((decode_srgb(bytes, ImageFormat::Jpeg)?, Vec::new())),
-            _ if hdr_file::is_hdr(bytes) => {
-                let Picture { width, height, pixels, notices } = hdr_file::decode(bytes)?;
-                Ok((Self { width, height, pixels, state: ImageState::SceneReferred }, notices))
-            }
-            _ => Err("is none of PNG, JPEG, Radiance HDR and OpenEXR".into()),
-        }
+        PictureFile::decode(bytes).map(|file| (file.picture, file.notices))
     }
 
     /// The rectangle of `width` x `height` pixels whose top left pixel is (`x`, `y`); `None` when it is empty or
@@ -165,7 +183,7 @@ fn main_planes(image: &LayeredImage) -> Result<[Vec<f32>; 3], String> {
     Ok([plane.clone(), plane.clone(), plane])
 }
 
-fn decode_exr(bytes: &[u8]) -> Result<(LinearImage, Vec<String>), String> {
+fn decode_exr(bytes: &[u8]) -> Result<PictureFile, String> {
     let decoded = exr_read::decode(bytes)?;
     let image = &decoded.image;
     let [red, green, blue] = main_planes(image)?;
@@ -196,7 +214,8 @@ fn decode_exr(bytes: &[u8]) -> Result<(LinearImage, Vec<String>), String> {
         Some("display") => ImageState::DisplayReferred,
         _ => ImageState::SceneReferred,
     };
-    Ok((LinearImage { width: image.width, height: image.height, pixels, state }, notices))
+    let picture = LinearImage { width: image.width, height: image.height, pixels, state };
+    Ok(PictureFile { picture, notices, layers: Some(decoded.image) })
 }
 
 fn decode_srgb(bytes: &[u8], format: ImageFormat) -> Result<LinearImage, String> {

@@ -19,7 +19,7 @@ use half::f16;
 
 pub use exr_read::is_cube_map;
 pub use jpeg_file::write_jpeg;
-pub use linear::{ImageState, LinearImage};
+pub use linear::{ImageState, LinearImage, PictureFile};
 pub use png_file::{PixelLayout, write_png, write_png_pq};
 pub use srgb::{srgb_decode, srgb_encode, srgb_encode_8bit};
 

@@ -23,7 +23,7 @@ pub use metric::Metric;
 pub use sequence::SequenceMetric;
 pub use ssim::{SSIM_K1, SSIM_K2};
 pub use temporal::{Correspondence, FramePair, TEMPORAL_BLOCK, TemporalError, temporal_error};
-pub use z_test::{VARIANCE_LAYER, Variances, Z_TEST_EPSILON, Z_TEST_SIGNIFICANCE, read_variance};
+pub use z_test::{VARIANCE_LAYER, Variances, Z_TEST_EPSILON, Z_TEST_SIGNIFICANCE, variance_layer};
 
 /// Epsilon of relMSE, squared radiance: the value of Rousselle et al. 2011, "Adaptive sampling and reconstruction using
 /// greedy error minimization". Pixels of the reference well below 0.1 weigh like absolute errors.

@@ -52,6 +52,14 @@ impl SequenceMetric {
         }
     }
 
+    /// The metric of the frame alone; `None` where it compares with the frame before.
+    pub fn image(self) -> Option<Metric> {
+        match self {
+            Self::Image(metric) => Some(metric),
+            Self::TemporalPixel | Self::TemporalBlock => None,
+        }
+    }
+
     /// Whether it compares a frame with the frame before.
     pub fn is_temporal(self) -> bool {
         Self::TEMPORAL.contains(&self)

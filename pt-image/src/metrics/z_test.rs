@@ -1,9 +1,7 @@
 //! Pixel by pixel test of two Monte Carlo estimates of the same image, after Subr and Arvo 2007, "Statistical Hypothesis
 //! Testing for Assessing Monte Carlo Estimators": the difference is held against its standard error.
 
-use std::path::Path;
-
-use crate::image_file::{ImageFileError, ImageState, LayeredImage, LinearImage};
+use crate::image_file::{ImageState, LayeredImage, LinearImage};
 
 /// Probability that two correct estimates of normal distribution fail in any channel of any pixel.
 pub const Z_TEST_SIGNIFICANCE: f64 = 0.01;
@@ -14,21 +12,12 @@ pub const Z_TEST_EPSILON: f64 = 1e-5;
 /// EXR layer (channels R, G, B) with the variance of the mean that the main layer holds.
 pub const VARIANCE_LAYER: &str = "variance";
 
-/// Reads [`VARIANCE_LAYER`]; `None` when the file has no such layer or is not an EXR.
-///
-/// # Errors
-/// [`ImageFileError`] as for every image.
-pub fn read_variance(path: &Path) -> Result<Option<LinearImage>, ImageFileError> {
-    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
-        return Ok(None);
-    }
-    let file = LayeredImage::read_exr(path)?;
-    let plane = |channel| file.channel(VARIANCE_LAYER, channel).map(|samples| samples.to_f32());
-    let (Some(red), Some(green), Some(blue)) = (plane("R"), plane("G"), plane("B")) else {
-        return Ok(None);
-    };
+/// The content of [`VARIANCE_LAYER`]; `None` when the file has no such layer.
+pub fn variance_layer(file: &LayeredImage) -> Option<LinearImage> {
+    let plane = |channel| Some(file.channel(VARIANCE_LAYER, channel)?.to_f32());
+    let (red, green, blue) = (plane("R")?, plane("G")?, plane("B")?);
     let pixels = red.into_iter().zip(green).zip(blue).map(|((r, g), b)| [r, g, b]).collect();
-    Ok(Some(LinearImage { width: file.width, height: file.height, pixels, state: ImageState::SceneReferred }))
+    Some(LinearImage { width: file.width, height: file.height, pixels, state: ImageState::SceneReferred })
 }
 
 /// The variances of the mean of an image and of its reference, channel by channel, squared units of the image.

@@ -6,8 +6,7 @@ use super::rank::ranks;
 use super::series::Series;
 use super::table::{Datum, Table};
 use crate::record::MetricRecord;
-use crate::statistics::Interval;
-use crate::statistics::mean_and_interval;
+use crate::statistics::{Interval, mean_and_interval};
 use crate::summary::{Summary, SummaryRow, Verdict};
 use serde::Serialize;
 

@@ -72,7 +72,7 @@ pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u
     let mut session = session(&device, scene);
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
-    let params = ReferenceParams { max_bounces: bounces, spp, ..ReferenceParams::default() };
+    let params = ReferenceParams { max_bounces: Some(bounces), spp, ..ReferenceParams::default() };
     let Session { device, scene, gpu, lights, .. } = &mut session;
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {

@@ -224,7 +224,7 @@ fn reference_pixels(scene: &Scene, camera: &Camera, size: [u32; 2], spp: u32) ->
     let mut session = common::session(&device, scene);
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
-    let params = ReferenceParams { max_bounces: 1, spp, ..ReferenceParams::default() };
+    let params = ReferenceParams { max_bounces: Some(1), spp, ..ReferenceParams::default() };
     let pt_app::session::Session { device, scene, gpu, lights, .. } = &mut session;
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {

@@ -108,7 +108,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
 
     let frame = FrameRecord::new(record, record, size, 0, 0);
     let params = ReferenceParams {
-        max_bounces: args.max_bounces,
+        max_bounces: Some(args.max_bounces),
         roulette_start: args.roulette_start,
         ..ReferenceParams::default()
     };

@@ -2,9 +2,10 @@
 
 use super::args::CompareArgs;
 use super::checks::{Checks, digits, number};
-use super::pair::{Pair, Warned, measure};
+use super::pair::{Pair, Warned, measure, read};
+use super::report::{document, print_heading};
 use crate::inputs::Inputs;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use pt_image::image_file::{OutputFormat, PixelLayout, check_output, write_png};
 use pt_image::metrics::{DISPLAY_TRANSFORM, Measurement, Metric, SequenceMetric, heatmap};
 use serde_json::{Value, json};
@@ -28,33 +29,36 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
     let metrics = args
         .metrics(&Metric::OF_IMAGES.map(SequenceMetric::Image))
         .into_iter()
-        .map(|metric| match metric {
-            SequenceMetric::Image(metric) => Ok(metric),
-            _ => bail!(
-                "{} is of the change from frame to frame; give two sequences instead of two images",
-                metric.name()
-            ),
+        .map(|metric| {
+            let name = metric.name();
+            metric.image().with_context(|| {
+                format!(
+                    "{name} is of the change from frame to frame; give two sequences instead of two images"
+                )
+            })
         })
         .collect::<Result<Vec<_>>>()?;
-    let Pair { a, measured, .. } = measure([&args.a, &args.b], &metrics, args, &mut Warned::default())?;
+    let (paths, mut warned) = ([args.a.as_path(), &args.b], Warned::default());
+    let files = read(paths, &mut warned)?;
+    let Pair { a, measured, .. } = measure(paths, files, &metrics, args, &mut warned)?;
     let checks = Checks::new(args, |metric| {
-        measured.iter().find(|found| SequenceMetric::Image(found.metric) == metric).map(|found| found.value)
+        measured.iter().find(|found| Some(found.metric) == metric.image()).map(|found| found.value)
     });
-    let (width, height) = (a.width, a.height);
+    let size = [a.width, a.height];
     let heatmap_top = match &args.heatmap {
         None => None,
         Some(path) => {
             let first = &measured[0];
             let top = heatmap_top(first);
-            write_png(path, width, height, PixelLayout::Rgb, &heatmap(&first.map, top))?;
+            write_png(path, size[0], size[1], PixelLayout::Rgb, &heatmap(&first.map, top))?;
             Some((path.as_path(), first.metric, top))
         }
     };
     if args.json {
-        let document = report(args, (width, height), &measured, &checks, heatmap_top);
+        let document = report(args, size, &measured, &checks, heatmap_top);
         writeln!(out, "{}", serde_json::to_string_pretty(&document)?)?;
     } else {
-        print(args, (width, height), &measured, &checks, heatmap_top, out)?;
+        print(args, size, &measured, &checks, heatmap_top, out)?;
     }
     Ok(checks.passed())
 }
@@ -74,18 +78,13 @@ fn heatmap_top(measurement: &Measurement) -> f32 {
 
 fn print(
     args: &CompareArgs,
-    (width, height): (u32, u32),
+    size: [u32; 2],
     measured: &[Measurement],
     checks: &Checks,
     heatmap: Option<(&Path, Metric, f32)>,
     out: &mut impl Write,
 ) -> Result<()> {
-    writeln!(out, "a (image)     {}", args.a.display())?;
-    writeln!(out, "b (reference) {}", args.b.display())?;
-    match args.region {
-        None => writeln!(out, "{width}x{height} pixels")?,
-        Some(region) => writeln!(out, "{width}x{height} pixels from {},{}", region.x, region.y)?,
-    }
+    print_heading(args, None, size, out)?;
     writeln!(out, "\n{:<10}{:>14}{:>14}  formula", "metric", "value", "spread")?;
     for found in measured {
         let (name, formula) = (found.metric.name(), found.metric.formula());
@@ -113,7 +112,7 @@ fn detail(value: f64) -> String {
 
 fn report(
     args: &CompareArgs,
-    (width, height): (u32, u32),
+    size: [u32; 2],
     measured: &[Measurement],
     checks: &Checks,
     heatmap: Option<(&Path, Metric, f32)>,
@@ -133,18 +132,8 @@ fn report(
             (found.metric.name().to_owned(), entry)
         })
         .collect();
-    json!({
-        "a": args.a.display().to_string(),
-        "b": args.b.display().to_string(),
-        "width": width,
-        "height": height,
-        "region": args.region.map(|region| [region.x, region.y, region.width, region.height]),
-        "display_values": DISPLAY_TRANSFORM,
-        "metrics": metrics,
-        "heatmap": heatmap.map(|(path, metric, top)| {
-            json!({ "file": path.display().to_string(), "metric": metric.name(), "top": top })
-        }),
-        "passed": checks.passed(),
-        "checks": checks.json(),
-    })
+    let heatmap = heatmap.map(|(path, metric, top)| {
+        json!({ "file": path.display().to_string(), "metric": metric.name(), "top": top })
+    });
+    document(args, size, checks, [("metrics", metrics.into()), ("heatmap", heatmap.into())])
 }

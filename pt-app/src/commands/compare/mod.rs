@@ -6,6 +6,7 @@ mod frames;
 mod images;
 mod motion;
 mod pair;
+mod report;
 mod sequence;
 
 pub use args::{CompareArgs, Limit, MetricName, Region};

@@ -1,9 +1,8 @@
 //! Where the surfaces of a frame were in the frame before, as far as the files say it.
 
-use super::frames::Pair;
 use anyhow::{Context, Result};
 use pt_core::Surfaces;
-use pt_image::image_file::LayeredImage;
+use pt_image::image_file::{LayeredImage, PictureFile};
 use pt_image::metrics::Correspondence;
 use std::path::Path;
 
@@ -28,9 +27,9 @@ pub enum Side {
 }
 
 impl MotionSource {
-    /// The best that the files of a frame have; of the reference before that of the image.
-    pub fn of(pair: &Pair) -> Self {
-        let motions = [Side::B, Side::A].map(|side| Some((side, read(side.file(pair)).ok()?)));
+    /// The best that the files of a frame, image and reference, have; of the reference before that of the image.
+    pub fn of(files: &[PictureFile; 2]) -> Self {
+        let motions = [Side::B, Side::A].map(|side| Some((side, side.of(files).layers.as_ref()?)));
         for (side, file) in motions.iter().flatten() {
             if Surfaces::of_file(file).is_some() {
                 return Self::Surfaces(*side);
@@ -58,33 +57,32 @@ impl MotionSource {
         }
     }
 
-    /// The motion of a frame.
+    /// The motion of a frame, whose files were read from the paths.
     ///
     /// # Errors
     /// A file that lacks the layers which the first frame had.
-    pub fn read(self, pair: &Pair) -> Result<Motion> {
+    pub fn read(self, paths: [&Path; 2], files: &[PictureFile; 2]) -> Result<Motion> {
         let (side, is_surfaces) = match self {
             Self::Surfaces(side) => (side, true),
             Self::Vectors(side) => (side, false),
             Self::Still => return Ok(Motion::Still),
         };
-        let path = side.file(pair);
-        let file = read(path)?;
+        let layers = side.of(files).layers.as_ref();
         let found = match is_surfaces {
-            true => Surfaces::of_file(&file).map(Motion::Surfaces),
-            false => vectors(&file).map(Motion::Vectors),
+            true => layers.and_then(Surfaces::of_file).map(Motion::Surfaces),
+            false => layers.and_then(vectors).map(Motion::Vectors),
         };
         found.with_context(|| {
-            format!("{}: lacks the layers of motion that the first frame has", path.display())
+            format!("{}: lacks the layers of motion that the first frame has", side.of(&paths).display())
         })
     }
 }
 
 impl Side {
-    fn file(self, pair: &Pair) -> &Path {
+    fn of<T>(self, [a, b]: &[T; 2]) -> &T {
         match self {
-            Self::A => &pair.a,
-            Self::B => &pair.b,
+            Self::A => a,
+            Self::B => b,
         }
     }
 }
@@ -108,10 +106,6 @@ impl Motion {
             _ => Correspondence::still(size),
         }
     }
-}
-
-fn read(path: &Path) -> Result<LayeredImage> {
-    Ok(LayeredImage::read_exr(path)?)
 }
 
 /// The layer `motion` in UV as offsets in pixels; where `coverage` says that no surface is seen, nothing is known.

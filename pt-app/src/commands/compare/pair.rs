@@ -4,9 +4,9 @@ use super::args::{CompareArgs, Region};
 use crate::origin::differences;
 use anyhow::{Context, Result};
 use pt_core::console::print_warning;
-use pt_image::image_file::{ImageState, LayeredImage, LinearImage};
-use pt_image::metrics::{Measurement, Metric, VARIANCE_LAYER, Variances, compare_estimates, read_variance};
-use std::collections::HashSet;
+use pt_image::image_file::{ImageState, LinearImage, PictureFile};
+use pt_image::metrics::{Measurement, Metric, VARIANCE_LAYER, Variances, compare_estimates, variance_layer};
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 /// An image with its reference, cut to the region.
@@ -33,31 +33,41 @@ impl Warned {
     }
 }
 
-/// Reads and measures an image and its reference.
+/// Reads an image and its reference.
 ///
 /// # Errors
-/// Images that cannot be read or compared, a region outside.
+/// Images that cannot be read.
+pub fn read([a, b]: [&Path; 2], warned: &mut Warned) -> Result<[PictureFile; 2]> {
+    let mut read = |path: &Path| {
+        let file = PictureFile::read(path)?;
+        for notice in &file.notices {
+            warned.warn(notice, &format!("{}: {notice}", path.display()));
+        }
+        anyhow::Ok(file)
+    };
+    Ok([read(a)?, read(b)?])
+}
+
+/// Measures an image and its reference, which were read from the paths.
+///
+/// # Errors
+/// Images that cannot be compared, a region outside.
 pub fn measure(
     [a, b]: [&Path; 2],
+    files: [PictureFile; 2],
     metrics: &[Metric],
     args: &CompareArgs,
     warned: &mut Warned,
 ) -> Result<Pair> {
-    let mut read = |path: &Path| {
-        let (image, notices) = LinearImage::read_with_notices(path)?;
-        for notice in notices {
-            warned.warn(&notice, &format!("{}: {notice}", path.display()));
-        }
-        let whole = [image.width, image.height];
-        anyhow::Ok((cut(image, args.region, path)?, whole))
-    };
-    let ((of_a, whole), (of_b, _)) = (read(a)?, read(b)?);
     let variances = match metrics.iter().any(|metric| metric.uses_variances()) {
-        true => Some([variance(args.region, a)?, variance(args.region, b)?]),
+        true => Some([variance(args.region, a, &files[0])?, variance(args.region, b, &files[1])?]),
         false => None,
     };
-    warn_about_states([a, b], &of_a, &of_b, warned);
-    warn_about_origins([a, b], warned);
+    warn_about_states([a, b], &files, warned);
+    warn_about_origins([a, b], &files, warned);
+    let [of_a, of_b] = files.map(|file| file.picture);
+    let whole = [of_a.width, of_a.height];
+    let (of_a, of_b) = (cut(of_a, args.region, a)?, cut(of_b, args.region, b)?);
     if variances.is_some() && of_a.pixels == of_b.pixels {
         warned.warn("equal", "the images are equal, as estimates of one seed are: z-test tests nothing");
     }
@@ -68,8 +78,9 @@ pub fn measure(
 }
 
 /// A scene against a display has no common scale; FLIP, PSNR and SSIM bring both to display values, which may be wanted.
-fn warn_about_states([a, b]: [&Path; 2], of_a: &LinearImage, of_b: &LinearImage, warned: &mut Warned) {
-    if of_a.state != of_b.state {
+fn warn_about_states([a, b]: [&Path; 2], files: &[PictureFile; 2], warned: &mut Warned) {
+    let [of_a, of_b] = files.each_ref().map(|file| file.picture.state);
+    if of_a != of_b {
         let name = |state| match state {
             ImageState::SceneReferred => "scene-referred",
             ImageState::DisplayReferred => "display-referred",
@@ -77,26 +88,29 @@ fn warn_about_states([a, b]: [&Path; 2], of_a: &LinearImage, of_b: &LinearImage,
         let message = format!(
             "{} is {} and {} is {}: only psnr, ssim and flip compare values of one meaning",
             a.display(),
-            name(of_a.state),
+            name(of_a),
             b.display(),
-            name(of_b.state)
+            name(of_b)
         );
         warned.warn("states", &message);
     }
 }
 
 /// Images of different cameras, environments or light differ by more than their noise.
-fn warn_about_origins(paths: [&Path; 2], warned: &mut Warned) {
-    let [a, b] = paths.map(|path| (path.display().to_string(), LayeredImage::read_metadata(path)));
-    let found = differences((&a.0, &a.1), (&b.0, &b.1));
+fn warn_about_origins(paths: [&Path; 2], files: &[PictureFile; 2], warned: &mut Warned) {
+    let none = BTreeMap::new();
+    let [a, b] = paths.map(|path| path.display().to_string());
+    let [of_a, of_b] =
+        files.each_ref().map(|file| file.layers.as_ref().map_or(&none, |layers| &layers.metadata));
+    let found = differences((&a, of_a), (&b, of_b));
     if !found.is_empty() && warned.0.insert("origins".into()) {
         found.iter().for_each(|difference| print_warning(difference));
     }
 }
 
 /// The variances of a Monte Carlo estimate, in the same rectangle.
-fn variance(region: Option<Region>, path: &Path) -> Result<LinearImage> {
-    let image = read_variance(path)?.with_context(|| {
+fn variance(region: Option<Region>, path: &Path, file: &PictureFile) -> Result<LinearImage> {
+    let image = file.layers.as_ref().and_then(variance_layer).with_context(|| {
         format!(
             "z-test needs the variances of both images: {} is no EXR with channels R, G, B in a layer {VARIANCE_LAYER:?}",
             path.display()

@@ -4,7 +4,8 @@ use super::args::{CompareArgs, Region};
 use super::checks::{Checks, digits, number};
 use super::frames::{self, pairs};
 use super::motion::{Motion, MotionSource};
-use super::pair::{Pair, Warned, measure};
+use super::pair::{Pair, Warned, measure, read};
+use super::report::{document, print_heading};
 use crate::progress::Progress;
 use anyhow::{Context, Result, ensure};
 use pt_image::metrics::{
@@ -70,15 +71,9 @@ pub fn run(args: &CompareArgs, out: &mut impl Write) -> Result<bool> {
 
 fn measure_all(args: &CompareArgs, files: Vec<frames::Pair>) -> Result<Found> {
     let metrics = args.metrics(&DEFAULTS);
-    let of_images: Vec<Metric> = metrics
-        .iter()
-        .filter_map(|metric| match metric {
-            SequenceMetric::Image(metric) => Some(*metric),
-            _ => None,
-        })
-        .collect();
+    let of_images: Vec<Metric> = metrics.iter().filter_map(|metric| metric.image()).collect();
     let is_temporal = metrics.iter().any(|metric| metric.is_temporal());
-    let motion = files.first().filter(|_| is_temporal).map(MotionSource::of);
+    let mut source: Option<MotionSource> = None;
     let mut progress = Progress::new(files.len() as u32);
     let mut warned = Warned::default();
     let mut first: Option<([u32; 2], String)> = None;
@@ -86,7 +81,13 @@ fn measure_all(args: &CompareArgs, files: Vec<frames::Pair>) -> Result<Found> {
     let mut rows = Vec::new();
     for files in files {
         let frame = files.frame;
-        let pair = measure([&files.a, &files.b], &of_images, args, &mut warned)?;
+        let paths = [files.a.as_path(), &files.b];
+        let decoded = read(paths, &mut warned)?;
+        let motion = match is_temporal {
+            true => source.get_or_insert_with(|| MotionSource::of(&decoded)).read(paths, &decoded)?,
+            false => Motion::Still,
+        };
+        let pair = measure(paths, decoded, &of_images, args, &mut warned)?;
         let name = files.a.display();
         let (whole, of_first) = first.get_or_insert_with(|| (pair.whole, name.to_string()));
         ensure!(
@@ -97,7 +98,7 @@ fn measure_all(args: &CompareArgs, files: Vec<frames::Pair>) -> Result<Found> {
             whole[0],
             whole[1]
         );
-        let now = Before { frame, motion: motion.unwrap_or(MotionSource::Still).read(&files)?, pair };
+        let now = Before { frame, motion, pair };
         let temporal = match &before {
             Some(before) if is_temporal && before.frame + 1 == frame => {
                 Some(change(&now, before, args.region).with_context(|| name.to_string())?)
@@ -117,7 +118,7 @@ fn measure_all(args: &CompareArgs, files: Vec<frames::Pair>) -> Result<Found> {
     }
     progress.finish();
     let size = before.map_or([0; 2], |last| [last.pair.a.width, last.pair.a.height]);
-    Ok(Found { metrics, size, motion, rows })
+    Ok(Found { metrics, size, motion: source, rows })
 }
 
 /// Errors of the change since the frame before, by pixels and by blocks.
@@ -148,14 +149,8 @@ impl Found {
     }
 
     fn print(&self, args: &CompareArgs, out: &mut impl Write) -> Result<()> {
-        let Self { metrics, size: [width, height], motion, rows } = self;
-        writeln!(out, "a (image)     {}", args.a.display())?;
-        writeln!(out, "b (reference) {}", args.b.display())?;
-        write!(out, "frames: {}, {width}x{height} pixels", rows.len())?;
-        match args.region {
-            None => writeln!(out)?,
-            Some(region) => writeln!(out, " from {},{}", region.x, region.y)?,
-        }
+        let Self { metrics, size, motion, rows } = self;
+        print_heading(args, Some(rows.len()), *size, out)?;
         let mut line = |first: &str, cells: &mut dyn Iterator<Item = String>| -> Result<()> {
             write!(out, "{first:>6}")?;
             for cell in cells {
@@ -174,8 +169,7 @@ impl Found {
             writeln!(out, "{}: {}", metric.name(), metric.formula())?;
         }
         writeln!(out, "a, b: linear values")?;
-        let uses_display = |metric: &SequenceMetric| matches!(metric, SequenceMetric::Image(metric) if metric.uses_display_values());
-        if metrics.iter().any(uses_display) {
+        if metrics.iter().filter_map(|metric| metric.image()).any(Metric::uses_display_values) {
             writeln!(out, "A, B: {DISPLAY_TRANSFORM}")?;
         }
         if let Some(motion) = motion {
@@ -207,18 +201,13 @@ impl Found {
             }
             row
         };
-        json!({
-            "a": args.a.display().to_string(),
-            "b": args.b.display().to_string(),
-            "width": self.size[0],
-            "height": self.size[1],
-            "region": args.region.map(|region| [region.x, region.y, region.width, region.height]),
-            "display_values": DISPLAY_TRANSFORM,
-            "motion": self.motion.map(MotionSource::text),
-            "metrics": metrics,
-            "frames": self.rows.iter().map(row).collect::<Vec<_>>(),
-            "passed": checks.passed(),
-            "checks": checks.json(),
-        })
+        let frames: Value = self.rows.iter().map(row).collect();
+        let motion = self.motion.map(MotionSource::text).into();
+        document(
+            args,
+            self.size,
+            checks,
+            [("motion", motion), ("metrics", metrics.into()), ("frames", frames)],
+        )
     }
 }

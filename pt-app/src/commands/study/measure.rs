@@ -44,8 +44,7 @@ impl Shot {
 
     /// The value of a metric between the first half of the reference's samples and all of them: what a perfect frame would have.
     pub fn reference_noise(&self, metric: SequenceMetric) -> Option<f64> {
-        let SequenceMetric::Image(metric) = metric else { return None };
-        let found = compare(self.truth.half.as_ref()?, &self.truth.image, &[metric]).ok()?;
+        let found = compare(self.truth.half.as_ref()?, &self.truth.image, &[metric.image()?]).ok()?;
         found.first().map(|found| found.value)
     }
 
@@ -54,13 +53,7 @@ impl Shot {
     /// # Errors
     /// A reference that is no light.
     pub fn measure(&self, before: Option<&Self>, metrics: &[SequenceMetric]) -> Result<Vec<Option<f64>>> {
-        let of_images: Vec<Metric> = metrics
-            .iter()
-            .filter_map(|metric| match metric {
-                SequenceMetric::Image(metric) => Some(*metric),
-                _ => None,
-            })
-            .collect();
+        let of_images: Vec<Metric> = metrics.iter().filter_map(|metric| metric.image()).collect();
         let measured = match compare(&self.image, &self.truth.image, &of_images) {
             Ok(found) => found,
             // A value that is no light is a result of the frame; of the truth it is an error.
