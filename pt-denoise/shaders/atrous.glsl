@@ -45,12 +45,12 @@ vec3 to_rgb(vec3 c) { return vec3(c.y, (c.x - 0.2126 * c.y - 0.0722 * c.z) * (1.
 
 // What a level knows of a pixel.
 struct Texel {
-    // x: distance; y: what a difference of distances is multiplied by at one pixel, negative: the fields hold two paths, 0: no surface; z: inverse square of the width of the
-    // specular filter; w: angle between the rays of neighbouring pixels.
+    // x: distance; y: what a difference of distances over a step is multiplied by at one pixel, negative: the fields hold two paths, 0: no surface; z: exponent of the
+    // specular weight one step away, from the lobe; w: power of the specular weight by normals.
     vec4 surface;
     // Shading normal, and roughness.
     vec4 normal;
-    // Light as it is filtered, and its variance; negative: missing.
+    // Light as it is filtered, and its variance; negative: missing. In a pair: inverse_tolerance().
     vec4 hf;
     vec4 spec;
 };
@@ -87,21 +87,30 @@ vec4 encode_light(vec4 light) {
 #endif
 }
 
-Texel load_texel(ivec2 pixel) {
-    // All fetches are on their way before the first one is looked at.
+// A pixel as the images have it.
+struct Fetched { uvec4 guide; vec4 hf; vec4 spec; };
+
+Fetched fetch(ivec2 pixel) {
     ivec2 at = flat_to_split(clamp(pixel, ivec2(0), ivec2(push.size) - 1), field_width());
-    uvec4 word = imageLoad(im_guide, at);
-    vec4 hf = decode_light(texelFetch(source_hf, at, 0)), spec = decode_light(texelFetch(source_spec, at, 0));
-    Guide guide = unpack_guide(word);
-    if (!inside(pixel) || guide.normal == 0u) return NO_TEXEL;
-    vec4 g = guide.geometry;
-    float steep = clamp(LOG2_E / (push.depth * g.y), -1e30, 1e30);
-    float narrow = 1.0 / (push.lobe * max(square(g.z), 1e-4));
-    return Texel(vec4(g.x, steep, square(narrow), g.w), vec4(unpack_unit_vector(guide.normal), g.z), hf, spec);
+    Fetched fetched = Fetched(imageLoad(im_guide, at), texelFetch(source_hf, at, 0), texelFetch(source_spec, at, 0));
+    if (!inside(pixel)) fetched.guide = uvec4(0u);
+    return fetched;
 }
 
-// Tolerance of missing light: larger than any other, so that it decides for no pair.
-const float MISSING = 1e38;
+Texel decode(Fetched fetched) {
+    Guide guide = unpack_guide(fetched.guide);
+    if (guide.normal == 0u) return NO_TEXEL;
+    vec4 g = guide.geometry;
+    float steep = clamp(LOG2_E / (push.depth * g.y), -1e30, 1e30) / float(push.step);
+    // Specular light changes within the lobe: with the direction of view from pixel to pixel, and with the normal.
+    float narrow = 1.0 / (push.lobe * max(square(g.z), 1e-4));
+    float view = LOG2_E * square(g.w * float(push.step) * narrow);
+    float power = LOG2_E * clamp(8.0 * square(narrow), push.normal, 1e4);
+    return Texel(vec4(g.x, steep, view, power), vec4(unpack_unit_vector(guide.normal), g.z), decode_light(fetched.hf), decode_light(fetched.spec));
+}
+
+// Inverse tolerance of missing light: the geometry decides alone.
+const float MISSING = 0.0;
 
 // What a difference of luminance is multiplied by, from the smoothed variance of each channel and from its own, which says whether there is light.
 vec2 inverse_tolerance(vec2 smoothed, vec2 variance) {
@@ -109,8 +118,28 @@ vec2 inverse_tolerance(vec2 smoothed, vec2 variance) {
     return mix(inverse, vec2(MISSING), lessThan(variance, vec2(0.0)));
 }
 
+// Weights of two pixels `offset` steps apart without the luminance, of diffuse and of specular light.
+vec2 geometric_weights(Texel p, Texel q, ivec2 offset) {
+    float squared = float(offset.x * offset.x + offset.y * offset.y);
+    // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
+    float depth = abs(p.surface.x - q.surface.x) * min(abs(p.surface.y), abs(q.surface.y));
+    float both = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)] - depth * inversesqrt(squared);
+    // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
+    if (((offset.x ^ offset.y) & 1) != 0 && push.step == 1u && min(p.surface.y, q.surface.y) < 0.0) both = -1e30;
+    // exp(-n (1 - cos)) is cos^n to within 0.37 / n. The sum begins with the 1.
+    float turn = min(p.normal.x * q.normal.x + (p.normal.y * q.normal.y + (p.normal.z * q.normal.z - 1.0)), 0.0);
+    float hf = LOG2_E * push.normal * turn + both;
+    // The narrower of the two lobes decides.
+    float spec = max(p.surface.w, q.surface.w) * turn + both - squared * max(p.surface.z, q.surface.z);
+    float alike = clamp(1.0 - 10.0 * abs(p.normal.w - q.normal.w), 0.0, 1.0);
+    return vec2(exp2(hf), alike * exp2(spec));
+}
+
+// Factor on a weight by the luminance. The pair's larger variance decides, so that both agree on the weight.
+float luminance_weight(vec4 p, vec4 q) { return exp2(-abs(p.x - q.x) * min(p.a, q.a)); }
+
 struct Sum {
-    vec3 change;     // weighted differences from the centre
+    vec3 light;      // weighted
     float taken;     // weights of the other pixels
     float geometric; // the same without the luminance
     float variance;
@@ -118,16 +147,35 @@ struct Sum {
 
 const Sum NO_SUM = Sum(vec3(0.0), 0.0, 0.0, 0.0);
 
-// `geometric`: weight of a tap whose light is there.
-void add(inout Sum sum, vec4 p, vec4 q, float variance, float geometric) {
-    vec3 change = q.xyz - p.xyz;
+void add(inout Sum sum, vec4 q, float variance, float geometric, float by_luminance) {
     geometric = q.a == MISSING ? 0.0 : geometric;
-    // The pair's larger variance decides, so that both agree on the weight.
-    float w = geometric * exp2(-abs(change.x) * min(p.a, q.a));
-    sum.change += w * change;
+    float w = geometric * by_luminance;
+    sum.light += w * q.xyz;
     sum.taken += w;
     sum.geometric += geometric;
     sum.variance += square(w) * variance;
+}
+
+// Both channels of a pixel.
+struct Sums { Sum hf; Sum spec; };
+
+const Sums NO_SUMS = Sums(NO_SUM, NO_SUM);
+
+// Adds a tap `offset` steps away. `variance`: of both channels of the tap.
+void add_tap(inout Sums sums, Texel p, Texel q, vec2 variance, ivec2 offset) {
+    vec2 geometric = geometric_weights(p, q, offset);
+    add(sums.hf, q.hf, variance.x, geometric.x, luminance_weight(p.hf, q.hf));
+    add(sums.spec, q.spec, variance.y, geometric.y, luminance_weight(p.spec, q.spec));
+}
+
+// Adds two pixels to the sums of each other.
+void add_pair(inout Sums sums_p, inout Sums sums_q, Texel p, Texel q, vec2 variance_p, vec2 variance_q, ivec2 offset) {
+    vec2 geometric = geometric_weights(p, q, offset);
+    vec2 by_luminance = vec2(luminance_weight(p.hf, q.hf), luminance_weight(p.spec, q.spec));
+    add(sums_p.hf, q.hf, variance_q.x, geometric.x, by_luminance.x);
+    add(sums_p.spec, q.spec, variance_q.y, geometric.y, by_luminance.y);
+    add(sums_q.hf, p.hf, variance_p.x, geometric.x, by_luminance.x);
+    add(sums_q.spec, p.spec, variance_p.y, geometric.y, by_luminance.y);
 }
 
 // `variance`: of the centre; negative: its light is missing.
@@ -135,46 +183,14 @@ vec4 finish(Sum sum, vec4 p, float variance) {
     // Missing light is that of its neighbours; squares of weights below this would vanish.
     if (variance < 0.0 && !(sum.taken > 1e-12)) return NO_LIGHT;
     float scale = 1.0 / (variance < 0.0 ? sum.taken : sum.geometric + square(KERNEL[0]));
-    float own = 1.0 - sum.taken * scale;
-    vec3 light = to_rgb(p.xyz + sum.change * scale);
+    float own = variance < 0.0 ? 0.0 : 1.0 - sum.taken * scale;
+    vec3 light = to_rgb(own * p.xyz + sum.light * scale);
     return vec4(max(light, 0.0), sum.variance * square(scale) + square(own) * max(variance, 0.0));
 }
 
-// What a pixel filters with: the same for all its taps.
-struct Centre {
-    vec4 surface;
-    vec4 normal;
-    vec4 hf;
-    vec4 spec;
-    float inverse_step;
-    float lobe;  // exponent of the specular weight at one step, for a filter of width 1
-    float power; // exponent of the weight by normals
-};
-
-Centre centre_of(vec4 surface, vec4 normal, vec4 hf, vec4 spec) {
-    float lobe = LOG2_E * square(surface.w * float(push.step));
-    // Missing light takes what the geometry allows.
-    hf.a = hf.a == MISSING ? 0.0 : hf.a;
-    spec.a = spec.a == MISSING ? 0.0 : spec.a;
-    return Centre(surface, normal, hf, spec, 1.0 / float(push.step), lobe, LOG2_E * push.normal);
-}
-
-// Adds a tap `offset` steps away. Alpha of the light: inverse_tolerance(). `variance`: of both channels of the tap.
-void add_tap(inout Sum sum_hf, inout Sum sum_spec, Centre p, ivec2 offset, vec4 surface, vec4 normal, vec4 hf, vec4 spec, vec2 variance) {
-    if (offset == ivec2(0)) return;
-    float squared = float(offset.x * offset.x + offset.y * offset.y);
-    // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
-    float depth = abs(p.surface.x - surface.x) * (min(abs(p.surface.y), abs(surface.y)) * p.inverse_step);
-    float geometric = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)] - depth * inversesqrt(squared);
-    // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
-    if (((offset.x ^ offset.y) & 1) != 0 && push.step == 1u && min(p.surface.y, surface.y) < 0.0) geometric = -1e30;
-    // exp(-n (1 - cos)) is cos^n to within 0.37 / n.
-    float turn = min(dot(p.normal.xyz, normal.xyz) - 1.0, 0.0);
-    add(sum_hf, p.hf, hf, variance.x, exp2(p.power * turn + geometric));
-
-    // Specular light changes within the lobe: with the normal, and with the direction of view from pixel to pixel.
-    float narrow = max(p.surface.z, surface.z);
-    float power = clamp(8.0 * LOG2_E * narrow, p.power, 1e4 * LOG2_E);
-    float alike = clamp(1.0 - 10.0 * abs(p.normal.w - normal.w), 0.0, 1.0);
-    add(sum_spec, p.spec, spec, variance.y, alike * exp2(power * turn + geometric - p.lobe * squared * narrow));
+void store(ivec2 pixel, Sums sums, Texel p, vec2 variance) {
+    ivec2 at = flat_to_split(pixel, field_width());
+    bool surface = p.surface.y != 0.0;
+    imageStore(target_hf, at, surface ? encode_light(finish(sums.hf, p.hf, variance.x)) : NO_LIGHT);
+    imageStore(target_spec, at, surface ? encode_light(finish(sums.spec, p.spec, variance.y)) : NO_LIGHT);
 }

@@ -22,11 +22,9 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!inside(pixel)) return;
     int step = int(push.step);
-    ivec2 at = flat_to_split(pixel, field_width());
-    Texel own = load_texel(pixel);
+    Texel own = decode(fetch(pixel));
     if (own.surface.y == 0.0) {
-        imageStore(target_hf, at, NO_LIGHT);
-        imageStore(target_spec, at, NO_LIGHT);
+        store(pixel, NO_SUMS, own, vec2(-1.0));
         return;
     }
     vec2 variances[AROUND * AROUND];
@@ -45,16 +43,18 @@ void main() {
         tolerances[k] = inverse_tolerance(sum / max(weights, 1e-20), variances[middle]);
     }
     const int MIDDLE = TAPS * TAPS / 2;
-    Centre p = centre_of(own.surface, own.normal, vec4(own.hf.xyz, tolerances[MIDDLE].x), vec4(own.spec.xyz, tolerances[MIDDLE].y));
-    Sum sum_hf = NO_SUM, sum_spec = NO_SUM;
+    Texel p = Texel(own.surface, own.normal, vec4(own.hf.xyz, tolerances[MIDDLE].x), vec4(own.spec.xyz, tolerances[MIDDLE].y));
+    Sums sums = NO_SUMS;
     [[unroll]] for (int y = -RADIUS; y <= RADIUS; ++y) {
         [[unroll]] for (int x = -RADIUS; x <= RADIUS; ++x) {
-            int k = MIDDLE + y * TAPS + x;
-            Texel q = load_texel(pixel + ivec2(x, y) * step);
+            if (x == 0 && y == 0) continue;
+            Texel q = decode(fetch(pixel + ivec2(x, y) * step));
             vec2 variance = vec2(q.hf.a, q.spec.a);
-            add_tap(sum_hf, sum_spec, p, ivec2(x, y), q.surface, q.normal, vec4(q.hf.xyz, tolerances[k].x), vec4(q.spec.xyz, tolerances[k].y), variance);
+            int k = MIDDLE + y * TAPS + x;
+            q.hf.a = tolerances[k].x;
+            q.spec.a = tolerances[k].y;
+            add_tap(sums, p, q, variance, ivec2(x, y));
         }
     }
-    imageStore(target_hf, at, encode_light(finish(sum_hf, p.hf, own.hf.a)));
-    imageStore(target_spec, at, encode_light(finish(sum_spec, p.spec, own.spec.a)));
+    store(pixel, sums, p, vec2(own.hf.a, own.spec.a));
 }
