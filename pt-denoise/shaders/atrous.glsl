@@ -32,7 +32,6 @@ const float LOG2_KERNEL[3] = float[3](-1.415037499, -2.0, -4.0);
 const float KERNEL[2] = float[2](0.5, 0.25);
 const float LOG2_KERNEL[2] = float[2](-1.0, -2.0);
 #endif
-const float LOG2_E = 1.442695041;
 
 int field_width() { return (int(push.size.x) + 1) / 2; }
 
@@ -101,7 +100,7 @@ Texel decode(Fetched fetched) {
     Guide guide = unpack_guide(fetched.guide);
     if (guide.normal == 0u) return NO_TEXEL;
     vec4 g = guide.geometry;
-    float steep = clamp(LOG2_E / (push.depth * g.y), -1e30, 1e30) / float(push.step);
+    float steep = steepness(g.y, push.depth) / float(push.step);
     // Specular light changes within the lobe: with the direction of view from pixel to pixel, and with the normal.
     float narrow = 1.0 / (push.lobe * max(square(g.z), 1e-4));
     float view = LOG2_E * square(g.w * float(push.step) * narrow);
@@ -122,15 +121,13 @@ vec2 inverse_tolerance(vec2 smoothed, vec2 variance) {
 vec2 geometric_weights(Texel p, Texel q, ivec2 offset) {
     float squared = float(offset.x * offset.x + offset.y * offset.y);
     // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
-    float depth = abs(p.surface.x - q.surface.x) * min(abs(p.surface.y), abs(q.surface.y));
-    float both = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)] - depth * inversesqrt(squared);
+    float both = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)] - depth_exponent(p.surface.xy, q.surface.xy, sqrt(squared));
     // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
     if (((offset.x ^ offset.y) & 1) != 0 && push.step == 1u && min(p.surface.y, q.surface.y) < 0.0) both = -1e30;
-    // exp(-n (1 - cos)) is cos^n to within 0.37 / n. The sum begins with the 1.
-    float turn = min(p.normal.x * q.normal.x + (p.normal.y * q.normal.y + (p.normal.z * q.normal.z - 1.0)), 0.0);
-    float hf = LOG2_E * push.normal * turn + both;
+    float turned = turn(p.normal.xyz, q.normal.xyz);
+    float hf = LOG2_E * push.normal * turned + both;
     // The narrower of the two lobes decides.
-    float spec = max(p.surface.w, q.surface.w) * turn + both - squared * max(p.surface.z, q.surface.z);
+    float spec = max(p.surface.w, q.surface.w) * turned + both - squared * max(p.surface.z, q.surface.z);
     float alike = clamp(1.0 - 10.0 * abs(p.normal.w - q.normal.w), 0.0, 1.0);
     return vec2(exp2(hf), alike * exp2(spec));
 }
