@@ -22,9 +22,11 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!inside(pixel)) return;
     int step = int(push.step);
-    Texel own = decode(fetch(pixel));
-    if (own.surface.y == 0.0) {
-        store(pixel, NO_SUMS, own, vec2(-1.0));
+    ivec2 at = place_of(pixel);
+    Texel p = load_texel(pixel);
+    if (p.steep == 0.0) {
+        imageStore(target_hf, at, NO_LIGHT);
+        imageStore(target_spec, at, NO_LIGHT);
         return;
     }
     vec2 variances[AROUND * AROUND];
@@ -40,21 +42,24 @@ void main() {
             sum += w * v;
             weights += w;
         }
-        tolerances[k] = inverse_tolerance(sum / max(weights, 1e-20), variances[middle]);
+        vec2 smoothed = sum / max(weights, 1e-20), own = variances[middle];
+        tolerances[k] = vec2(inverse_tolerance(push.luminance_hf, smoothed.x, own.x), inverse_tolerance(push.luminance_spec, smoothed.y, own.y));
     }
     const int MIDDLE = TAPS * TAPS / 2;
-    Texel p = Texel(own.surface, own.normal, vec4(own.hf.xyz, tolerances[MIDDLE].x), vec4(own.spec.xyz, tolerances[MIDDLE].y));
-    Sums sums = NO_SUMS;
+    vec4 hf = decode_light(texelFetch(source_hf, at, 0)), spec = decode_light(texelFetch(source_spec, at, 0));
+    vec4 p_hf = vec4(hf.xyz, tolerances[MIDDLE].x), p_spec = vec4(spec.xyz, tolerances[MIDDLE].y);
+    Sum sum_hf = NO_SUM, sum_spec = NO_SUM;
     [[unroll]] for (int y = -RADIUS; y <= RADIUS; ++y) {
         [[unroll]] for (int x = -RADIUS; x <= RADIUS; ++x) {
-            if (x == 0 && y == 0) continue;
-            Texel q = decode(fetch(pixel + ivec2(x, y) * step));
-            vec2 variance = vec2(q.hf.a, q.spec.a);
-            int k = MIDDLE + y * TAPS + x;
-            q.hf.a = tolerances[k].x;
-            q.spec.a = tolerances[k].y;
-            add_tap(sums, p, q, variance, ivec2(x, y));
+            ivec2 tap = pixel + ivec2(x, y) * step, from = place_of(tap);
+            Texel q = load_texel(tap);
+            if (x == 0 && y == 0 || q.steep == 0.0) continue;
+            vec4 q_hf = decode_light(texelFetch(source_hf, from, 0)), q_spec = decode_light(texelFetch(source_spec, from, 0));
+            vec2 geometric = geometric_weights(p, q, ivec2(x, y)), tolerance = tolerances[MIDDLE + y * TAPS + x];
+            add(sum_hf, p_hf, vec4(q_hf.xyz, tolerance.x), q_hf.a, geometric.x);
+            add(sum_spec, p_spec, vec4(q_spec.xyz, tolerance.y), q_spec.a, geometric.y);
         }
     }
-    store(pixel, sums, p, vec2(own.hf.a, own.spec.a));
+    imageStore(target_hf, at, encode_light(finish(sum_hf, p_hf, hf.a)));
+    imageStore(target_spec, at, encode_light(finish(sum_spec, p_spec, spec.a)));
 }

@@ -7,39 +7,29 @@
 // and Dachsbacher 2024, "Fast SVGF". The first level mixes the two checkerboard fields (the kernel is zero at the checkerboard's frequency);
 // the steps of all others are even and stay in the field by themselves.
 //
-// A thread filters a block of pixels: a tap that several of them have is read from the tile once, and a pair of them is weighed once.
+// How many groups a multiprocessor holds, and so how well it hides latency, depends on their shared memory. The surfaces, diffuse light and specular light therefore
+// take turns in one tile; the weights by the surfaces stay in registers.
 #include "denoise_records.glsl"
 
-// With these sides a tile fits into the 16384 bytes of shared memory that every device has.
-const ivec2 GROUP = RADIUS == 1 ? ivec2(16, 8) : ivec2(8, 8);
-#ifndef BLOCK_X
-#define BLOCK_X (RADIUS == 1 ? 2 : 1)
-#define BLOCK_Y 2
-#endif
-#ifndef BATCH
-#define BATCH 4
-#endif
-const ivec2 BLOCK = ivec2(BLOCK_X, BLOCK_Y);
-layout(local_size_x = (RADIUS == 1 ? 16 : 8) / (BLOCK_X), local_size_y = 8 / (BLOCK_Y)) in;
+const ivec2 GROUP = ivec2(16, 8);
+layout(local_size_x = 16, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { AtrousPush push; };
 #include "atrous.glsl"
 
-const int THREADS = GROUP.x / BLOCK.x * GROUP.y / BLOCK.y;
+const int THREADS = GROUP.x * GROUP.y;
 // Taps reach beyond the group, and the variances of these are smoothed with one more.
 const ivec2 TILE = GROUP + 2 * RADIUS;
 const ivec2 OUTER = TILE + 2;
-// As in Texel; alpha of the light: inverse_tolerance().
-shared vec4 tile_surface[TILE.x * TILE.y];
-shared vec4 tile_normal[TILE.x * TILE.y];
-shared vec4 tile_hf[TILE.x * TILE.y];
-shared vec4 tile_spec[TILE.x * TILE.y];
-// Of both channels, as they are.
-shared vec2 tile_variance[OUTER.x * OUTER.y];
+const int TEXELS = TILE.x * TILE.y, OUTER_TEXELS = OUTER.x * OUTER.y;
+// Texels of the outer tile that a thread loads.
+const int SLOTS = (OUTER_TEXELS + THREADS - 1) / THREADS;
+const int SIDE = 2 * RADIUS + 1, TAPS = SIDE * SIDE;
+// Normal and roughness; then light as it is filtered, alpha: inverse_tolerance().
+shared vec4 tile[TEXELS];
+// Distances, then steepness; then the variances of the outer tile.
+shared float tile_scalars[2 * TEXELS];
 
-// Places in the tiles. What neighbouring threads read at a time lies side by side, so that they use different banks.
-int column(int x, int width) { return x / BLOCK.x + x % BLOCK.x * (width / BLOCK.x); }
-int tile_place(ivec2 at) { return at.y * TILE.x + column(at.x, TILE.x); }
-int outer_place(ivec2 at) { return at.y * OUTER.x + column(at.x, OUTER.x); }
+int own_index() { return int(gl_LocalInvocationIndex); }
 
 // First pixel of the group's lattice. Groups beside each other take the pixels between.
 ivec2 group_origin() {
@@ -48,101 +38,96 @@ ivec2 group_origin() {
     return (group & between) + ((group >> level) * GROUP << level);
 }
 
-void store_in_tile(int i, Texel texel) {
-    ivec2 at = ivec2(i % OUTER.x, i / OUTER.x), inner = at - 1;
-    tile_variance[outer_place(at)] = vec2(texel.hf.a, texel.spec.a);
-    if (all(greaterThanEqual(inner, ivec2(0))) && all(lessThan(inner, TILE))) {
-        int k = tile_place(inner);
-        tile_surface[k] = texel.surface;
-        tile_normal[k] = texel.normal;
-        tile_hf[k] = texel.hf;
-        tile_spec[k] = texel.spec;
-    }
+// Index in the outer tile of what the thread loads; the last ones are loaded by several.
+int outer_index(int slot) { return min(own_index() + slot * THREADS, OUTER_TEXELS - 1); }
+
+ivec2 slot_pixel(int slot) {
+    int i = outer_index(slot);
+    return group_origin() + (ivec2(i % OUTER.x, i / OUTER.x) - RADIUS - 1) * int(push.step);
 }
 
-void load_tile(ivec2 origin) {
-    const int COUNT = OUTER.x * OUTER.y;
-    // The fetches of some pixels are on their way before the first one is looked at.
-    for (int start = int(gl_LocalInvocationIndex); start < COUNT; start += BATCH * THREADS) {
-        Fetched fetched[BATCH];
-        [[unroll]] for (int n = 0; n < BATCH; ++n) {
-            int i = start + n * THREADS;
-            fetched[n] = fetch(origin + (ivec2(i % OUTER.x, i / OUTER.x) - RADIUS - 1) * int(push.step));
-        }
-        [[unroll]] for (int n = 0; n < BATCH; ++n) {
-            int i = start + n * THREADS;
-            if (i < COUNT) store_in_tile(i, decode(fetched[n]));
-        }
-    }
+// Index in the tile; negative: outside.
+int slot_texel(int slot) {
+    int i = outer_index(slot);
+    ivec2 inner = ivec2(i % OUTER.x, i / OUTER.x) - 1;
+    return all(greaterThanEqual(inner, ivec2(0))) && all(lessThan(inner, TILE)) ? inner.y * TILE.x + inner.x : -1;
 }
+
+Texel texel_at(int k, float angle) { return Texel(tile_scalars[k], tile_scalars[TEXELS + k], tile[k].xyz, tile[k].w, angle); }
 
 // 3 x 3 binomial filter over the variances that are there (Schied et al. 2017, section 4.4), and the tolerance of the luminance that follows.
-void smooth_variances() {
-    for (int i = int(gl_LocalInvocationIndex); i < TILE.x * TILE.y; i += THREADS) {
-        ivec2 at = ivec2(i % TILE.x, i / TILE.x);
-        vec2 sum = vec2(0.0), weights = vec2(0.0);
+void smooth_variances(float sigma) {
+    for (int k = own_index(); k < TEXELS; k += THREADS) {
+        int corner = k / TILE.x * OUTER.x + k % TILE.x;
+        float sum = 0.0, weights = 0.0;
         [[unroll]] for (int y = 0; y < 3; ++y) {
             [[unroll]] for (int x = 0; x < 3; ++x) {
-                vec2 v = tile_variance[outer_place(at + ivec2(x, y))];
-                vec2 w = (x == 1 ? 1.0 : 0.5) * (y == 1 ? 1.0 : 0.5) * vec2(greaterThanEqual(v, vec2(0.0)));
+                float v = tile_scalars[corner + y * OUTER.x + x];
+                float w = v >= 0.0 ? (x == 1 ? 1.0 : 0.5) * (y == 1 ? 1.0 : 0.5) : 0.0;
                 sum += w * v;
                 weights += w;
             }
         }
-        vec2 inverse = inverse_tolerance(sum / max(weights, 1e-20), tile_variance[outer_place(at + 1)]);
-        int k = tile_place(at);
-        tile_hf[k].a = inverse.x;
-        tile_spec[k].a = inverse.y;
+        tile[k].a = inverse_tolerance(sigma, sum / max(weights, 1e-20), tile_scalars[corner + OUTER.x + 1]);
     }
 }
 
-Texel texel_at(ivec2 at) {
-    int k = tile_place(at);
-    return Texel(tile_surface[k], tile_normal[k], tile_hf[k], tile_spec[k]);
+// One channel. `light`: what the thread has loaded; `geometric`: weights of the taps; `sigma`: tolerance in standard deviations.
+vec4 filtered(vec4 light[SLOTS], float geometric[TAPS], float sigma) {
+    // The tile has served.
+    barrier();
+    [[unroll]] for (int n = 0; n < SLOTS; ++n) {
+        int k = slot_texel(n);
+        if (k >= 0) tile[k].xyz = light[n].xyz;
+        tile_scalars[outer_index(n)] = light[n].a;
+    }
+    barrier();
+    smooth_variances(sigma);
+    barrier();
+    ivec2 local = ivec2(gl_LocalInvocationID.xy);
+    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS, outer = (local.y + RADIUS + 1) * OUTER.x + local.x + RADIUS + 1;
+    vec4 p = tile[centre];
+    Sum sum = NO_SUM;
+    [[unroll]] for (int i = 0; i < TAPS; ++i) {
+        int x = i % SIDE - RADIUS, y = i / SIDE - RADIUS;
+        if (x != 0 || y != 0) add(sum, p, tile[centre + y * TILE.x + x], tile_scalars[outer + y * OUTER.x + x], geometric[i]);
+    }
+    return encode_light(finish(sum, p, tile_scalars[outer]));
 }
 
 void main() {
-    ivec2 origin = group_origin();
-    load_tile(origin);
-    barrier();
-    smooth_variances();
-    barrier();
-    ivec2 first = ivec2(gl_LocalInvocationID.xy) * BLOCK;
-    const int PIXELS = BLOCK.x * BLOCK.y;
-    Texel own[PIXELS];
-    vec2 variances[PIXELS];
-    Sums sums[PIXELS];
-    bool surface = false;
-    [[unroll]] for (int k = 0; k < PIXELS; ++k) {
-        ivec2 at = first + ivec2(k % BLOCK.x, k / BLOCK.x);
-        own[k] = texel_at(at + RADIUS);
-        variances[k] = tile_variance[outer_place(at + RADIUS + 1)];
-        sums[k] = NO_SUMS;
-        surface = surface || own[k].surface.y != 0.0;
-    }
-    if (surface) {
-        [[unroll]] for (int j = 0; j < PIXELS; ++j) {
-            [[unroll]] for (int k = j + 1; k < PIXELS; ++k) {
-                ivec2 offset = ivec2(k % BLOCK.x - j % BLOCK.x, k / BLOCK.x - j / BLOCK.x);
-                if (max(abs(offset.x), abs(offset.y)) <= RADIUS) add_pair(sums[j], sums[k], own[j], own[k], variances[j], variances[k], offset);
-            }
-        }
-        [[unroll]] for (int y = -RADIUS; y < BLOCK.y + RADIUS; ++y) {
-            [[unroll]] for (int x = -RADIUS; x < BLOCK.x + RADIUS; ++x) {
-                if (x < 0 || y < 0 || x >= BLOCK.x || y >= BLOCK.y) {
-                    ivec2 at = first + ivec2(x, y);
-                    Texel q = texel_at(at + RADIUS);
-                    vec2 variance = tile_variance[outer_place(at + RADIUS + 1)];
-                    [[unroll]] for (int k = 0; k < PIXELS; ++k) {
-                        ivec2 offset = ivec2(x - k % BLOCK.x, y - k / BLOCK.x);
-                        if (max(abs(offset.x), abs(offset.y)) <= RADIUS) add_tap(sums[k], own[k], q, variance, offset);
-                    }
-                }
-            }
+    ivec2 local = ivec2(gl_LocalInvocationID.xy), pixel = group_origin() + local * int(push.step), at = place_of(pixel);
+    float angle = load_texel(pixel).angle;
+    vec4 hf[SLOTS], spec[SLOTS];
+    bool surfaces[SLOTS];
+    [[unroll]] for (int n = 0; n < SLOTS; ++n) {
+        ivec2 other = slot_pixel(n);
+        Texel texel = load_texel(other);
+        surfaces[n] = texel.steep != 0.0;
+        hf[n] = surfaces[n] ? decode_light(texelFetch(source_hf, place_of(other), 0)) : NO_LIGHT;
+        int k = slot_texel(n);
+        if (k >= 0) {
+            tile[k] = vec4(texel.normal, texel.roughness);
+            tile_scalars[k] = texel.distance;
+            tile_scalars[TEXELS + k] = texel.steep;
         }
     }
-    [[unroll]] for (int k = 0; k < PIXELS; ++k) {
-        ivec2 pixel = origin + (first + ivec2(k % BLOCK.x, k / BLOCK.x)) * int(push.step);
-        if (inside(pixel)) store(pixel, sums[k], own[k], variances[k]);
+    barrier();
+    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS;
+    Texel p = texel_at(centre, angle);
+    float geometric_hf[TAPS], geometric_spec[TAPS];
+    [[unroll]] for (int i = 0; i < TAPS; ++i) {
+        ivec2 offset = ivec2(i % SIDE, i / SIDE) - RADIUS;
+        vec2 geometric = vec2(0.0);
+        if (offset != ivec2(0)) geometric = geometric_weights(p, texel_at(centre + offset.y * TILE.x + offset.x, 0.0), offset);
+        geometric_hf[i] = geometric.x;
+        geometric_spec[i] = geometric.y;
     }
+    [[unroll]] for (int n = 0; n < SLOTS; ++n) {
+        spec[n] = surfaces[n] ? decode_light(texelFetch(source_spec, place_of(slot_pixel(n)), 0)) : NO_LIGHT;
+    }
+    vec4 filtered_hf = filtered(hf, geometric_hf, push.luminance_hf), filtered_spec = filtered(spec, geometric_spec, push.luminance_spec);
+    if (!inside(pixel)) return;
+    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : filtered_hf);
+    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : filtered_spec);
 }

@@ -2,7 +2,6 @@
 //
 // Variance of the luminance of both light channels, into their alpha; -1 = the light is missing. On the flat extent. Schied et al. 2017,
 // section 4.2: temporal.comp has estimated it from the moments of the samples; where the history is short, it is replaced by that of the 7 x 7 pixels around.
-// What the a-trous levels need to know of the surface is gathered in one image, which each of them reads.
 #include "checkerboard.glsl"
 #include "denoise_images.glsl"
 #include "denoise_records.glsl"
@@ -62,7 +61,7 @@ void load_tile() {
         tile_luminance[i] = vec2(0.0);
         if (!inside(pixel)) continue;
         ivec2 at = flat_to_split(pixel, field_width());
-        Guide guide = load_guide(at);
+        Guide guide = unpack_guide(imageLoad(im_guide, at));
         LightSample light = accumulated_light(at, guide.normal != 0u);
         if (!light.known) continue;
         tile_surface[i] = vec4(unpack_unit_vector(guide.normal), guide.geometry.x);
@@ -120,7 +119,6 @@ void main() {
     load_tile();
 #endif
     barrier();
-    if (inside(pixel)) imageStore(im_guide, at, pack_guide(load_guide(at), imageLoad(ch_bounce_throughput, at).a));
 #if TEMPORAL
     // The first threads take the pixels, so that few of them keep no more threads waiting than need be.
     if (own >= short_count) return;

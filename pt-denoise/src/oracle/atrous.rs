@@ -68,13 +68,12 @@ fn filter(
         let w = weights[x] * weights[y] * depth_weight(p, q, distance, params.depth.into());
         let turn = (cosine(p.normal, q.normal) - 1.0).min(0.0);
         let [rough_p, rough_q] = [p.roughness, q.roughness].map(f64::from);
-        let reach = |roughness: f64| f64::from(params.lobe) * roughness.powi(2).max(1e-4);
-        // Of the pixel that tolerates less.
-        let turns = [(p, rough_p), (q, rough_q)].map(|(p, r)| distance * f64::from(p.pixel_angle) / reach(r));
-        let lobe = (-turns[0].max(turns[1]).powi(2)).exp();
+        let alpha = rough_p.min(rough_q).powi(2).max(1e-4);
+        let reach = f64::from(params.lobe) * alpha;
+        let lobe = (-(distance * f64::from(p.pixel_angle) / reach).powi(2)).exp();
         let alike = (1.0 - 10.0 * (rough_p - rough_q).abs()).max(0.0);
         let normal = f64::from(params.normal);
-        let power = (8.0 / reach(rough_p.min(rough_q)).powi(2)).clamp(normal, 1e4);
+        let power = (8.0 / (reach * reach)).clamp(normal, 1e4);
         let geometric = [w * (normal * turn).exp(), w * lobe * alike * (power * turn).exp()];
         for c in 0..2 {
             let Some(variance) = smoothed[j][c] else { continue };
