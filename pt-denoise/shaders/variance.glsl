@@ -22,15 +22,18 @@ layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D light_spec;
 #endif
 
 const int RADIUS = 3;
-const ivec2 TILE = ivec2(16, 8) + 2 * RADIUS;
-const int THREADS = 128;
+const ivec2 BLOCK = ivec2(16, 8);
+const ivec2 TILE = BLOCK + 2 * RADIUS;
+const int THREADS = BLOCK.x * BLOCK.y;
 // Normal and distance.
 shared vec4 tile_surface[TILE.x * TILE.y];
 // steepness(); 0: no surface, or its light is missing.
 shared float tile_steep[TILE.x * TILE.y];
 shared vec2 tile_luminance[TILE.x * TILE.y];
 #if TEMPORAL
-// Pixels of the group with a short history. Without any, no tile is needed.
+// Blocks of the group that have short histories, a bit each. The others need no tile.
+shared uint short_blocks;
+// Pixels of a block with a short history.
 shared uint short_count;
 shared uint short_pixels[THREADS];
 #endif
@@ -53,10 +56,10 @@ LightSample accumulated_light(ivec2 at, bool surface) {
 #endif
 }
 
-void load_tile() {
-    ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(16, 8) - RADIUS;
+// `corner`: first pixel of the block.
+void load_tile(ivec2 corner) {
     for (int i = int(gl_LocalInvocationIndex); i < TILE.x * TILE.y; i += THREADS) {
-        ivec2 pixel = corner + ivec2(i % TILE.x, i / TILE.x);
+        ivec2 pixel = corner - RADIUS + ivec2(i % TILE.x, i / TILE.x);
         tile_steep[i] = 0.0;
         tile_luminance[i] = vec2(0.0);
         if (!inside(pixel)) continue;
@@ -102,40 +105,57 @@ vec2 spatial_variance(int centre) {
 
 int tile_place(ivec2 local) { return (local.y + RADIUS) * TILE.x + local.x + RADIUS; }
 
-void main() {
-    ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(16, 8), local = ivec2(gl_LocalInvocationID.xy);
-    ivec2 pixel = corner + local, at = flat_to_split(pixel, field_width());
-    uint own = gl_LocalInvocationIndex;
 #if TEMPORAL
-    if (own == 0u) short_count = 0u;
-    barrier();
-    if (inside(pixel)) {
-        uint word = imageLoad(im_surface, at).y;
-        if (history_frames(word) > 0u && any(short_channels(word))) short_pixels[atomicAdd(short_count, 1u)] = own;
-    }
-    barrier();
-    if (short_count != 0u) load_tile();
-#else
-    load_tile();
-#endif
-    barrier();
-#if TEMPORAL
-    // The first threads take the pixels, so that few of them keep no more threads waiting than need be.
-    if (own >= short_count) return;
-    uint number = short_pixels[own];
-    local = ivec2(number % 16u, number / 16u);
+bool is_short(ivec2 pixel) {
+    if (!inside(pixel)) return false;
+    uint word = imageLoad(im_surface, flat_to_split(pixel, field_width())).y;
+    return history_frames(word) > 0u && any(short_channels(word));
+}
+
+// Replaces variances of a block of which short_pixels lists the pixels.
+void replace_variance(ivec2 corner) {
+    uint number = short_pixels[gl_LocalInvocationIndex];
+    ivec2 local = ivec2(number % BLOCK.x, number / BLOCK.x), at = flat_to_split(corner + local, field_width());
     int centre = tile_place(local);
     if (tile_steep[centre] == 0.0) return;
-    at = flat_to_split(corner + local, field_width());
     bvec2 replaced = short_channels(imageLoad(im_surface, at).y);
     vec2 variance = spatial_variance(centre);
     if (replaced.x) imageStore(light_hf, at, vec4(imageLoad(light_hf, at).rgb, variance.x));
     if (replaced.y) imageStore(light_spec, at, vec4(imageLoad(light_spec, at).rgb, variance.y));
+}
+
+void main() {
+    // A group has some blocks, one above the other: where all histories are long it has nothing but this to wait for.
+    ivec2 corner = ivec2(gl_WorkGroupID.xy) * BLOCK * ivec2(1, VARIANCE_BLOCKS), local = ivec2(gl_LocalInvocationID.xy);
+    uint own = gl_LocalInvocationIndex;
+    if (own == 0u) short_blocks = 0u;
+    barrier();
+    uint blocks = 0u;
+    [[unroll]] for (uint i = 0u; i < VARIANCE_BLOCKS; ++i) blocks |= is_short(corner + local + ivec2(0, i * BLOCK.y)) ? 1u << i : 0u;
+    if (blocks != 0u) atomicOr(short_blocks, blocks);
+    barrier();
+    for (uint i = 0u; i < VARIANCE_BLOCKS; ++i, corner.y += BLOCK.y) {
+        if ((short_blocks >> i & 1u) == 0u) continue;
+        if (own == 0u) short_count = 0u;
+        barrier();
+        // The first threads take the pixels, so that no more of them than need be wait for each other.
+        if ((blocks >> i & 1u) != 0u) short_pixels[atomicAdd(short_count, 1u)] = own;
+        load_tile(corner);
+        barrier();
+        if (own < short_count) replace_variance(corner);
+        barrier();
+    }
+}
 #else
+void main() {
+    ivec2 corner = ivec2(gl_WorkGroupID.xy) * BLOCK, local = ivec2(gl_LocalInvocationID.xy), pixel = corner + local;
+    load_tile(corner);
+    barrier();
     if (!inside(pixel)) return;
     int centre = tile_place(local);
     LightSample light = LightSample(vec3(0.0), vec3(0.0), false);
     vec2 variance = vec2(-1.0);
+    ivec2 at = flat_to_split(pixel, field_width());
     if (tile_steep[centre] != 0.0) {
         light = load_light(at, true);
         variance = spatial_variance(centre);
@@ -152,5 +172,5 @@ void main() {
     }
     imageStore(light_hf, at, vec4(light.hf, variance.x));
     imageStore(light_spec, at, vec4(light.spec, variance.y));
-#endif
 }
+#endif

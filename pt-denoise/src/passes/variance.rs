@@ -4,7 +4,7 @@ use super::declared;
 use crate::DenoiseParams;
 use crate::images::{GUIDE, SURFACE};
 use crate::kernels;
-use crate::records::VariancePush;
+use crate::records::{VARIANCE_BLOCKS, VariancePush};
 use pt_core::{Device, Frame, Kernel, Result, SplitLight, StageInputs, StageIo};
 use pt_shaders::ShaderCode;
 use pt_shaders::channels::{COLOR_HF, COLOR_SPEC};
@@ -59,10 +59,14 @@ impl Variance {
         };
         inputs.pass(frame, "denoise guide", &self.guide, &Self::GUIDE).dispatch(inputs.split_threads())?;
         let pass = inputs.pass(frame, "denoise variance", &self.kernel, &self.io);
-        let pass = match self.io.reads.contains(&SURFACE) {
-            true => pass.update("light_hf", light.hf).update("light_spec", light.spec),
-            false => pass.write("light_hf", light.hf).write("light_spec", light.spec),
+        let [width, height, _] = inputs.flat_threads();
+        let (pass, height) = match self.io.reads.contains(&SURFACE) {
+            true => (
+                pass.update("light_hf", light.hf).update("light_spec", light.spec),
+                height.div_ceil(VARIANCE_BLOCKS),
+            ),
+            false => (pass.write("light_hf", light.hf).write("light_spec", light.spec), height),
         };
-        pass.push(&push).dispatch(inputs.flat_threads())
+        pass.push(&push).dispatch([width, height, 1])
     }
 }
