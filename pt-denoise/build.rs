@@ -10,6 +10,7 @@ use records::*;
 
 fn main() {
     let records = [
+        glsl(),
         TemporalPush::glsl(),
         VariancePush::glsl(),
         AtrousPush::glsl(),

@@ -5,8 +5,8 @@
 // The geometric weights are normalised. What the luminance weight takes from a tap stays with the centre instead of going to the other taps:
 // the matrix of those weights is symmetric, so bright noise loses no energy by being rejected.
 //
-// Every factor of a weight is a power of two, so that factors are sums of exponents. What depends on one pixel alone is computed once for it, and the larger range or variance
-// of a pair is the smaller of two inverses: a tap takes no division, no root and no power.
+// Every factor of a weight is a power of two, so that factors are sums of exponents. The larger range or variance of a pair is the smaller of two inverses, which each pixel
+// computes once.
 #include "channels.glsl"
 #include "checkerboard.glsl"
 #include "denoise_images.glsl"
@@ -32,7 +32,6 @@ const float LOG2_KERNEL[3] = float[3](-1.415037499, -2.0, -4.0);
 const float KERNEL[2] = float[2](0.5, 0.25);
 const float LOG2_KERNEL[2] = float[2](-1.0, -2.0);
 #endif
-const float LOG2_E = 1.442695041;
 
 int field_width() { return (int(push.size.x) + 1) / 2; }
 
@@ -43,20 +42,19 @@ vec3 from_rgb(vec3 c) { return vec3(luminance(c), c.r, c.b); }
 
 vec3 to_rgb(vec3 c) { return vec3(c.y, (c.x - 0.2126 * c.y - 0.0722 * c.z) * (1.0 / 0.7152), c.z); }
 
-// What a level knows of a pixel.
+// What a level knows of a surface.
 struct Texel {
-    // x: distance; y: what a difference of distances is multiplied by at one pixel, negative: the fields hold two paths, 0: no surface; z: inverse square of the width of the
-    // specular filter; w: angle between the rays of neighbouring pixels.
-    vec4 surface;
-    // Shading normal, and roughness.
-    vec4 normal;
-    // Light as it is filtered, and its variance; negative: missing.
-    vec4 hf;
-    vec4 spec;
+    float distance;
+    // steepness() over a step, negative: the fields hold two paths, 0: no surface.
+    float steep;
+    vec3 normal;
+    float roughness;
+    // Angle between the rays of neighbouring pixels.
+    float angle;
 };
 
 const vec4 NO_LIGHT = vec4(0.0, 0.0, 0.0, -1.0);
-const Texel NO_TEXEL = Texel(vec4(0.0), vec4(0.0), NO_LIGHT, NO_LIGHT);
+const Texel NO_TEXEL = Texel(0.0, 0.0, vec3(0.0), 0.0, 0.0);
 
 // A texel of a source as it is filtered.
 vec4 decode_light(vec4 light) {
@@ -87,30 +85,43 @@ vec4 encode_light(vec4 light) {
 #endif
 }
 
+// Place of a pixel in the images, or of the nearest one in the picture.
+ivec2 place_of(ivec2 pixel) { return flat_to_split(clamp(pixel, ivec2(0), ivec2(push.size) - 1), field_width()); }
+
 Texel load_texel(ivec2 pixel) {
-    // All fetches are on their way before the first one is looked at.
-    ivec2 at = flat_to_split(clamp(pixel, ivec2(0), ivec2(push.size) - 1), field_width());
-    uvec4 word = imageLoad(im_guide, at);
-    vec4 hf = decode_light(texelFetch(source_hf, at, 0)), spec = decode_light(texelFetch(source_spec, at, 0));
-    Guide guide = unpack_guide(word);
+    Guide guide = unpack_guide(imageLoad(im_guide, place_of(pixel)));
     if (!inside(pixel) || guide.normal == 0u) return NO_TEXEL;
     vec4 g = guide.geometry;
-    float steep = clamp(LOG2_E / (push.depth * g.y), -1e30, 1e30);
-    float narrow = 1.0 / (push.lobe * max(square(g.z), 1e-4));
-    return Texel(vec4(g.x, steep, square(narrow), g.w), vec4(unpack_unit_vector(guide.normal), g.z), hf, spec);
+    return Texel(g.x, steepness(g.y, push.depth) / float(push.step), unpack_unit_vector(guide.normal), g.z, g.w);
 }
 
-// Tolerance of missing light: larger than any other, so that it decides for no pair.
-const float MISSING = 1e38;
+// Inverse tolerance of missing light: the geometry decides alone.
+const float MISSING = 0.0;
 
-// What a difference of luminance is multiplied by, from the smoothed variance of each channel and from its own, which says whether there is light.
-vec2 inverse_tolerance(vec2 smoothed, vec2 variance) {
-    vec2 inverse = LOG2_E / (vec2(push.luminance_hf, push.luminance_spec) * sqrt(smoothed) + 1e-20);
-    return mix(inverse, vec2(MISSING), lessThan(variance, vec2(0.0)));
+// What a difference of luminance is multiplied by. `smoothed`: variance around; `variance`: its own, which says whether there is light.
+float inverse_tolerance(float sigma, float smoothed, float variance) {
+    return variance < 0.0 ? MISSING : LOG2_E / (sigma * sqrt(smoothed) + 1e-20);
+}
+
+// Weights of a tap `offset` steps away without the luminance, of diffuse and of specular light.
+vec2 geometric_weights(Texel p, Texel q, ivec2 offset) {
+    float squared = float(offset.x * offset.x + offset.y * offset.y);
+    // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
+    float both = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)]
+        - depth_exponent(vec2(p.distance, p.steep), vec2(q.distance, q.steep), sqrt(squared));
+    // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
+    if (((offset.x ^ offset.y) & 1) != 0 && push.step == 1u && min(p.steep, q.steep) < 0.0) both = -1e30;
+    float turned = turn(p.normal, q.normal);
+    // Specular light changes within the lobe: with the normal, and with the direction of view from pixel to pixel. The narrower lobe decides.
+    float reach = push.lobe * max(square(min(p.roughness, q.roughness)), 1e-4), narrow = 1.0 / square(reach);
+    float power = clamp(8.0 * narrow, push.normal, 1e4);
+    float view = squared * square(p.angle * float(push.step)) * narrow;
+    float alike = clamp(1.0 - 10.0 * abs(p.roughness - q.roughness), 0.0, 1.0);
+    return vec2(exp2(LOG2_E * push.normal * turned + both), alike * exp2(LOG2_E * (power * turned - view) + both));
 }
 
 struct Sum {
-    vec3 change;     // weighted differences from the centre
+    vec3 light;      // weighted
     float taken;     // weights of the other pixels
     float geometric; // the same without the luminance
     float variance;
@@ -118,13 +129,12 @@ struct Sum {
 
 const Sum NO_SUM = Sum(vec3(0.0), 0.0, 0.0, 0.0);
 
-// `geometric`: weight of a tap whose light is there.
+// Alpha of the light of centre and tap: inverse_tolerance(). `geometric`: weight of a tap whose light is there.
 void add(inout Sum sum, vec4 p, vec4 q, float variance, float geometric) {
-    vec3 change = q.xyz - p.xyz;
     geometric = q.a == MISSING ? 0.0 : geometric;
     // The pair's larger variance decides, so that both agree on the weight.
-    float w = geometric * exp2(-abs(change.x) * min(p.a, q.a));
-    sum.change += w * change;
+    float w = geometric * exp2(-abs(p.x - q.x) * min(p.a, q.a));
+    sum.light += w * q.xyz;
     sum.taken += w;
     sum.geometric += geometric;
     sum.variance += square(w) * variance;
@@ -135,46 +145,7 @@ vec4 finish(Sum sum, vec4 p, float variance) {
     // Missing light is that of its neighbours; squares of weights below this would vanish.
     if (variance < 0.0 && !(sum.taken > 1e-12)) return NO_LIGHT;
     float scale = 1.0 / (variance < 0.0 ? sum.taken : sum.geometric + square(KERNEL[0]));
-    float own = 1.0 - sum.taken * scale;
-    vec3 light = to_rgb(p.xyz + sum.change * scale);
+    float own = variance < 0.0 ? 0.0 : 1.0 - sum.taken * scale;
+    vec3 light = to_rgb(own * p.xyz + sum.light * scale);
     return vec4(max(light, 0.0), sum.variance * square(scale) + square(own) * max(variance, 0.0));
-}
-
-// What a pixel filters with: the same for all its taps.
-struct Centre {
-    vec4 surface;
-    vec4 normal;
-    vec4 hf;
-    vec4 spec;
-    float inverse_step;
-    float lobe;  // exponent of the specular weight at one step, for a filter of width 1
-    float power; // exponent of the weight by normals
-};
-
-Centre centre_of(vec4 surface, vec4 normal, vec4 hf, vec4 spec) {
-    float lobe = LOG2_E * square(surface.w * float(push.step));
-    // Missing light takes what the geometry allows.
-    hf.a = hf.a == MISSING ? 0.0 : hf.a;
-    spec.a = spec.a == MISSING ? 0.0 : spec.a;
-    return Centre(surface, normal, hf, spec, 1.0 / float(push.step), lobe, LOG2_E * push.normal);
-}
-
-// Adds a tap `offset` steps away. Alpha of the light: inverse_tolerance(). `variance`: of both channels of the tap.
-void add_tap(inout Sum sum_hf, inout Sum sum_spec, Centre p, ivec2 offset, vec4 surface, vec4 normal, vec4 hf, vec4 spec, vec2 variance) {
-    if (offset == ivec2(0)) return;
-    float squared = float(offset.x * offset.x + offset.y * offset.y);
-    // Dammertz et al. 2010 and Schied et al. 2017, eq. 3, with the slope of the steeper of the two.
-    float depth = abs(p.surface.x - surface.x) * (min(abs(p.surface.y), abs(surface.y)) * p.inverse_step);
-    float geometric = LOG2_KERNEL[abs(offset.x)] + LOG2_KERNEL[abs(offset.y)] - depth * inversesqrt(squared);
-    // Where the fields reflect and refract, pixels of one field alone. The steps of other levels stay in it.
-    if (((offset.x ^ offset.y) & 1) != 0 && push.step == 1u && min(p.surface.y, surface.y) < 0.0) geometric = -1e30;
-    // exp(-n (1 - cos)) is cos^n to within 0.37 / n.
-    float turn = min(dot(p.normal.xyz, normal.xyz) - 1.0, 0.0);
-    add(sum_hf, p.hf, hf, variance.x, exp2(p.power * turn + geometric));
-
-    // Specular light changes within the lobe: with the normal, and with the direction of view from pixel to pixel.
-    float narrow = max(p.surface.z, surface.z);
-    float power = clamp(8.0 * LOG2_E * narrow, p.power, 1e4 * LOG2_E);
-    float alike = clamp(1.0 - 10.0 * abs(p.normal.w - normal.w), 0.0, 1.0);
-    add(sum_spec, p.spec, spec, variance.y, alike * exp2(power * turn + geometric - p.lobe * squared * narrow));
 }

@@ -22,9 +22,9 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!inside(pixel)) return;
     int step = int(push.step);
-    ivec2 at = flat_to_split(pixel, field_width());
-    Texel own = load_texel(pixel);
-    if (own.surface.y == 0.0) {
+    ivec2 at = place_of(pixel);
+    Texel p = load_texel(pixel);
+    if (p.steep == 0.0) {
         imageStore(target_hf, at, NO_LIGHT);
         imageStore(target_spec, at, NO_LIGHT);
         return;
@@ -42,19 +42,24 @@ void main() {
             sum += w * v;
             weights += w;
         }
-        tolerances[k] = inverse_tolerance(sum / max(weights, 1e-20), variances[middle]);
+        vec2 smoothed = sum / max(weights, 1e-20), own = variances[middle];
+        tolerances[k] = vec2(inverse_tolerance(push.luminance_hf, smoothed.x, own.x), inverse_tolerance(push.luminance_spec, smoothed.y, own.y));
     }
     const int MIDDLE = TAPS * TAPS / 2;
-    Centre p = centre_of(own.surface, own.normal, vec4(own.hf.xyz, tolerances[MIDDLE].x), vec4(own.spec.xyz, tolerances[MIDDLE].y));
+    vec4 hf = decode_light(texelFetch(source_hf, at, 0)), spec = decode_light(texelFetch(source_spec, at, 0));
+    vec4 p_hf = vec4(hf.xyz, tolerances[MIDDLE].x), p_spec = vec4(spec.xyz, tolerances[MIDDLE].y);
     Sum sum_hf = NO_SUM, sum_spec = NO_SUM;
     [[unroll]] for (int y = -RADIUS; y <= RADIUS; ++y) {
         [[unroll]] for (int x = -RADIUS; x <= RADIUS; ++x) {
-            int k = MIDDLE + y * TAPS + x;
-            Texel q = load_texel(pixel + ivec2(x, y) * step);
-            vec2 variance = vec2(q.hf.a, q.spec.a);
-            add_tap(sum_hf, sum_spec, p, ivec2(x, y), q.surface, q.normal, vec4(q.hf.xyz, tolerances[k].x), vec4(q.spec.xyz, tolerances[k].y), variance);
+            ivec2 tap = pixel + ivec2(x, y) * step, from = place_of(tap);
+            Texel q = load_texel(tap);
+            if (x == 0 && y == 0 || q.steep == 0.0) continue;
+            vec4 q_hf = decode_light(texelFetch(source_hf, from, 0)), q_spec = decode_light(texelFetch(source_spec, from, 0));
+            vec2 geometric = geometric_weights(p, q, ivec2(x, y)), tolerance = tolerances[MIDDLE + y * TAPS + x];
+            add(sum_hf, p_hf, vec4(q_hf.xyz, tolerance.x), q_hf.a, geometric.x);
+            add(sum_spec, p_spec, vec4(q_spec.xyz, tolerance.y), q_spec.a, geometric.y);
         }
     }
-    imageStore(target_hf, at, encode_light(finish(sum_hf, p.hf, own.hf.a)));
-    imageStore(target_spec, at, encode_light(finish(sum_spec, p.spec, own.spec.a)));
+    imageStore(target_hf, at, encode_light(finish(sum_hf, p_hf, hf.a)));
+    imageStore(target_spec, at, encode_light(finish(sum_spec, p_spec, spec.a)));
 }

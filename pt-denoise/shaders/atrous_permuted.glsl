@@ -6,11 +6,13 @@
 // A group filters pixels that are `step` apart, so that its taps are neighbours in the tile at every level: the permutation of Dolp, Hanika
 // and Dachsbacher 2024, "Fast SVGF". The first level mixes the two checkerboard fields (the kernel is zero at the checkerboard's frequency);
 // the steps of all others are even and stay in the field by themselves.
+//
+// How many groups a multiprocessor holds, and so how well it hides latency, depends on their shared memory. The surfaces, diffuse light and specular light therefore
+// take turns in one tile; the weights by the surfaces stay in registers.
 #include "denoise_records.glsl"
 
-// With these sides a tile fits into the 16384 bytes of shared memory that every device has.
-const ivec2 GROUP = RADIUS == 1 ? ivec2(16, 8) : ivec2(8, 8);
-layout(local_size_x = RADIUS == 1 ? 16 : 8, local_size_y = 8) in;
+const ivec2 GROUP = ivec2(16, 8);
+layout(local_size_x = 16, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { AtrousPush push; };
 #include "atrous.glsl"
 
@@ -18,13 +20,16 @@ const int THREADS = GROUP.x * GROUP.y;
 // Taps reach beyond the group, and the variances of these are smoothed with one more.
 const ivec2 TILE = GROUP + 2 * RADIUS;
 const ivec2 OUTER = TILE + 2;
-// As in Texel; alpha of the light: inverse_tolerance().
-shared vec4 tile_surface[TILE.x * TILE.y];
-shared vec4 tile_normal[TILE.x * TILE.y];
-shared vec4 tile_hf[TILE.x * TILE.y];
-shared vec4 tile_spec[TILE.x * TILE.y];
-// Of both channels, as they are.
-shared vec2 tile_variance[OUTER.x * OUTER.y];
+const int TEXELS = TILE.x * TILE.y, OUTER_TEXELS = OUTER.x * OUTER.y;
+// Texels of the outer tile that a thread loads.
+const int SLOTS = (OUTER_TEXELS + THREADS - 1) / THREADS;
+const int SIDE = 2 * RADIUS + 1, TAPS = SIDE * SIDE;
+// Normal and roughness; then light as it is filtered, alpha: inverse_tolerance().
+shared vec4 tile[TEXELS];
+// Distances, then steepness; then the variances of the outer tile.
+shared float tile_scalars[2 * TEXELS];
+
+int own_index() { return int(gl_LocalInvocationIndex); }
 
 // First pixel of the group's lattice. Groups beside each other take the pixels between.
 ivec2 group_origin() {
@@ -33,67 +38,96 @@ ivec2 group_origin() {
     return (group & between) + ((group >> level) * GROUP << level);
 }
 
-void load_tile(ivec2 origin) {
-    for (int i = int(gl_LocalInvocationIndex); i < OUTER.x * OUTER.y; i += THREADS) {
-        ivec2 place = ivec2(i % OUTER.x, i / OUTER.x), inner = place - 1;
-        Texel texel = load_texel(origin + (place - RADIUS - 1) * int(push.step));
-        tile_variance[i] = vec2(texel.hf.a, texel.spec.a);
-        if (all(greaterThanEqual(inner, ivec2(0))) && all(lessThan(inner, TILE))) {
-            int k = inner.y * TILE.x + inner.x;
-            tile_surface[k] = texel.surface;
-            tile_normal[k] = texel.normal;
-            tile_hf[k] = texel.hf;
-            tile_spec[k] = texel.spec;
-        }
-    }
+// Index in the outer tile of what the thread loads; the last ones are loaded by several.
+int outer_index(int slot) { return min(own_index() + slot * THREADS, OUTER_TEXELS - 1); }
+
+ivec2 slot_pixel(int slot) {
+    int i = outer_index(slot);
+    return group_origin() + (ivec2(i % OUTER.x, i / OUTER.x) - RADIUS - 1) * int(push.step);
 }
 
+// Index in the tile; negative: outside.
+int slot_texel(int slot) {
+    int i = outer_index(slot);
+    ivec2 inner = ivec2(i % OUTER.x, i / OUTER.x) - 1;
+    return all(greaterThanEqual(inner, ivec2(0))) && all(lessThan(inner, TILE)) ? inner.y * TILE.x + inner.x : -1;
+}
+
+Texel texel_at(int k, float angle) { return Texel(tile_scalars[k], tile_scalars[TEXELS + k], tile[k].xyz, tile[k].w, angle); }
+
 // 3 x 3 binomial filter over the variances that are there (Schied et al. 2017, section 4.4), and the tolerance of the luminance that follows.
-void smooth_variances() {
-    for (int k = int(gl_LocalInvocationIndex); k < TILE.x * TILE.y; k += THREADS) {
+void smooth_variances(float sigma) {
+    for (int k = own_index(); k < TEXELS; k += THREADS) {
         int corner = k / TILE.x * OUTER.x + k % TILE.x;
-        vec2 sum = vec2(0.0), weights = vec2(0.0);
+        float sum = 0.0, weights = 0.0;
         [[unroll]] for (int y = 0; y < 3; ++y) {
             [[unroll]] for (int x = 0; x < 3; ++x) {
-                vec2 v = tile_variance[corner + y * OUTER.x + x];
-                vec2 w = (x == 1 ? 1.0 : 0.5) * (y == 1 ? 1.0 : 0.5) * vec2(greaterThanEqual(v, vec2(0.0)));
+                float v = tile_scalars[corner + y * OUTER.x + x];
+                float w = v >= 0.0 ? (x == 1 ? 1.0 : 0.5) * (y == 1 ? 1.0 : 0.5) : 0.0;
                 sum += w * v;
                 weights += w;
             }
         }
-        vec2 inverse = inverse_tolerance(sum / max(weights, 1e-20), tile_variance[corner + OUTER.x + 1]);
-        tile_hf[k].a = inverse.x;
-        tile_spec[k].a = inverse.y;
+        tile[k].a = inverse_tolerance(sigma, sum / max(weights, 1e-20), tile_scalars[corner + OUTER.x + 1]);
     }
 }
 
-void main() {
-    ivec2 origin = group_origin();
-    load_tile(origin);
+// One channel. `light`: what the thread has loaded; `geometric`: weights of the taps; `sigma`: tolerance in standard deviations.
+vec4 filtered(vec4 light[SLOTS], float geometric[TAPS], float sigma) {
+    // The tile has served.
     barrier();
-    smooth_variances();
+    [[unroll]] for (int n = 0; n < SLOTS; ++n) {
+        int k = slot_texel(n);
+        if (k >= 0) tile[k].xyz = light[n].xyz;
+        tile_scalars[outer_index(n)] = light[n].a;
+    }
+    barrier();
+    smooth_variances(sigma);
     barrier();
     ivec2 local = ivec2(gl_LocalInvocationID.xy);
-    ivec2 pixel = origin + local * int(push.step);
-    if (!inside(pixel)) return;
-    ivec2 at = flat_to_split(pixel, field_width());
-    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS;
-    if (tile_surface[centre].y == 0.0) {
-        imageStore(target_hf, at, NO_LIGHT);
-        imageStore(target_spec, at, NO_LIGHT);
-        return;
+    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS, outer = (local.y + RADIUS + 1) * OUTER.x + local.x + RADIUS + 1;
+    vec4 p = tile[centre];
+    Sum sum = NO_SUM;
+    [[unroll]] for (int i = 0; i < TAPS; ++i) {
+        int x = i % SIDE - RADIUS, y = i / SIDE - RADIUS;
+        if (x != 0 || y != 0) add(sum, p, tile[centre + y * TILE.x + x], tile_scalars[outer + y * OUTER.x + x], geometric[i]);
     }
-    Centre p = centre_of(tile_surface[centre], tile_normal[centre], tile_hf[centre], tile_spec[centre]);
-    Sum sum_hf = NO_SUM, sum_spec = NO_SUM;
-    int outer = (local.y + RADIUS + 1) * OUTER.x + local.x + RADIUS + 1;
-    [[unroll]] for (int y = -RADIUS; y <= RADIUS; ++y) {
-        [[unroll]] for (int x = -RADIUS; x <= RADIUS; ++x) {
-            int i = centre + y * TILE.x + x;
-            vec2 variance = tile_variance[outer + y * OUTER.x + x];
-            add_tap(sum_hf, sum_spec, p, ivec2(x, y), tile_surface[i], tile_normal[i], tile_hf[i], tile_spec[i], variance);
+    return encode_light(finish(sum, p, tile_scalars[outer]));
+}
+
+void main() {
+    ivec2 local = ivec2(gl_LocalInvocationID.xy), pixel = group_origin() + local * int(push.step), at = place_of(pixel);
+    float angle = load_texel(pixel).angle;
+    vec4 hf[SLOTS], spec[SLOTS];
+    bool surfaces[SLOTS];
+    [[unroll]] for (int n = 0; n < SLOTS; ++n) {
+        ivec2 other = slot_pixel(n);
+        Texel texel = load_texel(other);
+        surfaces[n] = texel.steep != 0.0;
+        hf[n] = surfaces[n] ? decode_light(texelFetch(source_hf, place_of(other), 0)) : NO_LIGHT;
+        int k = slot_texel(n);
+        if (k >= 0) {
+            tile[k] = vec4(texel.normal, texel.roughness);
+            tile_scalars[k] = texel.distance;
+            tile_scalars[TEXELS + k] = texel.steep;
         }
     }
-    vec2 own = tile_variance[outer];
-    imageStore(target_hf, at, encode_light(finish(sum_hf, p.hf, own.x)));
-    imageStore(target_spec, at, encode_light(finish(sum_spec, p.spec, own.y)));
+    barrier();
+    int centre = (local.y + RADIUS) * TILE.x + local.x + RADIUS;
+    Texel p = texel_at(centre, angle);
+    float geometric_hf[TAPS], geometric_spec[TAPS];
+    [[unroll]] for (int i = 0; i < TAPS; ++i) {
+        ivec2 offset = ivec2(i % SIDE, i / SIDE) - RADIUS;
+        vec2 geometric = vec2(0.0);
+        if (offset != ivec2(0)) geometric = geometric_weights(p, texel_at(centre + offset.y * TILE.x + offset.x, 0.0), offset);
+        geometric_hf[i] = geometric.x;
+        geometric_spec[i] = geometric.y;
+    }
+    [[unroll]] for (int n = 0; n < SLOTS; ++n) {
+        spec[n] = surfaces[n] ? decode_light(texelFetch(source_spec, place_of(slot_pixel(n)), 0)) : NO_LIGHT;
+    }
+    vec4 filtered_hf = filtered(hf, geometric_hf, push.luminance_hf), filtered_spec = filtered(spec, geometric_spec, push.luminance_spec);
+    if (!inside(pixel)) return;
+    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : filtered_hf);
+    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : filtered_spec);
 }

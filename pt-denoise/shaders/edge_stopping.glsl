@@ -43,3 +43,15 @@ float depth_weight(Guide p, Guide q, float pixels, float sigma) {
 float normal_cosine(Guide p, Guide q) {
     return clamp(dot(unpack_unit_vector(p.normal), unpack_unit_vector(q.normal)), 0.0, 1.0);
 }
+
+// The same as powers of two: a product of weights is one exponential of a sum.
+const float LOG2_E = 1.442695041;
+
+// What a difference of distances is multiplied by at a pixel with this depth range. It has the sign of the range.
+float steepness(float range, float sigma) { return clamp(LOG2_E / (sigma * range), -1e30, 1e30); }
+
+// Exponent of the weight by distances, positive. Distance and steepness() of two pixels; `pixels`: their distance.
+float depth_exponent(vec2 p, vec2 q, float pixels) { return abs(p.x - q.x) * min(abs(p.y), abs(q.y)) * (1.0 / pixels); }
+
+// Cosine between normals minus 1. exp(-n (1 - cos)) is cos^n to within 0.37 / n. The sum begins with the 1.
+float turn(vec3 p, vec3 q) { return min(p.x * q.x + (p.y * q.y + (p.z * q.z - 1.0)), 0.0); }

@@ -15,11 +15,8 @@ layout(push_constant, scalar) uniform Push { TemporalPush push; };
 #include "lf_light.glsl"
 #endif
 
-shared vec4 terms_hf[GROUP_SIDE * GROUP_SIDE];
-shared vec4 terms_spec[GROUP_SIDE * GROUP_SIDE];
-#if INDIRECT
-shared vec4 terms_lf[GROUP_SIDE * GROUP_SIDE];
-#endif
+// Of one channel at a time: more groups run at once if each needs less shared memory.
+shared vec4 terms[GROUP_SIDE * GROUP_SIDE];
 // Of the gradient pixels of the group's strata.
 shared vec4 gradients[25];
 
@@ -80,12 +77,25 @@ Terms terms_of(ivec2 pixel, LightSample light, bool is_sum) {
     return terms;
 }
 
+// Sum of a channel's terms over the stratum that the thread stores; each thread gives its own.
+vec4 sum_of_stratum(vec4 term) {
+    int own = int(gl_LocalInvocationIndex);
+    barrier();
+    terms[own] = term;
+    barrier();
+    vec4 sum = vec4(0.0);
+    if (own < group_strata() * group_strata()) {
+        for (int i = 0; i < stratum_side * stratum_side; ++i) sum += terms[thread_of(own, i)];
+    }
+    return sum;
+}
+
 void main() {
     int own = int(gl_LocalInvocationIndex);
     if (own < group_strata() * group_strata()) gradients[own] = vec4(0.0);
     barrier();
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    Terms terms = Terms(vec4(0.0), vec4(0.0), vec4(0.0));
+    Terms sums = Terms(vec4(0.0), vec4(0.0), vec4(0.0));
     if (inside(pixel)) {
         LightSample light = load_light(flat_to_split(pixel, field_width()), true);
         bool repeated = is_repeated(pixel);
@@ -94,29 +104,19 @@ void main() {
             vec2 now = luminances(light), before = imageLoad(ch_gradient_sample, pixel / stratum_side).yz;
             gradients[local.y * group_strata() + local.x] = vec4(change(now.x, before.x), change(now.y, before.y));
         }
-        terms = terms_of(pixel, light, !repeated);
+        sums = terms_of(pixel, light, !repeated);
     }
-    terms_hf[own] = terms.hf;
-    terms_spec[own] = terms.spec;
+    sums.hf = sum_of_stratum(sums.hf);
+    sums.spec = sum_of_stratum(sums.spec);
 #if INDIRECT
-    terms_lf[own] = terms.lf;
+    sums.lf = sum_of_stratum(sums.lf);
 #endif
-    barrier();
     ivec2 stratum;
     if (!stores_stratum(stratum)) return;
-    terms = Terms(vec4(0.0), vec4(0.0), vec4(0.0));
-    for (int i = 0; i < stratum_side * stratum_side; ++i) {
-        int thread = thread_of(own, i);
-        terms.hf += terms_hf[thread];
-        terms.spec += terms_spec[thread];
-#if INDIRECT
-        terms.lf += terms_lf[thread];
-#endif
-    }
     imageStore(im_gradients, stratum, gradients[own]);
-    imageStore(im_sums_hf, stratum, terms.hf);
-    imageStore(im_sums_spec, stratum, terms.spec);
+    imageStore(im_sums_hf, stratum, sums.hf);
+    imageStore(im_sums_spec, stratum, sums.spec);
 #if INDIRECT
-    imageStore(im_sums_lf, stratum, terms.lf);
+    imageStore(im_sums_lf, stratum, sums.lf);
 #endif
 }

@@ -10,13 +10,9 @@ layout(set = 2, binding = 3, rg32f) uniform writeonly image2D target_cocg;
 #include "lf_tile.glsl"
 
 const ivec2 GROUP = ivec2(24, 9), TILES = GROUP / TILE_SIDE;
-// Light of the pixels, weighted; the weight, negative: there is none.
-shared vec4 pixel_luma[GROUP.x * GROUP.y];
-shared vec2 pixel_chroma[GROUP.x * GROUP.y];
-shared float pixel_weight[GROUP.x * GROUP.y];
-// xy: Guide::geometry.
-shared vec2 pixel_geometry[GROUP.x * GROUP.y];
-shared uint pixel_normal[GROUP.x * GROUP.y];
+// What the pixels hand on takes turns in here, as bits of floats: the less shared memory a group needs, the more groups run at once.
+// First: geometry.xy and normal of the guide, and whether there is light. Then what sum_of_tile() sums.
+shared uvec4 pixels[GROUP.x * GROUP.y];
 
 // Light of a flat pixel; w of the chroma, 1 where it has two components, says whether it is known.
 bool load_source(ivec2 pixel, Guide guide, out ShLight light) {
@@ -38,12 +34,25 @@ int place_of(ivec2 tile, int number) {
 int anchor_number(ivec2 tile) {
     for (int i = 0; i < 9; ++i) {
         int number = (i + 4) % 9;
-        if (pixel_weight[place_of(tile, number)] >= 0.0) return number;
+        if (pixels[place_of(tile, number)].w != 0u) return number;
     }
     return -1;
 }
 
-Guide guide_of(int place) { return Guide(vec4(pixel_geometry[place], 0.0, 0.0), pixel_normal[place]); }
+Guide guide_of(int place) { return Guide(vec4(uintBitsToFloat(pixels[place].xy), 0.0, 0.0), pixels[place].z); }
+
+// Sum over the tile that the thread stores, if it does. `value`: of its pixel.
+vec4 sum_of_tile(vec4 value) {
+    int own = int(gl_LocalInvocationIndex);
+    barrier();
+    pixels[own] = floatBitsToUint(value);
+    barrier();
+    vec4 sum = vec4(0.0);
+    if (own < TILES.x * TILES.y) {
+        for (int i = 0; i < 9; ++i) sum += uintBitsToFloat(pixels[place_of(ivec2(own % TILES.x, own / TILES.x), i)]);
+    }
+    return sum;
+}
 
 void main() {
     ivec2 local = ivec2(gl_LocalInvocationID.xy), corner = ivec2(gl_WorkGroupID.xy) * GROUP, pixel = corner + local;
@@ -52,35 +61,25 @@ void main() {
     Guide guide = NO_GUIDE;
     if (inside(pixel)) guide = lf_guide(pixel);
     bool known = load_source(pixel, guide, light);
-    pixel_geometry[own] = guide.geometry.xy;
-    pixel_normal[own] = guide.normal;
-    pixel_weight[own] = known ? 1.0 : -1.0;
+    pixels[own] = uvec4(floatBitsToUint(guide.geometry.xy), guide.normal, known ? 1u : 0u);
     barrier();
-    float weight = -1.0;
+    float weight = 0.0;
     if (known) {
         ivec2 tile = local / TILE_SIDE;
         int number = anchor_number(tile), place = place_of(tile, number);
         weight = place == own ? 1.0 : lf_weight(anchor_of(guide_of(place), corner + tile_pixel(tile, number)), anchor_of(guide, pixel), push.normal);
         scale(light, weight);
-        pixel_luma[own] = light.luma;
-        pixel_chroma[own] = light.chroma;
+        if (place == own) imageStore(im_tiles_guide, ivec2(gl_WorkGroupID.xy) * TILES + tile, tile_guide(guide, number));
+    } else {
+        light = NO_LIGHT;
     }
-    barrier();
-    pixel_weight[own] = weight;
-    barrier();
-    ivec2 tile = ivec2(own % TILES.x, own / TILES.x), target = ivec2(gl_WorkGroupID.xy) * TILES + tile;
+    vec4 luma = sum_of_tile(light.luma), chroma_and_weight = sum_of_tile(vec4(light.chroma, weight, 0.0));
+    ivec2 target = ivec2(gl_WorkGroupID.xy) * TILES + ivec2(own % TILES.x, own / TILES.x);
     if (own >= TILES.x * TILES.y || any(greaterThanEqual(target, tile_count()))) return;
-    int number = anchor_number(tile);
-    ShLight sum = NO_LIGHT;
-    float weights = 0.0;
-    for (int i = 0; i < 9; ++i) {
-        int place = place_of(tile, i);
-        if (pixel_weight[place] < 0.0) continue;
-        add(sum, ShLight(pixel_luma[place], pixel_chroma[place]), 1.0);
-        weights += pixel_weight[place];
-    }
-    if (number >= 0) scale(sum, 1.0 / weights);
+    ShLight sum = ShLight(luma, chroma_and_weight.xy);
+    // The anchor, if there is one, has weight 1.
+    if (chroma_and_weight.z > 0.0) scale(sum, 1.0 / chroma_and_weight.z);
+    else imageStore(im_tiles_guide, target, uvec4(0u));
     imageStore(target_sh, target, sum.luma);
     imageStore(target_cocg, target, vec4(sum.chroma, 0.0, 0.0));
-    imageStore(im_tiles_guide, target, number < 0 ? uvec4(0u) : tile_guide(guide_of(place_of(tile, number)), number));
 }

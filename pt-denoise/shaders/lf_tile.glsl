@@ -19,16 +19,14 @@ ivec2 tile_pixel(ivec2 tile, int number) { return tile * TILE_SIDE + ivec2(numbe
 // The guide of a flat pixel with its vertex normal: the direction in the coefficients keeps what a normal map does.
 Guide lf_guide(ivec2 pixel) { return load_smooth_guide(flat_to_split(pixel, field_width())); }
 
-// What the weights know of a pixel: its place in the flat frame; vertex normal; distance; and what a difference of distances is multiplied by at one pixel, negative: the
-// fields hold two paths, 0: no surface.
+// What the weights know of a pixel: its place in the flat frame; vertex normal; distance; and steepness(), negative: the fields hold two paths, 0: no surface.
 struct Anchor { ivec2 pixel; vec3 normal; float depth; float steep; };
 
 const Anchor NO_ANCHOR = Anchor(ivec2(0), vec3(0.0), 0.0, 0.0);
 
 Anchor anchor_of(Guide guide, ivec2 pixel) {
     if (guide.normal == 0u) return NO_ANCHOR;
-    float steep = clamp(1.442695041 / (push.depth * guide.geometry.y), -1e30, 1e30);
-    return Anchor(pixel, unpack_unit_vector(guide.normal), guide.geometry.x, steep);
+    return Anchor(pixel, unpack_unit_vector(guide.normal), guide.geometry.x, steepness(guide.geometry.y, push.depth));
 }
 
 // The guide of a tile's anchor as im_tiles_guide stores it.

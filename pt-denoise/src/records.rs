@@ -1,7 +1,12 @@
 //! Records that the kernels share with the host (`denoise_records.glsl`), and the variants of the denoiser.
 
 use pt_shaders::glam::UVec2;
-use pt_shaders::{gpu_struct, named_enum};
+use pt_shaders::{gpu_constants, gpu_struct, named_enum};
+
+gpu_constants! {
+    /// Blocks of pixels, one above the other, that a group of `variance.comp` takes.
+    pub const VARIANCE_BLOCKS: u32 = 4;
+}
 
 named_enum! {
     /// Which pixel of a stratum is its gradient pixel.

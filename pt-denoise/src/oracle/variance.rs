@@ -83,7 +83,7 @@ fn around(
         let w = if offset == [0, 0] {
             1.0
         } else {
-            depth_weight(a, b, pixels, depth) * cosine(a.normal, b.normal).clamp(0.0, 1.0).powf(normal)
+            depth_weight(a, b, pixels, depth) * (normal * (cosine(a.normal, b.normal) - 1.0).min(0.0)).exp()
         };
         taps.push((w, l));
     }

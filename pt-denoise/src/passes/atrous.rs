@@ -34,14 +34,16 @@ knobs! {
     }
 }
 
+/// Pixels that a group of the permuted schedule filters, as in `atrous_permuted.glsl`.
+const GROUP: [u32; 2] = [16, 8];
+
 /// The kernels of the levels.
 pub(crate) struct Atrous {
     /// Writes light.
     kernel: Kernel,
     /// Writes roots of light, in half floats.
     roots: Kernel,
-    /// Pixels that a group filters; `None`: neighbours are filtered together.
-    group: Option<[u32; 2]>,
+    schedule: Schedule,
 }
 
 /// What the levels write besides the images between them.
@@ -64,22 +66,18 @@ impl Atrous {
 
     /// Creates the kernels.
     pub(crate) fn new(device: &Device, params: &AtrousParams) -> Result<Self> {
-        let (code, roots, group) = match (params.schedule, params.kernel) {
-            (Schedule::Permuted, AtrousKernel::Three) => {
-                (&kernels::ATROUS_3X3, &kernels::ATROUS_3X3_ROOTS, Some([16, 8]))
-            }
-            (Schedule::Permuted, AtrousKernel::Five) => {
-                (&kernels::ATROUS_5X5, &kernels::ATROUS_5X5_ROOTS, Some([8, 8]))
-            }
+        let (code, roots) = match (params.schedule, params.kernel) {
+            (Schedule::Permuted, AtrousKernel::Three) => (&kernels::ATROUS_3X3, &kernels::ATROUS_3X3_ROOTS),
+            (Schedule::Permuted, AtrousKernel::Five) => (&kernels::ATROUS_5X5, &kernels::ATROUS_5X5_ROOTS),
             (Schedule::Dilated, AtrousKernel::Three) => {
-                (&kernels::ATROUS_DILATED_3X3, &kernels::ATROUS_DILATED_3X3_ROOTS, None)
+                (&kernels::ATROUS_DILATED_3X3, &kernels::ATROUS_DILATED_3X3_ROOTS)
             }
             (Schedule::Dilated, AtrousKernel::Five) => {
-                (&kernels::ATROUS_DILATED_5X5, &kernels::ATROUS_DILATED_5X5_ROOTS, None)
+                (&kernels::ATROUS_DILATED_5X5, &kernels::ATROUS_DILATED_5X5_ROOTS)
             }
         };
         let kernel = |code| declared::<AtrousPush>(device, code, &Self::LEVEL, &[]);
-        Ok(Self { kernel: kernel(code)?, roots: kernel(roots)?, group })
+        Ok(Self { kernel: kernel(code)?, roots: kernel(roots)?, schedule: params.schedule })
     }
 
     /// Adds all levels to the frame and returns the last one's output. `source`: light with variances in alpha.
@@ -116,10 +114,12 @@ impl Atrous {
                 lobe: params.lobe,
                 roots: from_roots.into(),
             };
-            let threads = match self.group {
+            let threads = match self.schedule {
                 // Whole groups for each of the lattices that a level consists of.
-                Some(group) => [0, 1].map(|i| size[i].div_ceil(step).div_ceil(group[i]) * step * group[i]),
-                None => size,
+                Schedule::Permuted => {
+                    [0, 1].map(|i| size[i].div_ceil(step).div_ceil(GROUP[i]) * step * GROUP[i])
+                }
+                Schedule::Dilated => size,
             };
             let kernel = if to_roots { &self.roots } else { &self.kernel };
             inputs

@@ -15,7 +15,8 @@ impl AtrousAlone {
     pub(super) fn io() -> Vec<StageIo> {
         const TARGETS: StageIo = writing("denoise a-trous", &[PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]);
         let [level, between] = Atrous::IO;
-        vec![Variance::SPATIAL_IO, level, between, TARGETS]
+        let [guide, variance] = Variance::SPATIAL_IO;
+        vec![guide, variance, level, between, TARGETS]
     }
 
     pub(super) fn new(device: &Device, params: &DenoiseParams) -> Result<Self> {

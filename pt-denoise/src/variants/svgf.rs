@@ -22,7 +22,8 @@ impl Svgf {
         const TARGETS: StageIo = writing("denoise a-trous", &[HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC]);
         let temporal = Temporal::io(Self::form(adaptive), &params.temporal);
         let [level, between] = Atrous::IO;
-        vec![temporal, Variance::TEMPORAL_IO, TARGETS, level, between]
+        let [guide, variance] = Variance::TEMPORAL_IO;
+        vec![temporal, guide, variance, TARGETS, level, between]
     }
 
     pub(super) fn new(device: &Device, params: &DenoiseParams, adaptive: bool) -> Result<Self> {

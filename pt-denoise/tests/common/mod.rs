@@ -370,8 +370,10 @@ pub fn guide(size: [u32; 2], random: &mut Random, frame: u32) -> Vec<Guided> {
                 } else {
                     normal(0.0, 0.0, 1.0)
                 },
-                roughness: [6554.0, 32768.0, 58982.0][(y / 3) as usize % 3] / 65535.0,
-                ..wall_pixel()
+                // Neighbours differ by less than what parts them, or by more.
+                roughness: ([6554.0, 32768.0, 58982.0][(y / 3) as usize % 3] + (i * 1699 % 5000) as f32)
+                    / 65535.0,
+                pixel_angle: (1.0 + 0.25 * (i * 5 % 4) as f32) / 1024.0,
             }
         })
         .collect()
