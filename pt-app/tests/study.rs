@@ -244,6 +244,25 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
     assert!(figure.contains(">a</text>") && figure.contains(">b</text>"), "{figure}");
 }
 
+/// Lights of `flicker` move and blink while the camera stands.
+#[test]
+fn a_scene_that_moves_has_a_reference_for_each_measured_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let study = |scene: &str| {
+        format!(
+            "scenes = [\"{scene}\"]\nsizes = [\"16x12\"]\nbackends = [\"compute\"]\nseeds = 1\nframes = 2\nmeasure = 2\nspp = 4\nmetrics = [\"relmse\"]\n"
+        )
+    };
+    for (scene, references) in [("flicker", 2), ("cornell", 1)] {
+        fs::write(at.join("moving.toml"), study(scene)).unwrap();
+        text(at, &["study", "moving.toml", "-o", scene]);
+        let kept = fs::read_dir(at.join(scene).join("references")).unwrap();
+        let kept = kept.flatten().filter(|entry| entry.path().extension().is_some_and(|end| end == "exr"));
+        assert_eq!(kept.count(), references, "{scene}");
+    }
+}
+
 /// The picture as shown is measured: the ledger has a part of the exposure, which noise in the frame moves.
 #[test]
 fn the_ledger_of_the_picture_as_shown_adds_up() {

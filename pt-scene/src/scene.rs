@@ -134,6 +134,13 @@ pub struct Statistics {
 }
 
 impl Scene {
+    /// Whether anything but its cameras changes with the time: an instance, a vertex, or a light.
+    pub fn is_animated(&self) -> bool {
+        self.rig.as_ref().is_some_and(|rig| rig.is_animated())
+            || self.instances.iter().any(|instance| instance.motion.is_some())
+            || self.lights.iter().any(|light| light.motion.is_some())
+    }
+
     /// Bounding box of all instances where they are now; `None` without any vertex.
     pub fn bounds(&self) -> Option<Bounds> {
         let mut points = self.instances.iter().flat_map(|instance| {

@@ -228,6 +228,7 @@ fn camera_paths_keep_clear_of_everything() {
 fn flicker_is_a_function_of_time() {
     let mut a = scene("flicker");
     let mut b = a.clone();
+    assert!(a.is_animated() && !scene("cornell").is_animated());
     a.set_time(7.3, 7.2);
     b.set_time(1.0, 0.5);
     b.set_time(7.3, 7.2);

@@ -166,6 +166,8 @@ impl<'a> Runner<'a> {
         // The backend is chosen by measuring.
         if backend == TraceBackend::Auto {
             self.turn.take();
+        } else {
+            self.turn.share();
         }
         let session = Session::on(&self.device, backend, &views::camera_args(&cell.camera)?, scene.clone());
         self.scene = Some((cell.scene.clone(), scene));

@@ -112,14 +112,13 @@ impl Traced {
     fn of_frame(&mut self, cell: &Cell, scene: &Scene, view: View<'_>) -> Result<Truth> {
         let session = view.session;
         // A view that does not move is the same at each time.
-        let moves = scene.rig.as_ref().is_some_and(|rig| rig.is_animated());
         let info = session.device.info();
         let words = serde_json::json!({
             "version": env!("CARGO_PKG_VERSION"),
             "device": [&info.name, &info.driver_line()],
             "scene": scene.fingerprint(),
             "camera": CapturedCamera::from(&view.record.camera),
-            "time": moves.then_some(view.time),
+            "time": scene.is_animated().then_some(view.time),
             "size": cell.size,
             "params": self.params,
             "layers": [HALF],

@@ -4,11 +4,18 @@ use pt_core::Device;
 use std::fs::{File, OpenOptions};
 use std::path::Path;
 
-/// The right to use a device. It is a lock of the system on a file in the folder of temporary files, so that a process that is killed gives it back.
+/// The right to use a device: alone, for frames whose time is measured, or together with others that prepare theirs. It is a lock of the system on a file in the folder of temporary files, so that a process that is killed gives it back.
 pub struct Turn {
     /// None: a CPU device, whose cores several processes may well share, or the file cannot be opened.
     file: Option<File>,
-    is_held: bool,
+    held: Held,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Held {
+    Not,
+    Shared,
+    Alone,
 }
 
 impl Turn {
@@ -16,7 +23,7 @@ impl Turn {
     pub fn of(device: &Device) -> Self {
         let info = device.info();
         if info.is_cpu() {
-            return Self { file: None, is_held: false };
+            return Self { file: None, held: Held::Not };
         }
         Self::at(&std::env::temp_dir().join(format!("pt-device-{}.lock", info.uuid)))
     }
@@ -24,21 +31,35 @@ impl Turn {
     fn at(path: &Path) -> Self {
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
         // Another user's file cannot be written to, but locked.
-        Self { file: file.or_else(|_| File::open(path)).ok(), is_held: false }
+        Self { file: file.or_else(|_| File::open(path)).ok(), held: Held::Not }
     }
 
-    /// Waits until no other study uses the device. Does nothing if it is ours already.
+    /// Waits until no other study uses the device. Does nothing if it is ours alone already.
     pub fn take(&mut self) {
-        if let (false, Some(file)) = (self.is_held, &self.file) {
+        self.wait(Held::Alone, File::lock);
+    }
+
+    /// Waits until no study measures times, and keeps them from it: for the upload of a scene.
+    pub fn share(&mut self) {
+        self.wait(Held::Shared, File::lock_shared);
+    }
+
+    fn wait(&mut self, held: Held, lock: impl Fn(&File) -> std::io::Result<()>) {
+        if self.held != held
+            && let Some(file) = &self.file
+        {
             // Where the file system has no locks, all run at once.
-            self.is_held = file.lock().is_ok();
+            self.held = if lock(file).is_ok() { held } else { Held::Not };
         }
     }
 
     /// Lets others use the device, which must have finished our work.
     pub fn release(&mut self) {
-        if let (true, Some(file)) = (self.is_held, &self.file) {
-            self.is_held = file.unlock().is_err();
+        if self.held != Held::Not
+            && let Some(file) = &self.file
+            && file.unlock().is_ok()
+        {
+            self.held = Held::Not;
         }
     }
 }
@@ -67,9 +88,30 @@ mod tests {
             free.store(true, Ordering::SeqCst);
             first.release();
         });
-        assert!(!first.is_held);
+        assert_eq!(first.held, Held::Not);
         first.take();
-        assert!(first.is_held, "it has been given back");
+        assert_eq!(first.held, Held::Alone, "it has been given back");
+    }
+
+    #[test]
+    fn scenes_are_uploaded_together_but_not_beside_measured_frames() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lock");
+        let (mut first, mut second, mut measures) = (Turn::at(&path), Turn::at(&path), Turn::at(&path));
+        first.share();
+        // Would wait for ever if one excluded the other.
+        second.share();
+        first.release();
+        let free = AtomicBool::new(false);
+        std::thread::scope(|threads| {
+            threads.spawn(|| {
+                measures.take();
+                assert!(free.load(Ordering::SeqCst), "a scene is being uploaded");
+            });
+            std::thread::sleep(Duration::from_millis(50));
+            free.store(true, Ordering::SeqCst);
+            second.release();
+        });
     }
 
     #[test]
@@ -77,6 +119,6 @@ mod tests {
         let mut turn = Turn::at(Path::new("/no/such/folder/lock"));
         turn.take();
         turn.release();
-        assert!(!turn.is_held);
+        assert_eq!(turn.held, Held::Not);
     }
 }
