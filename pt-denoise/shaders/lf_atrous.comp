@@ -33,6 +33,7 @@ void main() {
             ivec2 at = clamp(other, ivec2(0), tile_count() - 1);
             Anchor q = load_anchor(at);
             ShLight light = ShLight(texelFetch(source_sh, at, 0), texelFetch(source_cocg, at, 0).xy);
+            turn_light(light, q.normal, p.normal);
             float weight = at == other ? lf_weight(p, q, push.normal) * KERNEL[abs(offset.x)] * KERNEL[abs(offset.y)] : 0.0;
             if (push.guard != 0u) weight *= leak_guard(own.luma.w, light.luma.w);
             add(change, ShLight(light.luma - own.luma, light.chroma - own.chroma), weight);

@@ -67,7 +67,9 @@ void main() {
     if (known) {
         ivec2 tile = local / TILE_SIDE;
         int number = anchor_number(tile), place = place_of(tile, number);
-        weight = place == own ? 1.0 : lf_weight(anchor_of(guide_of(place), corner + tile_pixel(tile, number)), anchor_of(guide, pixel), push.normal);
+        Anchor anchor = anchor_of(guide_of(place), corner + tile_pixel(tile, number)), here = anchor_of(guide, pixel);
+        weight = place == own ? 1.0 : lf_weight(anchor, here, push.normal);
+        if (place != own) turn_light(light, here.normal, anchor.normal);
         scale(light, weight);
         if (place == own) imageStore(im_tiles_guide, ivec2(gl_WorkGroupID.xy) * TILES + tile, tile_guide(guide, number));
     } else {

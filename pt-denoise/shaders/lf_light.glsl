@@ -19,6 +19,14 @@ void add(inout ShLight sum, ShLight light, float weight) {
     sum.chroma += weight * light.chroma;
 }
 
+// Light of a surface as a surface with another vertex normal has it: directions keep their angles with the normal. A curved surface then shows of
+// its neighbours' light what they show of it. Rodrigues' rotation from one unit normal to the other.
+void turn_light(inout ShLight light, vec3 from, vec3 to) {
+    vec3 axis = cross(from, to), v = light.luma.xyz;
+    float cosine = dot(from, to);
+    light.luma.xyz = cosine * v + cross(axis, v) + axis * (dot(axis, v) / (1.0 + max(cosine, 0.0)));
+}
+
 void scale(inout ShLight light, float factor) {
     light.luma *= factor;
     light.chroma *= factor;

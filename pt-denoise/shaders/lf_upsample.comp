@@ -51,7 +51,9 @@ void main() {
         Anchor q = Anchor(tile_anchor[k], tile_surface[k].xyz, tile_surface[k].w, tile_steep[k]);
         float weight = (offset.x == 1 ? f.x : 1.0 - f.x) * (offset.y == 1 ? f.y : 1.0 - f.y);
         weight *= lf_weight(p, q, push.normal);
-        add(light, ShLight(tile_luma[k], tile_chroma[k]), weight);
+        ShLight tile = ShLight(tile_luma[k], tile_chroma[k]);
+        turn_light(tile, q.normal, p.normal);
+        add(light, tile, weight);
         weights += weight;
     }
     if (weights > 1e-4) {

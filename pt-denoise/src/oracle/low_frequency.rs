@@ -4,6 +4,7 @@ use super::antilag::{Adaptive, kept_frames};
 use super::frame::{Guided, cosine, depth_weight, mean_without_brightest, neighbour, same_path};
 use super::reprojection::taps;
 use crate::{LfParams, TemporalParams};
+use pt_core::pack::unpack_unit_vector;
 
 /// Coefficients of indirect diffuse light: x, y, z and w of `color_lf_sh`, x and y of `color_lf_cocg`.
 pub type LowFrequency = [f64; 6];
@@ -128,6 +129,19 @@ fn weight(size: [u32; 2], pixels: &[Guided], i: usize, j: usize, params: &LfPara
     depth_weight(p, q, distance, params.depth.into()) * cosine.powf(params.normal.into())
 }
 
+/// Light of pixel j as pixel i has it: its directions keep their angles with the vertex normal.
+fn turned(mut light: LowFrequency, pixels: &[Guided], j: usize, i: usize) -> LowFrequency {
+    let [from, to] = [j, i].map(|k| unpack_unit_vector(pixels[k].vertex_normal).as_dvec3());
+    if i != j {
+        let mut v = to;
+        [v.x, v.y, v.z] = [light[0], light[1], light[2]];
+        let (axis, cosine) = (from.cross(to), from.dot(to));
+        let v = cosine * v + axis.cross(v) + axis * (axis.dot(v) / (1.0 + cosine.max(0.0)));
+        light[..3].copy_from_slice(&v.to_array());
+    }
+    light
+}
+
 /// Means over tiles of 3 x 3 pixels; `None` in `light`: there is none.
 pub fn downsample(
     size: [u32; 2],
@@ -147,7 +161,7 @@ pub fn downsample(
         let (mut sum, mut total) = ([0.0; 6], 0.0);
         for i in (0..9).filter_map(pixel) {
             let w = if i == anchor { 1.0 } else { weight(size, pixels, anchor, i, params) };
-            add(&mut sum, &light[i].unwrap_or_default(), w);
+            add(&mut sum, &turned(light[i].unwrap_or_default(), pixels, i, anchor), w);
             total += w;
         }
         Some((anchor, scaled(sum, 1.0 / total)))
@@ -204,7 +218,7 @@ pub fn atrous_lf(
             if params.leak_guard && level + 1 == params.iterations {
                 w *= leak_guard(own[3], light[3]);
             }
-            add(&mut sum, &light, w);
+            add(&mut sum, &turned(light, pixels, other, anchor), w);
             add(&mut sum, &own, -w);
         }
         Some((anchor, sum))
@@ -235,7 +249,9 @@ pub fn upsample(
             let bilinear: f64 =
                 [x, y].iter().zip(f).map(|(o, f)| if *o == 1 { f } else { 1.0 - f }).product();
             let w = bilinear * weight(size, pixels, i, anchor, params);
-            add(&mut sum, &light, w);
+            if w > 0.0 {
+                add(&mut sum, &turned(light, pixels, anchor, i), w);
+            }
             total += w;
         }
         if total > 1e-4 {
