@@ -74,7 +74,7 @@ depth_of_field = false
 replaced_motion = "search"
 [denoise.lf]
 iterations = 4
-deflicker = 2.0
+deflicker = 4.0
 [post.taa]
 enabled = true
 "#,
