@@ -68,10 +68,13 @@ pub fn estimate<S: AsRef<[f64]>>(strata: &[S]) -> Option<Estimate> {
     Some(Estimate { mean, interval, p })
 }
 
-/// Mean of one sample and its interval, as [`estimate`].
-pub(crate) fn mean_and_interval(values: &[f64]) -> (Option<f64>, Option<Interval>) {
-    let found = estimate(&[values]);
-    (found.map(|e| e.mean), found.and_then(|e| e.interval))
+/// Mean of errors, ratios or times in strata and its interval, as [`estimate`]. Where no value is negative, neither is the interval: of values with
+/// a heavy tail it would reach below 0.
+pub(crate) fn mean_and_interval<S: AsRef<[f64]>>(strata: &[S]) -> (Option<f64>, Option<Interval>) {
+    let lowest = strata.iter().flat_map(AsRef::as_ref).fold(0.0f64, |low, v| low.min(*v));
+    let found = estimate(strata);
+    let cut = |i: Interval| if lowest < 0.0 { i } else { Interval { low: i.low.max(0.0), ..i } };
+    (found.map(|e| e.mean), found.and_then(|e| e.interval).map(cut))
 }
 
 /// A p-value among others.
@@ -210,6 +213,17 @@ mod tests {
                 assert!((0.93..=0.97).contains(&share), "{name}, {strata} strata of {seeds}: {share}");
             }
         }
+    }
+
+    #[test]
+    fn intervals_of_errors_are_not_negative() {
+        let heavy = [0.1, 0.11, 0.12, 9.0, 0.1];
+        assert!(estimate(&[heavy]).unwrap().interval.unwrap().low < 0.0);
+        let (mean, interval) = mean_and_interval(&[heavy]);
+        assert_eq!(interval.map(|i| i.low), Some(0.0));
+        assert!((mean.unwrap() - 1.886).abs() < 1e-9);
+        let signed = heavy.map(|v| v - 0.2);
+        assert_eq!(mean_and_interval(&[signed]).1, estimate(&[signed]).unwrap().interval);
     }
 
     /// With two values Student's interval is wide, and in several strata, whose degrees of freedom are not known well, a little too wide.

@@ -1,7 +1,7 @@
 //! The answer of a study: for each metric, how each variant stands against the baseline.
 
 use crate::record::{CellRecord, MetricRecord, StudyRecord};
-use crate::statistics::{FEWEST_FOR_BOOTSTRAP, Interval, LEVEL, estimate, holm};
+use crate::statistics::{FEWEST_FOR_BOOTSTRAP, Interval, LEVEL, estimate, holm, mean_and_interval};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -96,7 +96,7 @@ pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
         let row = |variant: &str| {
             let values = of(variant);
             let is_baseline = variant == study.baseline;
-            let found = estimate(&strata(values.iter().map(|(pair, &v)| (*pair, v))));
+            let (mean, interval) = mean_and_interval(&strata(values.iter().map(|(pair, &v)| (*pair, v))));
             let differences = values.iter().filter(|_| !is_baseline).filter_map(|(pair, &v)| {
                 Some((*pair, metric.distance(v) - metric.distance(*baseline.get(pair)?)))
             });
@@ -104,8 +104,8 @@ pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
             SummaryRow {
                 variant: variant.into(),
                 cells: values.len(),
-                mean: found.map(|e| e.mean),
-                interval: found.and_then(|e| e.interval),
+                mean,
+                interval,
                 difference: difference.map(|e| e.mean),
                 difference_interval: difference.and_then(|e| e.interval),
                 p: difference.and_then(|e| e.p),

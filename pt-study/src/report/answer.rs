@@ -28,7 +28,7 @@ pub struct Answer {
 pub fn cost_of(results: &Results, variant: &str) -> (Option<f64>, Option<Interval>) {
     let of = results.cells.iter().filter(|cell| cell.variant == variant);
     let times: Vec<f64> = of.filter_map(|cell| Some(results.timings.get(&cell.cell)?.gpu_ms)).collect();
-    mean_and_interval(&times)
+    mean_and_interval(&[times])
 }
 
 pub fn answers(results: &Results, summaries: &[Summary], series: &[Series]) -> Vec<Answer> {

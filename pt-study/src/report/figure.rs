@@ -117,7 +117,7 @@ impl<'a> Source<'a> {
                 }
                 let mut points = Vec::new();
                 for (frame, values) in frames {
-                    let (Some(y), interval) = mean_and_interval(&values) else { continue };
+                    let (Some(y), interval) = mean_and_interval(&[&values]) else { continue };
                     table.rows.push(vec![
                         Datum::text(&name),
                         Datum::series(series),
@@ -182,7 +182,7 @@ impl<'a> Source<'a> {
                     })
                     .collect();
                 let of = |value: fn(&(f64, f64, f64)) -> f64| {
-                    mean_and_interval(&measured.iter().map(value).collect::<Vec<_>>())
+                    mean_and_interval(&[measured.iter().map(value).collect::<Vec<_>>()])
                 };
                 let ((Some(x), x_interval), (p95, _), (Some(y), y_interval)) =
                     (of(|m| m.0), of(|m| m.1), of(|m| m.2))
