@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cell;
+pub mod cost;
 mod error;
 pub mod file;
 mod file_reader;

@@ -5,8 +5,9 @@ use super::number::{Column, significant};
 use super::rank::ranks;
 use super::series::Series;
 use super::table::{Datum, Table};
+use crate::cost::gpu_time;
 use crate::record::MetricRecord;
-use crate::statistics::{Interval, mean_and_interval};
+use crate::statistics::Interval;
 use crate::summary::{Summary, SummaryRow, Verdict};
 use serde::Serialize;
 
@@ -24,11 +25,9 @@ pub struct Answer {
     pub table: Table,
 }
 
-/// GPU time of a variant: mean over its cells and interval.
-pub fn cost_of(results: &Results, variant: &str) -> (Option<f64>, Option<Interval>) {
-    let of = results.cells.iter().filter(|cell| cell.variant == variant);
-    let times: Vec<f64> = of.filter_map(|cell| Some(results.timings.get(&cell.cell)?.gpu_ms)).collect();
-    mean_and_interval(&[times])
+fn cost_of(results: &Results, variant: &str) -> Option<f64> {
+    let cells = results.cells.iter().filter(|cell| cell.variant == variant);
+    gpu_time(cells, |cell| Some(results.timings.get(cell)?.gpu_ms))
 }
 
 pub fn answers(results: &Results, summaries: &[Summary], series: &[Series]) -> Vec<Answer> {
@@ -96,7 +95,7 @@ fn answer(results: &Results, metric: &MetricRecord, summary: &Summary, series: &
             number(row.difference, &|v| differences.signed(v)),
             interval(row.difference_interval, &|v| differences.signed(v)),
             number(row.p, &p_value),
-            number(cost_of(results, &row.variant).0, &|ms| significant(ms, 3)),
+            number(cost_of(results, &row.variant), &|ms| significant(ms, 3)),
             Datum::number(row.cells as f64, row.cells.to_string()),
         ]);
     }

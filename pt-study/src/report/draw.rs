@@ -23,12 +23,11 @@ const RADIUS: i32 = 4;
 /// About how many markers a curve has.
 const MARKERS: usize = 8;
 
-/// A point with the interval of each of its coordinates.
+/// A point with the interval of its y.
 #[derive(Clone, Copy)]
 pub struct Point {
     pub x: f64,
     pub y: f64,
-    pub x_interval: Option<(f64, f64)>,
     pub y_interval: Option<(f64, f64)>,
 }
 
@@ -92,7 +91,7 @@ fn marker(area: &Area<'_>, series: &Series, (x, y): (i32, i32)) -> Result<(), Fa
 
 fn values<'a>(all: &'a [Points<'a>], y: bool) -> impl Iterator<Item = f64> + 'a {
     all.iter().flat_map(|points| &points.points).flat_map(move |p| {
-        let (at, interval) = if y { (p.y, p.y_interval) } else { (p.x, p.x_interval) };
+        let (at, interval) = if y { (p.y, p.y_interval) } else { (p.x, None) };
         // The lower end of an interval of errors may be below 0, where a logarithmic axis has no place.
         let ends = interval.map(|(low, high)| [if low > 0.0 { low.max(0.2 * at) } else { at }, high]);
         [Some(at), ends.map(|e| e[0]), ends.map(|e| e[1])].into_iter().flatten()
@@ -151,15 +150,9 @@ pub fn points(
         for Points { series, points } in all {
             for p in points {
                 let (Some(px), Some(py)) = (x.position(p.x), y.position(p.y)) else { continue };
-                let end = |axis: &Axis, value: f64| {
-                    axis.position(value).unwrap_or(axis.low).clamp(axis.low, axis.high)
-                };
-                let bars = [
-                    p.x_interval.map(|(low, high)| [(end(&x, low), py), (end(&x, high), py)]),
-                    p.y_interval.map(|(low, high)| [(px, end(&y, low)), (px, end(&y, high))]),
-                ];
-                for bar in bars.into_iter().flatten() {
-                    let ends: Vec<_> = bar.iter().map(|at| chart.backend_coord(at)).collect();
+                let end = |value: f64| y.position(value).unwrap_or(y.low).clamp(y.low, y.high);
+                if let Some((low, high)) = p.y_interval {
+                    let ends = [low, high].map(|at| chart.backend_coord(&(px, end(at))));
                     area.draw(&PathElement::new(ends, series.color.stroke_width(2)))?;
                 }
                 marker(area, series, chart.backend_coord(&(px, py)))?;
@@ -279,7 +272,7 @@ mod tests {
     #[test]
     fn figures_draw_what_they_can_and_escape_labels() {
         let series = Series::numbered("a", 0);
-        let point = |x: f64, y: f64| Point { x, y, x_interval: None, y_interval: Some((y - 0.1, y + 0.1)) };
+        let point = |x: f64, y: f64| Point { x, y, y_interval: Some((y - 0.1, y + 0.1)) };
         let all =
             [Points { series: &series, points: vec![point(1.0, 0.05), point(2.0, 5.0), point(3.0, 0.0)] }];
         let svg = curves(&all, "frame", "relMSE", true).unwrap();

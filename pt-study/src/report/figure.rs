@@ -5,7 +5,8 @@ use super::draw::{PANEL, Point, Points, curves, points};
 use super::input::Results;
 use super::series::Series;
 use super::table::{Datum, Table};
-use crate::record::{CellRecord, MetricRecord};
+use crate::cost::gpu_time;
+use crate::record::{CellRecord, MetricRecord, TimingRecord};
 use crate::statistics::mean_and_interval;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -128,7 +129,7 @@ impl<'a> Source<'a> {
                         Datum::number(values.len() as f64, values.len().to_string()),
                     ]);
                     let y_interval = interval.map(|i| (i.low, i.high));
-                    points.push(Point { x: f64::from(frame), y, x_interval: None, y_interval });
+                    points.push(Point { x: f64::from(frame), y, y_interval });
                 }
                 if !points.is_empty() {
                     drawn.push(Points { series, points });
@@ -156,8 +157,6 @@ impl<'a> Source<'a> {
             "View",
             "Variant",
             "#GPU ms",
-            "#GPU ms low",
-            "#GPU ms high",
             "#95th percentile, ms",
             "#Mean",
             "#Low",
@@ -169,23 +168,13 @@ impl<'a> Source<'a> {
             let name = view.name(&self.views);
             let mut drawn = Vec::new();
             for series in self.series {
-                // Cells with a time and a value: both coordinates are means over the same cells.
-                let measured: Vec<(f64, f64, f64)> = self
-                    .cells_of(view, &series.name)
-                    .filter_map(|cell| {
-                        let time = self.results.timings.get(&cell.cell)?;
-                        Some((
-                            time.gpu_ms,
-                            time.gpu_ms_p95,
-                            cell.metrics.get(&metric.name).copied().flatten()?,
-                        ))
-                    })
-                    .collect();
-                let of = |value: fn(&(f64, f64, f64)) -> f64| {
-                    mean_and_interval(&[measured.iter().map(value).collect::<Vec<_>>()])
+                let cells = || self.cells_of(view, &series.name);
+                let values: Vec<f64> =
+                    cells().filter_map(|cell| cell.metrics.get(&metric.name).copied().flatten()).collect();
+                let time = |of: fn(&TimingRecord) -> f64| {
+                    gpu_time(cells(), |cell| self.results.timings.get(cell).map(of))
                 };
-                let ((Some(x), x_interval), (p95, _), (Some(y), y_interval)) =
-                    (of(|m| m.0), of(|m| m.1), of(|m| m.2))
+                let (Some(x), (Some(y), y_interval)) = (time(|t| t.gpu_ms), mean_and_interval(&[&values]))
                 else {
                     continue;
                 };
@@ -193,17 +182,14 @@ impl<'a> Source<'a> {
                     Datum::text(&name),
                     Datum::series(series),
                     Datum::value(Some(x)),
-                    Datum::value(x_interval.map(|i| i.low)),
-                    Datum::value(x_interval.map(|i| i.high)),
-                    Datum::value(p95),
+                    Datum::value(time(|t| t.gpu_ms_p95)),
                     Datum::value(Some(y)),
                     Datum::value(y_interval.map(|i| i.low)),
                     Datum::value(y_interval.map(|i| i.high)),
-                    Datum::number(measured.len() as f64, measured.len().to_string()),
+                    Datum::number(values.len() as f64, values.len().to_string()),
                 ]);
                 let ends = |i: crate::statistics::Interval| (i.low, i.high);
-                let point =
-                    Point { x, y, x_interval: x_interval.map(ends), y_interval: y_interval.map(ends) };
+                let point = Point { x, y, y_interval: y_interval.map(ends) };
                 drawn.push(Points { series, points: vec![point] });
             }
             if drawn.is_empty() {
@@ -214,7 +200,7 @@ impl<'a> Source<'a> {
             panels.push(Panel { title: name, svg, size: PANEL });
         }
         let caption = format!(
-            "{} against the GPU time of a frame in milliseconds (median over its frames), mean over seeds; bars are 95 % intervals of the means. \
+            "{} , mean over seeds with its 95 % interval, against the GPU time of a frame in milliseconds (median over its frames), the least of the seeds. \
              A perfect picture has {}.",
             metric.name,
             super::number::short(metric.perfect)

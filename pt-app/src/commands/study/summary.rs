@@ -1,6 +1,7 @@
 //! The answer of a study on the terminal.
 
 use anyhow::Result;
+use pt_study::cost::gpu_time;
 use pt_study::ledger::{COUNTS_AS, reference_noise};
 use pt_study::record::{CellRecord, StudyRecord, TimingRecord};
 use pt_study::statistics::Interval;
@@ -53,7 +54,7 @@ pub fn print(study: &StudyRecord, cells: &[CellRecord], out: &mut impl Write) ->
     Ok(())
 }
 
-/// The same as Markdown, with the command and the device, and the mean GPU time of a frame over the cells that have one.
+/// The same as Markdown, with the command and the device, and the GPU time of a frame.
 pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingRecord]) -> String {
     let mut text = format!(
         "`{}`; {} cells on {} ({}), revision {}.\n",
@@ -66,17 +67,11 @@ pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingReco
     if let Some(sentence) = few_seeds(cells) {
         text += &format!("\n{sentence}.\n");
     }
-    let variants: BTreeMap<_, _> = cells.iter().map(|cell| (&cell.cell, cell.variant.as_str())).collect();
-    let mut times: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for timing in timings {
-        if let Some(variant) = variants.get(&timing.cell) {
-            times.entry(variant).or_default().push(timing.gpu_ms);
-        }
-    }
-    let costs: BTreeMap<&str, f64> = times
-        .into_iter()
-        .map(|(variant, times)| (variant, times.iter().sum::<f64>() / times.len() as f64))
-        .collect();
+    let times: BTreeMap<&str, f64> = timings.iter().map(|t| (t.cell.as_str(), t.gpu_ms)).collect();
+    let cost_of = |variant: &str| {
+        let cells = cells.iter().filter(|cell| cell.variant == variant);
+        gpu_time(cells, |cell| times.get(cell).copied())
+    };
     for (summary, metric) in summarize(study, cells).iter().zip(&study.metrics) {
         text += &format!(
             "\n**{}**: {}; a perfect picture has {}.\n\n",
@@ -85,7 +80,7 @@ pub fn markdown(study: &StudyRecord, cells: &[CellRecord], timings: &[TimingReco
         text += "| variant | mean | 95 % interval | difference | 95 % interval | p | verdict | GPU ms |\n";
         text += "| --- | --- | --- | --- | --- | --- | --- | --- |\n";
         for row in summary.ranked() {
-            let cost = number(costs.get(row.variant.as_str()).copied());
+            let cost = number(cost_of(&row.variant));
             text +=
                 &format!("| {} | {} | {cost} |\n", row.variant.replace('|', "\\|"), columns(row).join(" | "));
         }
