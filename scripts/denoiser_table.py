@@ -313,7 +313,7 @@ def tables(args, found):
     if args.parts != PARTS:
         what = f"--parts {','.join(args.parts)} {what}".strip()
     yield (f"`scripts/denoiser_table.py --size {args.size} --frames {args.frames} --spp {args.spp} --truth-frames {args.truth_frames} "
-           f"--seeds {args.seeds} {what}`; {', '.join(devices) or 'not measured yet'}. Mean and standard error over the seeds.")
+           f"--seeds {args.seeds} {what}`; {', '.join(devices) or 'not measured yet'}. Mean and standard error over the seeds; a value without one is of a single seed.")
     yield ""
     scenes = {pathlib.Path(scene).stem: of(f"still {scene}") for scene in args.scenes}
     scenes = {name: seeds for name, seeds in scenes.items() if seeds}
