@@ -1,7 +1,7 @@
 //! What a variant costs: the GPU time of its frames.
 
 use crate::record::CellRecord;
-use std::collections::BTreeMap;
+use crate::summary::{pair_of, strata};
 
 /// GPU time of the frames of some cells of one variant, in the unit of `time_of`: of each view (scene, camera, size, backend) the least time of its
 /// seeds, and of these the mean over the views. The work of a frame hardly depends on the seed, and whatever else a device does makes a measured
@@ -10,19 +10,16 @@ pub fn gpu_time<'a>(
     cells: impl IntoIterator<Item = &'a CellRecord>,
     time_of: impl Fn(&str) -> Option<f64>,
 ) -> Option<f64> {
-    let mut least = BTreeMap::new();
-    for cell in cells {
-        if let Some(time) = time_of(&cell.cell) {
-            let of = least.entry((&cell.scene, &cell.camera, cell.size, &cell.backend)).or_insert(time);
-            *of = time.min(*of);
-        }
-    }
-    (!least.is_empty()).then(|| least.values().sum::<f64>() / least.len() as f64)
+    let timed = cells.into_iter().filter_map(|cell| Some((pair_of(cell), time_of(&cell.cell)?)));
+    let views = strata(timed);
+    let least = views.iter().map(|times| times.iter().copied().fold(f64::INFINITY, f64::min));
+    (!views.is_empty()).then(|| least.sum::<f64>() / views.len() as f64)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
     #[test]
     fn a_disturbed_seed_is_no_cost() {

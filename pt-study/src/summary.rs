@@ -80,7 +80,7 @@ impl MetricRecord {
 type Pair<'a> = (&'a str, &'a str, [u32; 2], &'a str, u64);
 
 /// What a cell has in common with the cell of the baseline that it is compared with.
-fn pair_of(cell: &CellRecord) -> Pair<'_> {
+pub(crate) fn pair_of(cell: &CellRecord) -> Pair<'_> {
     (&cell.scene, &cell.camera, cell.size, &cell.backend, cell.seed)
 }
 
@@ -121,7 +121,7 @@ pub fn summarize(study: &StudyRecord, cells: &[CellRecord]) -> Vec<Summary> {
 }
 
 /// Values by strata: all that cells have in common with the cell of the baseline but the seed.
-fn strata<'a>(values: impl Iterator<Item = (Pair<'a>, f64)>) -> Vec<Vec<f64>> {
+pub(crate) fn strata<'a>(values: impl Iterator<Item = (Pair<'a>, f64)>) -> Vec<Vec<f64>> {
     let mut strata: BTreeMap<_, Vec<f64>> = BTreeMap::new();
     for ((scene, camera, size, backend, _), value) in values {
         strata.entry((scene, camera, size, backend)).or_default().push(value);

@@ -200,7 +200,7 @@ impl<'a> Source<'a> {
             panels.push(Panel { title: name, svg, size: PANEL });
         }
         let caption = format!(
-            "{} , mean over seeds with its 95 % interval, against the GPU time of a frame in milliseconds (median over its frames), the least of the seeds. \
+            "{}, mean over seeds with its 95 % interval, against the GPU time of a frame in milliseconds (median over its frames), the least of the seeds. \
              A perfect picture has {}.",
             metric.name,
             super::number::short(metric.perfect)
