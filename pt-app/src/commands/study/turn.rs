@@ -70,6 +70,21 @@ mod tests {
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::time::Duration;
 
+    /// Fails unless `next` gets the turn only when `holder` gives it back.
+    fn takes_it_after(next: &mut Turn, holder: &mut Turn) {
+        let free = AtomicBool::new(false);
+        std::thread::scope(|threads| {
+            threads.spawn(|| {
+                next.take();
+                assert!(free.load(Ordering::SeqCst), "both have it");
+                next.release();
+            });
+            std::thread::sleep(Duration::from_millis(50));
+            free.store(true, Ordering::SeqCst);
+            holder.release();
+        });
+    }
+
     #[test]
     fn one_at_a_time_has_the_turn() {
         let folder = tempfile::tempdir().unwrap();
@@ -77,17 +92,7 @@ mod tests {
         let (mut first, mut second) = (Turn::at(&path), Turn::at(&path));
         first.take();
         first.take();
-        let free = AtomicBool::new(false);
-        std::thread::scope(|threads| {
-            threads.spawn(|| {
-                second.take();
-                assert!(free.load(Ordering::SeqCst), "both have it");
-                second.release();
-            });
-            std::thread::sleep(Duration::from_millis(50));
-            free.store(true, Ordering::SeqCst);
-            first.release();
-        });
+        takes_it_after(&mut second, &mut first);
         assert_eq!(first.held, Held::Not);
         first.take();
         assert_eq!(first.held, Held::Alone, "it has been given back");
@@ -102,16 +107,7 @@ mod tests {
         // Would wait for ever if one excluded the other.
         second.share();
         first.release();
-        let free = AtomicBool::new(false);
-        std::thread::scope(|threads| {
-            threads.spawn(|| {
-                measures.take();
-                assert!(free.load(Ordering::SeqCst), "a scene is being uploaded");
-            });
-            std::thread::sleep(Duration::from_millis(50));
-            free.store(true, Ordering::SeqCst);
-            second.release();
-        });
+        takes_it_after(&mut measures, &mut second);
     }
 
     #[test]
