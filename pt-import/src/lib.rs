@@ -60,9 +60,10 @@ use notices::Notices;
 use options::named;
 use pt_core::phases::Phases;
 use pt_core::settings::close_to;
+use pt_scene::glam::Quat;
 use pt_scene::{
-    AnimationChoice, BUILTIN, Environment, Flaw, Part, Scene, SceneError, Support, builtin, default_sky,
-    default_sun,
+    AnimationChoice, BUILTIN, Environment, Flaw, LightKind, Part, PhysicalSky, Scene, SceneError, Support,
+    builtin, default_sky, default_sun,
 };
 
 /// Loads a scene by the name of a built-in one or, failing that, from a glTF file.
@@ -216,6 +217,21 @@ fn note_unsupported(scene: &Scene, notices: &mut Notices) {
     }
 }
 
+/// The sky in place of the scene's environment, and its sun, which turns and shines with it.
+fn add_sky(scene: &mut Scene, sky: &PhysicalSky, options: &LoadOptions) {
+    let suns = scene.lights.iter().filter(|light| light.kind == LightKind::Directional).count();
+    if suns > 0 {
+        scene
+            .notices
+            .push(format!("directional lights of the scene itself beside the sun of the sky: {suns}"));
+    }
+    scene.environment = sky.environment();
+    let mut sun = sky.sun();
+    sun.direction = Quat::from_rotation_y(options.environment_rotation) * sun.direction;
+    sun.intensity *= options.environment_intensity;
+    scene.lights.push(sun);
+}
+
 /// What every scene goes through: the environment asked for, light where there is none, the invariants.
 fn finish(
     mut scene: Scene,
@@ -226,6 +242,8 @@ fn finish(
         let (environment, notices) = Environment::read(file, options.bad_texels)?;
         scene.environment = environment;
         scene.notices.extend(notices);
+    } else if let Some(sky) = &options.sky {
+        add_sky(&mut scene, sky, options);
     } else if options.default_sky && scene.is_unlit() {
         scene.environment = default_sky();
         scene.lights.push(default_sun());

@@ -2,13 +2,16 @@
 
 use std::path::PathBuf;
 
-use pt_scene::{AnimationChoice, AnimationEnd, BadTexels};
+use pt_scene::{AnimationChoice, AnimationEnd, BadTexels, PhysicalSky};
 
 /// Options of [`crate::load`] and [`crate::open`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Lat-long `.hdr` or `.exr` that becomes the environment, in place of the scene's own.
     pub environment: Option<PathBuf>,
+    /// A physical sky that becomes the environment if there is no file, with its sun beside the scene's own lights. Rotation and intensity
+    /// are those of the environment, also for the sun.
+    pub sky: Option<PhysicalSky>,
     /// Treatment of texels of the environment's file that are negative or not finite.
     pub bad_texels: BadTexels,
     /// Turns the environment about +Y, radians; see [`pt_scene::Environment::rotation`]. Added to the scene's own.
@@ -49,6 +52,7 @@ impl Default for LoadOptions {
     fn default() -> Self {
         Self {
             environment: None,
+            sky: None,
             bad_texels: BadTexels::default(),
             environment_rotation: 0.0,
             environment_intensity: 1.0,

@@ -28,6 +28,7 @@ mod merge;
 mod mesh;
 mod mips;
 mod motion;
+mod physical_sky;
 mod portal;
 mod posing;
 mod scene;
@@ -56,6 +57,7 @@ pub use mips::{
     srgb_from_linear,
 };
 pub use motion::{Blink, LightMotion, Motion};
+pub use physical_sky::PhysicalSky;
 pub use portal::{MAX_PORTALS, Portal};
 pub use scene::{Attachment, Instance, Scene, Statistics};
 pub use sky::{default_sky, default_sun};

@@ -7,5 +7,6 @@ mod common;
 mod deform;
 mod environment;
 mod materials_on_device;
+mod physical_sky;
 mod textures;
 mod textures_16_bit;

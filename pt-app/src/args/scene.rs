@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use pt_import::LoadOptions;
-use pt_scene::{AnimationChoice, AnimationEnd, BadTexels};
+use pt_scene::{AnimationChoice, AnimationEnd, BadTexels, PhysicalSky};
 
 use super::values::{finite, finite_f64, not_negative, positive_f64};
 
@@ -56,14 +56,19 @@ pub struct LoadArgs {
     /// Environment: a lat-long .hdr or .exr image.
     #[arg(long, value_name = "F", help_heading = "Scene")]
     pub env: Option<PathBuf>,
+    /// Environment: the clear sky of Hosek and Wilkie with its sun, in cd/m2 and lux. Elevation of the sun, 0 to 90 degrees; its azimuth in
+    /// degrees, counter-clockwise seen from above: 0 is +X, 90 is -Z; turbidity, 1 to 10 [default: 3]; albedo of the ground, 0 to 1
+    /// [default: 0.2]
+    #[arg(long, value_name = PhysicalSky::FORM, conflicts_with = "env", allow_hyphen_values = true, help_heading = "Scene")]
+    pub sky: Option<PhysicalSky>,
     /// Load an environment with values that are no radiance: negative ones and NaN become 0, infinite ones 65504. A notice says how many
     /// pixels had some.
     #[arg(long, requires = "env", help_heading = "Scene")]
     pub env_clamp: bool,
-    /// Rotate the environment about +Y, in degrees, counter-clockwise seen from above: 90 moves +X to -Z.
+    /// Rotate the environment, and the sun of a sky, about +Y, in degrees, counter-clockwise seen from above: 90 moves +X to -Z.
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true, help_heading = "Scene")]
     pub env_rotation: f32,
-    /// Factor on the radiance of the environment, 0 or more.
+    /// Factor on the radiance of the environment, and on the sun of a sky, 0 or more.
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = not_negative, allow_negative_numbers = true, help_heading = "Scene")]
     pub env_intensity: f32,
     /// Animation of a glTF file to play: a name, an index from 0, all, or none [default: the first, and all others that move only what
@@ -80,6 +85,7 @@ impl LoadArgs {
     pub fn load_options(&self) -> LoadOptions {
         LoadOptions {
             environment: self.env.clone(),
+            sky: self.sky,
             bad_texels: BadTexels::clamp_if(self.env_clamp),
             environment_rotation: self.env_rotation.to_radians(),
             environment_intensity: self.env_intensity,
