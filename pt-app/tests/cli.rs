@@ -13,7 +13,7 @@ use pt_app::commands::info::InfoArgs;
 use pt_app::commands::render::RenderArgs;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::{ImageSize, OutputFormat};
-use pt_scene::{AnimationEnd, BadTexels};
+use pt_scene::{AnimationEnd, BadTexels, PhysicalSky};
 
 #[derive(Debug, Parser)]
 struct Render {
@@ -47,6 +47,21 @@ fn treatments_of_files_are_chosen() {
     assert!(options.allow_outside);
     assert!(refused("--env-clamp").contains("--env"));
     assert!(refused("--animation-end stop").contains("expected loop or hold"));
+}
+
+#[test]
+fn a_sky_is_given_by_its_sun() {
+    let sky =
+        |line: &str| render(&format!("{line} cornell -o a.png")).unwrap().frame.scene.load_options().sky;
+    assert_eq!(sky(""), None);
+    assert_eq!(sky("--sky 30,-70"), Some(PhysicalSky::new(30.0, -70.0, 3.0, 0.2).unwrap()));
+    assert_eq!(sky("--sky 30,-70,2,0.5"), Some(PhysicalSky::new(30.0, -70.0, 2.0, 0.5).unwrap()));
+    assert!(refused("--sky -4,0").contains("the sun is below the horizon at an elevation of -4 degrees"));
+    assert!(refused("--sky 30,0,12").contains("turbidity 12 is out of range; give 1 to 10"));
+    assert!(refused("--sky NaN,0").contains("elevation (degrees) NaN is out of range"));
+    assert!(refused("--sky 30,0,3,2").contains("albedo of the ground 2 is out of range"));
+    assert!(refused("--sky noon").contains("expected ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO]]"));
+    assert!(refused("--sky 30,0 --env e.hdr").contains("cannot be used with"));
 }
 
 #[test]

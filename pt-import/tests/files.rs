@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::scene_files;
 use pt_import::{LoadOptions, load, open};
 use pt_scene::glam::{Vec2, Vec3};
-use pt_scene::{LightKind, Scene, SceneError};
+use pt_scene::{LightKind, PhysicalSky, Scene, SceneError};
 use pt_test_data::shared;
 
 fn load_plain(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
@@ -209,4 +209,32 @@ fn a_texture_transform_scales_turns_and_moves_in_this_order() {
     let (s, c) = 0.3f32.sin_cos();
     let expected = Vec2::new(1.5 * (c * 0.5 + s * 1.0) - 0.2, 1.5 * (-s * 0.5 + c * 1.0) - 0.1);
     assert!(all.transform.transform_point2(Vec2::new(0.5, 1.0)).abs_diff_eq(expected, 1e-5));
+}
+
+/// The sky takes the place of the environment, its sun stands beside the scene's own lights, and both turn and shine together.
+#[test]
+fn a_sky_comes_with_its_sun() {
+    let sky: PhysicalSky = "30,70".parse().unwrap();
+    let options = LoadOptions { sky: Some(sky), ..LoadOptions::default() };
+    let scene = open("plane", &options).unwrap();
+    assert_eq!((&scene.environment, &scene.lights[1..]), (&sky.environment(), &[sky.sun()][..]));
+    assert_eq!(scene.notices, [""; 0]);
+
+    let turned =
+        LoadOptions { environment_rotation: 20_f32.to_radians(), environment_intensity: 0.5, ..options };
+    let scene = open("plane", &turned).unwrap();
+    let sun = scene.lights.last().unwrap();
+    let other: PhysicalSky = "30,90".parse().unwrap();
+    assert!(sun.direction.distance(-other.towards_sun()) < 1e-6);
+    assert_eq!(sun.intensity, 0.5 * sky.sun_illuminance());
+    // The glow of the image is where the light is.
+    let [towards, away] = [-sun.direction, sun.direction * Vec3::new(1.0, -1.0, 1.0)];
+    assert!((scene.environment.radiance(towards) - 0.5 * sky.radiance(sky.towards_sun())).length() < 100.0);
+    assert!(scene.environment.radiance(towards).y > 5.0 * scene.environment.radiance(away).y);
+
+    let notices = open("kinds", &turned).unwrap().notices;
+    assert!(
+        notices.contains(&"directional lights of the scene itself beside the sun of the sky: 1".into()),
+        "{notices:?}"
+    );
 }
