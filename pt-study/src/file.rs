@@ -40,6 +40,8 @@ pub struct Study {
     pub time: f64,
     /// Frames per second of scene time.
     pub fps: f64,
+    /// Physical sky in place of the scenes' environment, as `--sky` takes it.
+    pub sky: Option<String>,
     /// Whether the frames are averaged.
     pub accumulate: bool,
     /// The ground truth.

@@ -65,6 +65,12 @@ pub const STUDY: &[Key] = &[
     key("time", "number, s", Toml("0.0"), "Scene time of the first frame."),
     key("fps", "number above 0", Toml("60.0"), "Frames per second of scene time."),
     key(
+        "sky",
+        "string `\"ELEVATION,AZIMUTH[,TURBIDITY[,ALBEDO]]\"`",
+        Words("the scene's environment"),
+        "Physical sky with its sun in place of the environment of all scenes, as `--sky` takes it.",
+    ),
+    key(
         "accumulate",
         "boolean",
         Toml("false"),

@@ -64,6 +64,7 @@ impl Study {
                 .unwrap_or(frames - 1..frames),
             time: table.read("time", Source::float)?.unwrap_or(0.0),
             fps: table.read("fps", |source, value| above_zero(source, value))?.unwrap_or(60.0),
+            sky: table.read("sky", Source::string)?,
             accumulate: table.read("accumulate", Source::boolean)?.unwrap_or(false),
             against: reader.against(&table)?,
             measure_at,

@@ -153,6 +153,9 @@ impl Plan {
         if study.fps != 60.0 {
             add("--fps", &study.fps.to_string());
         }
+        if let Some(sky) = &study.sky {
+            add("--sky", sky);
+        }
         for set in assignments(&self.params[cell.variant]) {
             add("--set", &set);
         }

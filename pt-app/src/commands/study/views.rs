@@ -5,7 +5,7 @@ use crate::session::{choose_camera, open_scene};
 use anyhow::{Context, Result, ensure};
 use pt_core::capture::folder::CaptureFolder;
 use pt_import::LoadOptions;
-use pt_scene::{BUILTIN, Scene};
+use pt_scene::{BUILTIN, PhysicalSky, Scene};
 use pt_study::cell::Cell;
 use pt_study::file::{Against, Study};
 use std::collections::BTreeSet;
@@ -17,12 +17,21 @@ pub fn scene_path(study: &Study, scene: &str) -> String {
     if beside.is_file() { beside.to_string_lossy().into_owned() } else { scene.into() }
 }
 
+/// The physical sky of the study.
+///
+/// # Errors
+/// A text that is none, with its place in the study file.
+fn sky(study: &Study) -> Result<Option<PhysicalSky>> {
+    let parse = |text: &String| text.parse().map_err(|error: String| study.error_at("sky", 0, error));
+    Ok(study.sky.as_ref().map(parse).transpose()?)
+}
+
 /// Opens a scene of the study at the time of its first frame.
 ///
 /// # Errors
 /// Those of the importer.
 pub fn open(study: &Study, scene: &str) -> Result<Scene> {
-    let options = LoadOptions { time: study.time, ..LoadOptions::default() };
+    let options = LoadOptions { time: study.time, sky: sky(study)?, ..LoadOptions::default() };
     open_scene(&scene_path(study, scene), &options)
 }
 
@@ -75,6 +84,7 @@ pub fn recorded(study: &Study, path: &Path) -> Result<CaptureFolder> {
 /// # Errors
 /// The first that is wrong, with its place in the study file.
 pub fn check(study: &Study, cells: &[Cell]) -> Result<()> {
+    sky(study)?;
     let capture = match &study.against {
         Against::Capture(path) => {
             let wrong = |error: anyhow::Error| study.error_at("against", 0, format!("{error:#}"));
