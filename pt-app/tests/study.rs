@@ -124,6 +124,12 @@ fn what_cannot_run_is_said_in_a_line() {
         refused(at, &["study", "index.toml", "--dry-run"])
             .contains("index.toml:3:11: camera 7: cornell has no")
     );
+    write("sky.toml", "sky = \"-2,0\"\n");
+    let line = refused(at, &["study", "sky.toml", "--dry-run"]);
+    assert!(
+        line.contains("sky.toml:3:7: the sun is below the horizon at an elevation of -2 degrees"),
+        "{line}"
+    );
     // A scene beside the study file is found from elsewhere, and its cameras too.
     fs::create_dir(at.join("sub")).unwrap();
     let empty = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"scene":0,"nodes":[{"camera":0,"name":"eye"}],
@@ -147,6 +153,26 @@ fn what_cannot_run_is_said_in_a_line() {
     fs::write(at.join("file"), "").unwrap();
     assert!(refused(at, &["study", "good.toml", "-o", "file"]).contains("is a file"));
     assert!(!at.join("out").exists(), "nothing is half-written");
+}
+
+/// Without a sky the floor of `plane` has 25 lux; frames and ground truth have the sky's.
+#[test]
+fn a_study_is_lit_by_its_sky() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let rest = "scenes = [\"plane\"]\nsizes = [\"8x8\"]\nbackends = [\"compute\"]\nseeds = 1\nframes = 8\nspp = 64\n\
+                accumulate = true\nmetrics = [\"relmse\"]\nset = { profile = \"unbiased\" }\nsky = \"60,20,2\"\n";
+    fs::write(at.join("sky.toml"), rest).unwrap();
+    text(at, &["study", "sky.toml", "-o", "out"]);
+    // If only one of both had the sky, the error would be nearly 1, or a million.
+    let results = read_results(&at.join("out")).unwrap();
+    let relmse = results[0].metrics["relmse"].unwrap();
+    assert!((0.0..0.05).contains(&relmse), "{relmse}");
+    assert!(results[0].command.contains("--sky 60,20,2"), "{}", results[0].command);
+    let truth = fs::read_dir(at.join("out/references")).unwrap().next().unwrap().unwrap().path();
+    let image = LinearImage::read(&truth).unwrap();
+    let mean = image.pixels.iter().map(|p| p[1]).sum::<f32>() / image.pixels.len() as f32;
+    assert!(mean > 1000.0, "{mean}");
 }
 
 /// A denoiser of two, a placebo with the same random numbers, and a ledger over all stages that can be fed.
