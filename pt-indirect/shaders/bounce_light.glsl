@@ -83,11 +83,13 @@ LightSample sample_light(BounceVertex v, uvec2 key, uint vertex, float reach, ou
 }
 
 // The light that the vertex gets from a light sample and reflects along the path, and the ray that tells whether it arrives; false: none. `last`:
-// no ray looks for lights from there. `reach`: length of the first ray.
-bool light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach, out ShadowPath shadow) {
+// no ray looks for lights from there. `reach`: length of the first ray. `pdf`: density of the sample; of a point light, its probability.
+bool light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach, out ShadowPath shadow, out float pdf) {
+    pdf = 0.0;
     if (bsdf_is_delta(v.bsdf)) return false;
     float ray_pdf;
     LightSample s = sample_light(v, key, vertex, reach, ray_pdf);
+    pdf = s.pdf;
     if (s.pdf <= 0.0) return false;
     bool beyond = dot(v.bsdf.face_normal, s.direction) < 0.0;
     // Light samples of the vertex before have gone straight on through this one.

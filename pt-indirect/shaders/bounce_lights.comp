@@ -14,6 +14,7 @@ layout(constant_id = 8) const bool last_vertex = false;
 // The emission that the first ray meets is direct light, which direct lighting samples: it counts where that leaves it.
 void store_first_light(uint index, ivec2 p, BouncePath path, Emission met, float reach) {
     vec3 specular = vec3(0.0), light = vec3(0.0);
+    met.radiance = without_fireflies(met.radiance, 1.0, path.narrowness);
     if (max_component(met.radiance) > 0.0) {
         if (met.is_sampled) {
             mat3 world_from_local = basis_around(unpack_unit_vector(imageLoad(ch_normal, p).x));
@@ -48,6 +49,7 @@ bool scatter(inout BouncePath path, BounceVertex v, uvec2 key, uint vertex, floa
     }
     path.last_pdf = s.pdf;
     path.passed = 0.0;
+    if (!delta) path.narrowness = narrowed(path.narrowness, s.pdf);
     path.cone = vec2(radius, delta ? path.cone.y : cone_angle(path.cone.y, s.pdf));
     vec3 side = transmitted ? -v.bsdf.face_normal : v.bsdf.face_normal;
     path.ray.origin = offset_point(v.position, side, scene.near_origin);
@@ -72,7 +74,8 @@ bvec2 shade(uint index) {
     if (hit.instance == NONE) {
         if (first) store_first_light(index, p, path, NO_EMISSION, SKY_DISTANCE);
         else if (hit.triangle == NONE) {
-            add_light(index, path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path));
+            vec3 light = path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path);
+            add_light(index, without_fireflies(light, 1.0, path.narrowness));
         }
         return bvec2(false);
     }
@@ -84,16 +87,20 @@ bvec2 shade(uint index) {
     if (!unlit) met = met_emission(path, v, hit, chord);
     met.radiance *= path.throughput;
     if (first) store_first_light(index, p, path, met, chord);
-    else if (max_component(met.radiance) > 0.0) add_light(index, met.radiance * ray_weight(path, met.light_pdf * kind_pmf()));
+    else if (max_component(met.radiance) > 0.0) {
+        float weight = ray_weight(path, met.light_pdf * kind_pmf());
+        add_light(index, weight * without_fireflies(met.radiance, weight, path.narrowness));
+    }
     if (unlit || push.vertex == push.bounces) return bvec2(false);
 
     uint vertex = push.vertex + 1u;
     float reach = chord;
     if (!first && push.sun_range > 0.0) reach = load_light(index).w;
     ShadowPath shadow;
-    bool lit = light_at(v, key, vertex, last_vertex, reach, shadow);
+    float light_pdf;
+    bool lit = light_at(v, key, vertex, last_vertex, reach, shadow, light_pdf);
     if (lit) {
-        shadow.light *= path.throughput;
+        shadow.light = without_fireflies(path.throughput * shadow.light, shadow.weight, narrowed(path.narrowness, light_pdf));
         store_shadow(index, shadow);
     }
     bool goes_on = scatter(path, v, key, vertex, v.radius);

@@ -2,7 +2,7 @@
 // threads side by side load side by side. A pass does one step for all paths that a list names:
 //
 //     origins        uvec4: where the ray begins; w = radius of its cone there, metres
-//     directions     uvec4: its direction; w = half angle of its cone (fp16), PATH_* above
+//     directions     uvec4: its direction; w = half angle of its cone (fp16), PATH_* above, narrowness of the path (13 bits) above that
 //     throughputs    uvec4: throughput of the path without the first scattering; w = last_pdf. From the second ray on, and if PATH_INSIDE
 //     solids         uvec4: the solids that the ray begins in, if PATH_INSIDE
 //     passed         float: way since the last scattering up to the ray's origin, metres, if PATH_INSIDE
@@ -45,6 +45,7 @@ struct BouncePath {
     float last_pdf;   // density per solid angle with which the direction was drawn
     uint flags;       // PATH_*
     vec2 cone;        // radius at the origin, metres, and half angle
+    float narrowness; // narrowed() by each of its scatterings
     float passed;     // way since the last scattering up to the origin, metres
     InteriorList interior;
 };
@@ -94,7 +95,8 @@ BouncePath load_path(uint index) {
     BouncePath path;
     path.ray = Ray(uintBitsToFloat(origin.xyz), 0.0, uintBitsToFloat(direction.xyz), SKY_DISTANCE);
     path.cone = vec2(uintBitsToFloat(origin.w), unpackHalf2x16(direction.w).x);
-    path.flags = direction.w >> 16u;
+    path.flags = direction.w >> 16u & 7u;
+    path.narrowness = float(direction.w >> 19u) / 8191.0;
     path.throughput = vec3(1.0);
     path.last_pdf = 0.0;
     if (push.vertex > 0u || scene_has(FEATURE_TRANSMISSION) && (path.flags & PATH_INSIDE) != 0u) {
@@ -115,7 +117,7 @@ BouncePath load_path(uint index) {
 void store_ray(uint index, BouncePath path) {
     BounceTables tables = bounce_tables();
     RowTable(tables.origins).at[index] = floatBitsToUint(vec4(path.ray.origin, path.cone.x));
-    uint word = packHalf2x16(vec2(min(path.cone.y, 65504.0), 0.0)) | path.flags << 16u;
+    uint word = packHalf2x16(vec2(min(path.cone.y, 65504.0), 0.0)) | path.flags << 16u | uint(path.narrowness * 8191.0 + 0.5) << 19u;
     RowTable(tables.directions).at[index] = uvec4(floatBitsToUint(path.ray.direction), word);
 }
 
@@ -138,6 +140,16 @@ void add_light(uint index, vec3 light) { store_light(index, load_light(index) + 
 
 // The cone of a ray is as wide as the solid angle that the sample stands for, 1 / pdf (Bekaert et al. 2003), times push.texture_spread^2.
 float cone_angle(float before, float pdf) { return max(before, push.texture_spread * inversesqrt(PI * pdf)); }
+
+// A sample of density `pdf` stands for the solid angle 1 / pdf, and that for a cone: where its half angle, by the same approximation, is above 1
+// radian, the path is the less narrow by it.
+float narrowed(float before, float pdf) { return before * min(1.0, sqrt(PI * pdf)); }
+
+// What the knob `firefly` leaves of light that a path brings with a weight: its mean over the channels is at most the knob times the narrowness.
+vec3 without_fireflies(vec3 light, float weight, float narrowness) {
+    float limit = push.firefly * narrowness, mean = weight * dot(light, vec3(1.0 / 3.0));
+    return push.firefly > 0.0 && mean > limit ? light * (limit / mean) : light;
+}
 
 // Solids that a ray has come through when it meets a boundary: a path may have begun inside of a solid, which the G-buffer does not tell, but
 // the solid's back.

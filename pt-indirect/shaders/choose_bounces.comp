@@ -23,6 +23,7 @@ bool begin_path(ivec2 p, uint index) {
     path.ray.direction = first.direction;
     path.cone = vec2(s.cone.x, cone_angle(s.cone.y, first.pdf));
     path.flags = 0u;
+    path.narrowness = narrowed(1.0, first.pdf);
     if (is_inside(s.interior)) {
         path.interior = s.interior;
         path.throughput = vec3(1.0);

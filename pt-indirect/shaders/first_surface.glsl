@@ -71,13 +71,13 @@ struct FirstBounce {
     vec3 specular;    // all that is not the diffuse base
 };
 
-// Probabilities of the lobes: by what they reflect; with push.fixed_half the specular ones have half of the rays, as in Quake II RTX.
+// Probabilities of the lobes: by what they reflect; with DRAW_FIXED_HALF the specular ones have half of the rays, as in Quake II RTX.
 LobeProbabilities first_probabilities(FirstSurface s) {
     LobeProbabilities p = s.bsdf.lobes.p;
     float specular = p.coat + p.interface_;
     bool faded = push.specular_fade < 1.0 && s.roughness >= push.specular_fade + 0.1;
     if (push.half_rows != 0u || faded) return LobeProbabilities(0.0, 0.0, p.diffuse > 0.0 ? 1.0 : 0.0);
-    if (push.fixed_half == 0u || specular <= 0.0 || p.diffuse <= 0.0) return p;
+    if ((push.draw & DRAW_FIXED_HALF) == 0u || specular <= 0.0 || p.diffuse <= 0.0) return p;
     return LobeProbabilities(0.5 * p.coat / specular, 0.5 * p.interface_ / specular, 0.5);
 }
 
@@ -85,6 +85,7 @@ FirstBounce first_bounce(FirstSurface s, vec4 xi) {
     Bsdf b = s.bsdf;
     b.lobes.p = first_probabilities(s);
     LobeProbabilities p = b.lobes.p;
+    bool uniform_hemisphere = (push.draw & DRAW_UNIFORM_HEMISPHERE) != 0u;
     FirstBounce r = FirstBounce(vec3(0.0), 0.0, xi.z < p.coat + p.interface_, 0.0, vec3(0.0));
     if (!(b.local_wo.z > 0.0) || p.coat + p.interface_ + p.diffuse <= 0.0) return r;
     // Tails of the lobe are left out by drawing from the middle of the visible normals alone.
@@ -96,13 +97,13 @@ FirstBounce first_bounce(FirstSurface s, vec4 xi) {
         drawn = interface_sample(b, vec3(normal_xi, xi.w));
     } else {
         drawn = diffuse_sample(b, xi.xy);
-        if (push.uniform_hemisphere != 0u) drawn.direction = b.frame * sample_cone(xi.xy, 1.0);
+        if (uniform_hemisphere) drawn.direction = b.frame * sample_cone(xi.xy, 1.0);
     }
     if (!(drawn.pdf > 0.0)) return r;
     r.direction = normalize(drawn.direction);
     float cosine = dot(b.frame[2], r.direction);
     BsdfValue f = bsdf_evaluate(b, r.direction);
-    if (push.uniform_hemisphere != 0u && cosine > 0.0) f.pdf += p.diffuse * (0.5 * INV_PI - cosine_hemisphere_pdf(cosine));
+    if (uniform_hemisphere && cosine > 0.0) f.pdf += p.diffuse * (0.5 * INV_PI - cosine_hemisphere_pdf(cosine));
     if (!(f.pdf > 0.0)) return r;
     float diffuse = bsdf_diffuse_cos(b, r.direction);
     r.pdf = f.pdf;

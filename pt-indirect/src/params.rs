@@ -1,6 +1,6 @@
 //! The knobs of indirect lighting.
 
-use crate::records::{Hemisphere, IndirectPush, LobeChoice};
+use crate::records::{DRAW_FIXED_HALF, DRAW_UNIFORM_HEMISPHERE, Hemisphere, IndirectPush, LobeChoice};
 use pt_core::knobs;
 use pt_core::settings::InvalidValue;
 use pt_shaders::dimensions::MAX_BOUNCES;
@@ -37,6 +37,9 @@ knobs! {
         pub sun_range: f32 = 0.0, in 0.0..=1e6, unit "m";
         /// BIASED above 0: largest radiance of a sample, per channel, against fireflies; 0 is no limit.
         pub clamp: f32 = 0.0, in 0.0..=f32::MAX, unit "radiance";
+        /// BIASED above 0: largest radiance, mean of the channels, of what a path of narrow lobes brings at once; a path that scattered or found
+        /// its light with a low density may bring less; 0 is no limit.
+        pub firefly: f32 = 0.0, in 0.0..=f32::MAX, unit "radiance";
         check Self::has_whole_bounces;
     }
 }
@@ -71,6 +74,12 @@ impl IndirectParams {
         self.bounces.ceil() as u32
     }
 
+    /// `DRAW_*` bits.
+    fn draw(&self) -> u32 {
+        let uniform = if self.hemisphere == Hemisphere::Uniform { DRAW_UNIFORM_HEMISPHERE } else { 0 };
+        uniform | if self.lobe_choice == LobeChoice::Half { DRAW_FIXED_HALF } else { 0 }
+    }
+
     /// Push constants, without the tables that the passes share.
     pub fn push(&self, lights: &BounceLights, texture_lod_bias: f32) -> IndirectPush {
         IndirectPush {
@@ -86,8 +95,7 @@ impl IndirectParams {
             roulette_start: self.roulette_start,
             emission_share: self.left_by_direct_light(lights).code(),
             directional: u32::from(self.sh),
-            uniform_hemisphere: u32::from(self.hemisphere == Hemisphere::Uniform),
-            fixed_half: u32::from(self.lobe_choice == LobeChoice::Half),
+            draw: self.draw(),
             lod_scale: texture_lod_bias.exp2(),
             texture_spread: self.texture_spread,
             ris_candidates: lights.ris_candidates,
@@ -97,6 +105,7 @@ impl IndirectParams {
             anti_flicker: self.anti_flicker,
             sun_range: self.sun_range,
             clamp: self.clamp,
+            firefly: self.firefly,
         }
     }
 }

@@ -7,6 +7,10 @@ pt_shaders::gpu_constants! {
     pub const BOUNCE_LISTS: u32 = 3;
     /// Heads of all lists: a path has a ray from the first surface on, and one more behind the last.
     pub const BOUNCE_LIST_HEADS: u32 = BOUNCE_LISTS * (MAX_BOUNCES + 2);
+    /// Directions of the diffuse lobe are drawn uniformly.
+    pub const DRAW_UNIFORM_HEMISPHERE: u32 = 1;
+    /// Half of the rays are drawn for the specular lobes.
+    pub const DRAW_FIXED_HALF: u32 = 2;
 }
 
 pt_shaders::named_enum! {
@@ -98,10 +102,8 @@ pt_shaders::gpu_struct! {
         pub emission_share: u32,
         /// 1 = diffuse light is stored with its direction.
         pub directional: u32,
-        /// 1 = directions of the diffuse lobe are drawn uniformly.
-        pub uniform_hemisphere: u32,
-        /// 1 = half of the rays are drawn for the specular lobes.
-        pub fixed_half: u32,
+        /// `DRAW_*`: how the first ray is drawn.
+        pub draw: u32,
         /// 2^bias on the texture gradients.
         pub lod_scale: f32,
         /// Factor on the width of a ray's cone; 0: textures at their finest level.
@@ -120,5 +122,7 @@ pt_shaders::gpu_struct! {
         pub sun_range: f32,
         /// Largest radiance of a sample; 0: no limit.
         pub clamp: f32,
+        /// Largest mean radiance that a narrow path brings at once; 0: no limit.
+        pub firefly: f32,
     }
 }
