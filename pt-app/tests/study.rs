@@ -47,6 +47,7 @@ fn shipped_studies_are_valid() {
         "denoiser",
         "frame",
         "gradient-filter",
+        "gradient-filter-still",
         "gradient-projection",
         "light-samplers",
         "random",
