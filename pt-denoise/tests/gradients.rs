@@ -234,6 +234,7 @@ fn a_light_that_fades_leaves_no_boxes() {
     let brightness = |frame: usize, _: usize| (1.0 - (frame as f32 - 20.0) / 8.0).clamp(0.0, 1.0);
     let mut renderer = Renderer::new(size, brightness);
     let mut bench = Bench::new(size, adaptive(|_| {}));
+    let side = bench.params.antilag.stratum.side() as usize;
     let (mut late, mut pattern) = (0.0f64, 0.0f64);
     for frame in 0..34 {
         let (light, samples) = renderer.frame(frame);
@@ -242,8 +243,8 @@ fn a_light_that_fades_leaves_no_boxes() {
         let [mean, _] = statistics(out.iter().copied());
         if frame >= 20 {
             late = late.max((mean - f64::from(brightness(frame, 0))).abs());
-            for place in 0..9 {
-                let alike = (0..count(size)).filter(|i| i % 48 % 3 + i / 48 % 3 * 3 == place);
+            for place in 0..side * side {
+                let alike = (0..count(size)).filter(|i| i % 48 % side + i / 48 % side * side == place);
                 pattern = pattern.max((statistics(alike.map(|i| out[i]))[0] - mean).abs());
             }
         }
@@ -313,22 +314,25 @@ fn indirect_light_follows_a_switch() {
 fn changes_stay_where_they_are() {
     let size = [96, 12];
     let mut bench = Bench::new(size, adaptive(|p| p.antilag.iterations = 2));
-    let [across, down] = strata(size, 3);
+    let side = bench.params.antilag.stratum.side() as usize;
+    let [across, down] = strata(size, side as u32);
+    let middle = side * (side / 2) + side / 2;
     for frame in 0..10 {
         let changed = frame == 9;
         let left = |i: usize| i % 96 < 48;
         let light: Vec<_> =
             (0..count(size)).map(|i| grey(if changed && left(i) { 5.0 } else { 1.0 })).collect();
-        let sample = GradientSample { number: 5, luminance: [1.0; 2] };
+        let sample = GradientSample { number: 1 + middle as u32, luminance: [1.0; 2] };
         bench.samples = if frame > 0 { vec![sample; across * down] } else { Vec::new() };
         bench.next(&vec![wall_pixel(); count(size)], &light);
     }
     let lengths = bench.lengths();
-    // Two levels reach three strata.
-    let far: Vec<usize> = (0..count(size)).filter(|i| i % 96 >= 48 + 9).collect();
-    let repeated = |i: usize| i % 96 % 3 == 1 && i / 96 % 3 == 1;
+    // Two levels reach three strata; the border may lie within one.
+    let reach = 4 * side;
+    let far: Vec<usize> = (0..count(size)).filter(|i| i % 96 >= 48 + reach).collect();
+    let repeated = |i: usize| i / 96 % side * side + i % 96 % side == middle;
     assert!(far.iter().filter(|i| !repeated(**i)).all(|i| lengths[*i] == 10), "{lengths:?}");
-    assert!((0..count(size)).filter(|i| i % 96 < 48 - 9).all(|i| lengths[i] <= 2), "{lengths:?}");
+    assert!((0..count(size)).filter(|i| i % 96 < 48 - reach).all(|i| lengths[i] <= 2), "{lengths:?}");
 }
 
 /// Strata and filters of gradients beside each other: error in the first frames after a light in one half of the picture has gone out, and part of the history that is left where

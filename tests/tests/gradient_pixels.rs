@@ -7,7 +7,7 @@ use pt_denoise::images::SURFACE;
 use pt_denoise::oracle::{
     self, Forward, GradientSample, Guided, Seen, brightest_candidates, forward_candidates,
 };
-use pt_denoise::{Denoiser, GradientPixel, Projection};
+use pt_denoise::{DenoiseParams, Denoiser, GradientPixel, Projection};
 use pt_scene::glam::{Affine3A, Vec3};
 use pt_scene::gpu::camera_record;
 use pt_scene::{Blink, Camera, Light, LightMotion, Motion, Scene};
@@ -55,11 +55,13 @@ fn gradients(frames: &Frames) -> Vec<Gradient> {
     let across = SIZE[0].div_ceil(2) as usize * 2;
     let row = across.div_ceil(3);
     let mut found = Vec::new();
-    for y in 0..SIZE[1].div_ceil(3) as usize {
-        for x in 0..SIZE[0].div_ceil(3) as usize {
+    let side = side();
+    let [strata_across, strata_down] = strata_of_axes();
+    for y in 0..strata_down {
+        for x in 0..strata_across {
             let texel = &texels[4 * (y * row + x)..][..3];
             let Some(number) = (texel[0] as usize).checked_sub(1) else { continue };
-            let pixel = (3 * y + number / 3) * SIZE[0] as usize + 3 * x + number % 3;
+            let pixel = (side * y + number / side) * SIZE[0] as usize + side * x + number % side;
             found.push(Gradient {
                 pixel,
                 before: [texel[1], texel[2]],
@@ -70,8 +72,17 @@ fn gradients(frames: &Frames) -> Vec<Gradient> {
     found
 }
 
+/// Pixels along a side of a stratum.
+fn side() -> usize {
+    DenoiseParams::default().antilag.stratum.side() as usize
+}
+
+fn strata_of_axes() -> [usize; 2] {
+    SIZE.map(|pixels| (pixels as usize).div_ceil(side()))
+}
+
 fn strata() -> usize {
-    (SIZE[0].div_ceil(3) * SIZE[1].div_ceil(3)) as usize
+    strata_of_axes().iter().product()
 }
 
 /// Sum of changes over sum of luminances, diffuse light.
@@ -307,7 +318,7 @@ fn all_samples(frames: &Frames) -> Vec<GradientSample> {
     let mut all = vec![GradientSample::default(); strata()];
     let texels = frames.floats(GRADIENT_SAMPLE);
     let row = (SIZE[0].div_ceil(2) as usize * 2).div_ceil(3);
-    let across = SIZE[0].div_ceil(3) as usize;
+    let [across, _] = strata_of_axes();
     for (s, sample) in all.iter_mut().enumerate() {
         let texel = &texels[4 * (s / across * row + s % across)..][..3];
         *sample = GradientSample { number: texel[0] as u32, luminance: [texel[1], texel[2]] };

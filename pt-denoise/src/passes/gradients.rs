@@ -34,9 +34,9 @@ knobs! {
         /// Which way gradient pixels are found.
         pub projection: Projection = Projection::Backward, source "Schied, Peters and Dachsbacher 2018, section 4.2";
         /// Pixels of a stratum.
-        pub stratum: Stratum = Stratum::Three, source "Schied, Peters and Dachsbacher 2018, section 4.2" => structural;
+        pub stratum: Stratum = Stratum::Five, source "Schied, Peters and Dachsbacher 2018, section 4.2" => structural;
         /// The filter over the gradients.
-        pub filter: GradientFilter = GradientFilter::Strided, source "Schied, Peters and Dachsbacher 2018, section 4.3" => structural;
+        pub filter: GradientFilter = GradientFilter::Atrous, source "Schied, Peters and Dachsbacher 2018, section 4.3" => structural;
     }
 }
 

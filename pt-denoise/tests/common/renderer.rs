@@ -1,6 +1,7 @@
 //! A renderer that takes light samples again.
 
 use super::{Random, count, grey};
+use pt_denoise::AntilagParams;
 use pt_denoise::oracle::{GradientSample, Light, strata};
 
 /// A light sample of a light of brightness 1.
@@ -29,7 +30,7 @@ impl<F: Fn(usize, usize) -> f32> Renderer<F> {
             draw: |random| random.sparse(4),
             last: Vec::new(),
             repeated,
-            side: 3,
+            side: AntilagParams::default().stratum.side() as usize,
         }
     }
 
