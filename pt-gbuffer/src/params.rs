@@ -5,7 +5,7 @@ use pt_core::random::RandomSource;
 use pt_core::trace::TraceVariant;
 pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
 use pt_shaders::named_enum;
-use pt_shaders::records::{CameraRecord, Culling};
+use pt_shaders::records::{CameraRecord, Culling, FEATURE_OPACITY_TABLE};
 
 named_enum! {
     /// Where in the pixel its ray goes.
@@ -73,6 +73,8 @@ knobs! {
         pub alternate_fields: bool = false;
         /// Which rays go through the back faces of single-sided materials, at all stages of the frame.
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
+        /// Whether rays look up where alpha-tested triangles are opaque or transparent before they read the texture; the picture has the same bits.
+        pub opacity_table: bool = true, source "Gruen, Benthin and Woop 2020" => structural;
         /// Source of the random numbers of all stages of the frame.
         pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020" => structural;
     }
@@ -86,7 +88,9 @@ impl GbufferParams {
 
     /// What the kernels of all stages of the frame are made for. `scene`: what they are for the scene.
     pub fn variant(&self, scene: TraceVariant) -> TraceVariant {
-        TraceVariant { random: self.random, culling: self.culling, ..scene }
+        let without = if self.opacity_table { 0 } else { FEATURE_OPACITY_TABLE };
+        let scene_features = scene.scene_features & !without;
+        TraceVariant { random: self.random, culling: self.culling, scene_features, ..scene }
     }
 
     /// The camera with the lens that these knobs ask for.

@@ -28,6 +28,7 @@ mod merge;
 mod mesh;
 mod mips;
 mod motion;
+mod opacity;
 mod physical_sky;
 mod portal;
 mod posing;

@@ -18,6 +18,7 @@
 // before takes every triangle for covered.
 #include "scene.glsl"
 #include "blue_noise.glsl"
+#include "opacity.glsl"
 
 // Which rays go through the back faces of single-sided materials (CULLING_*); CULLING_NONE: none, whatever their mask.
 layout(constant_id = 2) const uint culling = CULLING_NONE;
@@ -98,6 +99,10 @@ bool is_culled(uint instance, uint triangle, vec3 direction) {
 
 // Whether a ray stops at the point `bary` of a masked triangle.
 bool is_covered(MeshRecord mesh, uint instance, uint triangle, vec2 bary, uvec2 ray_coverage) {
+    if (scene_has(FEATURE_OPACITY_TABLE)) {
+        uint state = opacity_state(mesh, triangle, bary);
+        if (state != OPACITY_UNKNOWN) return state == OPACITY_OPAQUE;
+    }
     return coverage_number(ray_coverage, instance, triangle) < coverage(mesh, triangle, bary);
 }
 

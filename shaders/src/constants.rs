@@ -106,6 +106,16 @@ gpu_constants! {
     pub const FEATURE_MIXED_SIDES: u32 = 2048;
     /// Portals of the environment.
     pub const FEATURE_PORTALS: u32 = 4096;
+    /// MASK or BLEND materials, and tables of where their triangles are opaque or transparent.
+    pub const FEATURE_OPACITY_TABLE: u32 = 8192;
+    /// Parts of an edge of a triangle in its opacity table.
+    pub const OPACITY_SIDE: u32 = 8;
+    /// State of a micro-triangle: material and texture decide.
+    pub const OPACITY_UNKNOWN: u32 = 0;
+    /// State of a micro-triangle: it stops every ray.
+    pub const OPACITY_OPAQUE: u32 = 1;
+    /// State of a micro-triangle: it stops no ray.
+    pub const OPACITY_TRANSPARENT: u32 = 2;
     /// Checkerboard flag of a surface that the camera sees directly.
     pub const FLAG_PRIMARY: u32 = 1;
     /// Checkerboard flag of a surface that is seen by reflection.

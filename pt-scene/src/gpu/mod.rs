@@ -14,6 +14,7 @@ mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
 
+use crate::opacity::opacity_tables;
 use crate::{Clusters, Scene};
 use deform::{Change, DeformingMeshes};
 use glam::{UVec3, Vec2, Vec3};
@@ -130,11 +131,14 @@ impl GpuScene {
         let materials = Arena::collect(meshes.iter().map(|m| m.triangle_materials.iter().copied()));
         let colored = |m: &crate::Mesh| if m.is_colored() { m.vertex_count() } else { 0 };
         let colors = Arena::collect(meshes.iter().map(|m| m.colors.iter().copied().take(colored(m))));
+        let opacity = Arena::collect(opacity_tables(scene).into_iter());
         let position_buffer = positions.upload(device, "positions")?;
         let vertex_buffer = vertices.upload(device, "vertices")?;
         let color_buffer = colors.upload(device, "vertex colours")?;
         let index_buffer = indices.upload(device, "indices")?;
         let material_index_buffer = materials.upload(device, "triangle materials")?;
+
+        let opacity_buffer = opacity.upload(device, "opacity")?;
 
         phases.mark("geometry: upload");
         let geometry = mesh_geometry(scene);
@@ -166,6 +170,7 @@ impl GpuScene {
                     colors: if mesh.is_colored() { color_buffer.address() + colors.offsets[i] } else { 0 },
                     indices: index_buffer.address() + indices.offsets[i],
                     triangle_materials: material_index_buffer.address() + materials.offsets[i],
+                    opacity: opacity_buffer.address() + opacity.offsets[i],
                     first_masked: mesh.first_masked as u32,
                     triangle_count: mesh.triangle_count() as u32,
                 };
@@ -233,6 +238,7 @@ impl GpuScene {
                 color_buffer,
                 index_buffer.clone(),
                 material_index_buffer,
+                opacity_buffer,
                 mesh_buffer.clone(),
                 material_buffer,
                 lobe_buffer,

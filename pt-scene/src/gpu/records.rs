@@ -5,9 +5,9 @@ use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES,
-    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_PORTALS, FEATURE_SECOND_UV,
-    FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord,
-    MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND,
+    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_OPACITY_TABLE, FEATURE_PORTALS,
+    FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord,
+    LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND,
     MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
 
@@ -54,7 +54,7 @@ pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
             | bit(textured(&m.emissive_texture), FEATURE_EMISSIVE_TEXTURE)
             | bit(m.lobes != NONE, FEATURE_LOBES)
             | bit(m.transmission > 0.0, FEATURE_TRANSMISSION)
-            | bit(m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0, FEATURE_COVERAGE)
+            | bit(m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0, FEATURE_COVERAGE | FEATURE_OPACITY_TABLE)
     };
     let uses = || scene.materials.iter().flat_map(Material::textures).map(|(_, texture)| texture);
     let coat_normals = |m: &Material| m.lobes.as_ref().is_some_and(|l| l.clearcoat_normal_texture.is_some());

@@ -80,8 +80,6 @@ gpu_struct! {
         pub environment_quad_count: u32,
         /// How many portals there are.
         pub portal_count: u32,
-        /// Alignment.
-        pub pad: UVec2,
     }
 }
 
@@ -134,6 +132,8 @@ gpu_struct! {
         pub indices: u64,
         /// `uint[triangle_count]`: material index per triangle.
         pub triangle_materials: u64,
+        /// `uvec4[triangle_count - first_masked]`: opacity.glsl.
+        pub opacity: u64,
         /// Triangles from here on need the alpha test.
         pub first_masked: u32,
         /// Number of triangles.
