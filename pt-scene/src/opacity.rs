@@ -185,14 +185,11 @@ struct TexelTriangle {
 }
 
 impl TexelTriangle {
-    fn new(mesh: &Mesh, triangle: usize, texture: TextureRef, size: [i64; 2]) -> Self {
-        let set = if texture.uv_set == 0 { &mesh.uv0 } else { &mesh.uv1 };
+    /// `corners`: u and v of each.
+    fn new(corners: [f32; 6], size: [i64; 2]) -> Self {
         let size = DVec2::new(size[0] as f64, size[1] as f64);
-        let at = |v: u32| {
-            let uv: Vec2 = texture.transform.transform_point2(set[v as usize]);
-            uv.as_dvec2() * size
-        };
-        let [a, b, c] = mesh.indices[triangle].map(at);
+        let at = |i: usize| Vec2::new(corners[i], corners[i + 1]).as_dvec2() * size;
+        let [a, b, c] = [0, 2, 4].map(at);
         Self { corner: a, edges: [b - a, c - a] }
     }
 
@@ -238,10 +235,21 @@ fn uniform(state: u32) -> TriangleOpacity {
     [(0..16).fold(0, |word, i| word | state << (2 * i)); 4]
 }
 
+/// Triangles of which one look at the texture serves all: their texture, its thresholds, and the bits of their coordinates.
+type Kind = ([u32; 3], [u32; 6]);
+
+fn kind_of(mesh: &Mesh, triangle: usize, texture: TextureRef, thresholds: Thresholds) -> Kind {
+    let set = if texture.uv_set == 0 { &mesh.uv0 } else { &mesh.uv1 };
+    let [a, b, c] = mesh.indices[triangle].map(|v| texture.transform.transform_point2(set[v as usize]));
+    (thresholds.key(texture.texture), [a.x, a.y, b.x, b.y, c.x, c.y].map(f32::to_bits))
+}
+
 /// For each mesh the states of its triangles from [`Mesh::first_masked`] on.
 pub(crate) fn opacity_tables(scene: &Scene) -> Vec<Vec<TriangleOpacity>> {
     let masked = |mesh: &Mesh| mesh.first_masked..mesh.triangle_count();
     let mut pyramids: HashMap<[u32; 3], StatePyramid> = HashMap::new();
+    // Cards of leaves are alike by the thousand.
+    let mut kinds: HashMap<Kind, TriangleOpacity> = HashMap::new();
     for mesh in &scene.meshes {
         for triangle in masked(mesh) {
             if let Alpha::Textured(texture, thresholds) = alpha_of(scene, mesh, triangle) {
@@ -249,17 +257,19 @@ pub(crate) fn opacity_tables(scene: &Scene) -> Vec<Vec<TriangleOpacity>> {
                 pyramids
                     .entry(thresholds.key(texture.texture))
                     .or_insert_with(|| StatePyramid::new(image, thresholds));
+                kinds.insert(kind_of(mesh, triangle, texture, thresholds), uniform(OPACITY_UNKNOWN));
             }
         }
     }
+    kinds.par_iter_mut().for_each(|((key, corners), opacity)| {
+        let pyramid = &pyramids[key];
+        *opacity = TexelTriangle::new(corners.map(f32::from_bits), pyramid.size).opacity(pyramid);
+    });
     let opacity = |mesh: &Mesh, triangle: usize| match alpha_of(scene, mesh, triangle) {
         Alpha::Constant(state) => uniform(state),
-        Alpha::Textured(texture, thresholds) => {
-            let pyramid = &pyramids[&thresholds.key(texture.texture)];
-            TexelTriangle::new(mesh, triangle, texture, pyramid.size).opacity(pyramid)
-        }
+        Alpha::Textured(texture, thresholds) => kinds[&kind_of(mesh, triangle, texture, thresholds)],
     };
-    let table = |mesh: &Mesh| masked(mesh).into_par_iter().map(|t| opacity(mesh, t)).collect();
+    let table = |mesh: &Mesh| masked(mesh).map(|t| opacity(mesh, t)).collect();
     scene.meshes.iter().map(table).collect()
 }
 

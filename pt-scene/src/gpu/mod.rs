@@ -122,6 +122,10 @@ impl GpuScene {
     ) -> Result<Self> {
         let mut phases = Phases::start();
         let meshes = &scene.meshes;
+        let opacity = Arena::collect(opacity_tables(scene).into_iter());
+        if !opacity.data.is_empty() {
+            phases.mark("opacity tables");
+        }
         let deforming = DeformingMeshes::new(device, scene)?;
         // The vertices of deforming meshes are elsewhere.
         let rigid = |m: &crate::Mesh| if m.deformation.is_none() { m.vertex_count() } else { 0 };
@@ -131,7 +135,6 @@ impl GpuScene {
         let materials = Arena::collect(meshes.iter().map(|m| m.triangle_materials.iter().copied()));
         let colored = |m: &crate::Mesh| if m.is_colored() { m.vertex_count() } else { 0 };
         let colors = Arena::collect(meshes.iter().map(|m| m.colors.iter().copied().take(colored(m))));
-        let opacity = Arena::collect(opacity_tables(scene).into_iter());
         let position_buffer = positions.upload(device, "positions")?;
         let vertex_buffer = vertices.upload(device, "vertices")?;
         let color_buffer = colors.upload(device, "vertex colours")?;
