@@ -172,7 +172,7 @@ fn alpha_of(scene: &Scene, mesh: &Mesh, triangle: usize) -> Alpha {
     }
     let factor = material.base_color.w * a;
     match material.base_color_texture {
-        _ if !(factor > 0.0) => Alpha::Constant(Thresholds::new(material.alpha_mode, 1.0).state(factor)),
+        _ if factor <= 0.0 => Alpha::Constant(Thresholds::new(material.alpha_mode, 1.0).state(factor)),
         None => Alpha::Constant(Thresholds::new(material.alpha_mode, factor).state(1.0)),
         Some(texture) => Alpha::Textured(texture, Thresholds::new(material.alpha_mode, factor)),
     }
