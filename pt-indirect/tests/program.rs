@@ -77,14 +77,14 @@ fn bounce_lights_without_their_tables_are_refused() {
     let mut lights = LightTables::new(&device, &scene).unwrap();
     lights.attach(&mut gpu);
     let bounce_lights = BounceLights::all(LightSampler::LightBvh);
-    let stage = IndirectLighting::new(&device, gpu.variant(), bounce_lights, 1.0).unwrap();
+    let params = IndirectParams { bounces: 1.0, ..IndirectParams::default() };
+    let stage = IndirectLighting::new(&device, gpu.variant(), bounce_lights, &params).unwrap();
     let images = ChannelImages::alone(&device, FrameSizes::same([4, 4]), &[IndirectLighting::IO]).unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(&device, "frame_uniforms").unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     lights.update(&mut frame, &scene, &mut gpu).unwrap();
     let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
-    let params = IndirectParams { bounces: 1.0, ..IndirectParams::default() };
     let error = stage.record(&mut frame, &inputs, &params, 0.0).unwrap_err();
     let Error::MissingTable { pass, table, .. } = &error else { panic!("{error}") };
     assert_eq!((pass.as_str(), *table), ("bounce lights", "the light tree"), "{error}");

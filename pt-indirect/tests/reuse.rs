@@ -1,0 +1,259 @@
+//! Reuse of bounces: the mean light with reuse against a closed form and against that without reuse, over independent runs.
+//!
+//! A run is a sequence of frames with a seed of its own that starts without history. Frames of a run and pixels of a frame depend on each other through
+//! reuse, so errors are standard errors of the means of runs.
+
+use crate::common::{Rig, Texel};
+use glam::{Affine3A, DVec3, Vec3};
+use pt_core::test_support::TestDevice;
+use pt_indirect::IndirectParams;
+use pt_indirect::oracle::rectangle_form_factor;
+use pt_indirect::records::{BounceReuse, RestirVisibility};
+use pt_light_sampling::test_support::polygon;
+use pt_scene::{Camera, Light, Material, Scene};
+use pt_shaders::NamedEnum;
+use std::f64::consts::PI;
+
+const SIZE: [u32; 2] = [40, 28];
+const RUNS: u32 = 64;
+/// Frames of a run where the past is reused.
+const FRAMES: u32 = 4;
+/// Parts of the frame whose means are compared.
+const COLUMNS: usize = 4;
+const ROWS: usize = 2;
+const BLOCKS: usize = COLUMNS * ROWS;
+
+/// Half the side of floor and ceiling, which is at a height of 1; the board between them.
+const HALF: f32 = 0.8;
+const BOARD: ([f32; 2], [f32; 2], f32) = ([-0.1, -0.35], [0.5, 0.1], 0.6);
+/// The sun shines upwards, so low that it passes beside floor and board and lights the whole ceiling.
+const SUN: (f32, Vec3) = (0.15, Vec3::new(40.0, 30.0, 20.0));
+const ALBEDO: Vec3 = Vec3::new(0.5, 0.7, 0.3);
+
+fn restir(visibility: RestirVisibility, history: u32) -> IndirectParams {
+    IndirectParams {
+        reuse: BounceReuse::RestirGi,
+        restir_visibility: visibility,
+        restir_history: history,
+        restir_spatial: 4,
+        restir_radius: 12.0,
+        ..IndirectParams::default()
+    }
+}
+
+fn rectangle(scene: &mut Scene, low: [f32; 2], high: [f32; 2], y: f32, faces_up: bool, material: Material) {
+    let mut corners = [(low[0], high[1]), (high[0], high[1]), (high[0], low[1]), (low[0], low[1])]
+        .map(|(x, z)| Vec3::new(x, y, z));
+    if !faces_up {
+        corners.reverse();
+    }
+    polygon(scene, &corners, Affine3A::IDENTITY, material);
+}
+
+/// A floor under a ceiling that the sun lights, and a black board between them.
+fn planes(floor: Material, ceiling: Material) -> (Scene, Camera) {
+    let mut scene = Scene::default();
+    rectangle(&mut scene, [-HALF; 2], [HALF; 2], 0.0, true, floor);
+    rectangle(&mut scene, [-HALF; 2], [HALF; 2], 1.0, false, ceiling);
+    let (low, high, height) = BOARD;
+    rectangle(&mut scene, low, high, height, false, Material::lambertian("board", Vec3::ZERO));
+    scene.lights.push(Light::directional("sun", Vec3::new(SUN.0.cos(), SUN.0.sin(), 0.0), SUN.1));
+    let camera = Camera::look_at("floor", Vec3::new(0.05, 0.55, 1.25), Vec3::new(0.0, 0.0, 0.05), 0.75);
+    (scene, camera)
+}
+
+fn lambertian_planes() -> (Scene, Camera) {
+    planes(Material::lambertian("floor", Vec3::splat(0.5)), Material::lambertian("ceiling", ALBEDO))
+}
+
+/// Irradiance of the floor by the light of the sun that the ceiling sends back, around the board.
+fn exact_irradiance(position: DVec3) -> DVec3 {
+    let radiance = ALBEDO.as_dvec3() * SUN.1.as_dvec3() / PI * f64::from(SUN.0).sin();
+    let half = f64::from(HALF);
+    let foot = [position.x, position.z];
+    let ceiling = [-half, half].map(|side| foot.map(|at| side - at));
+    // The shadow of the board on the plane of the ceiling, inside of the ceiling.
+    let (low, high, height) = BOARD;
+    let scale = 1.0 / f64::from(height);
+    let shadow = [low, high].map(|corner| {
+        [0, 1].map(|k| ((f64::from(corner[k]) - foot[k]) * scale).clamp(ceiling[0][k], ceiling[1][k]))
+    });
+    let factor =
+        rectangle_form_factor(ceiling[0], ceiling[1], 1.0) - rectangle_form_factor(shadow[0], shadow[1], 1.0);
+    radiance * PI * factor
+}
+
+/// Sum of the channels of the floor's light; `None` elsewhere.
+fn floor_light(texel: &Texel) -> Option<f64> {
+    texel.position.filter(|p| p.y.abs() < 1e-3)?;
+    Some((texel.irradiance + texel.specular).element_sum())
+}
+
+/// Means over the pixels of blocks, of a split frame: each block has pixels of both fields.
+fn blocks(values: impl Iterator<Item = Option<f64>>) -> [f64; BLOCKS] {
+    let (mut sums, mut counts) = ([0.0; BLOCKS], [0.0; BLOCKS]);
+    let (field, height) = (SIZE[0] as usize / 2, SIZE[1] as usize);
+    for (i, value) in values.enumerate() {
+        let Some(value) = value else { continue };
+        assert!(value.is_finite(), "texel {i}: {value}");
+        let (x, y) = (i % SIZE[0] as usize % field, i / SIZE[0] as usize);
+        let block = y * ROWS / height * COLUMNS + x * COLUMNS / field;
+        sums[block] += value;
+        counts[block] += 1.0;
+    }
+    std::array::from_fn(|b| if counts[b] > 0.0 { sums[b] / counts[b] } else { 0.0 })
+}
+
+/// Means over runs, with their standard errors.
+#[derive(Debug)]
+struct Means {
+    mean: [f64; BLOCKS],
+    error: [f64; BLOCKS],
+    /// Mean square of the values of pixels.
+    square: f64,
+}
+
+impl Means {
+    /// Of the last frames of runs; `value` of a texel.
+    fn of(rig: &mut Rig, frames: u32, value: impl Fn(&Texel) -> Option<f64>) -> Self {
+        let (mut square, mut count) = (0.0, 0);
+        let runs: Vec<[f64; BLOCKS]> = (0..RUNS)
+            .map(|seed| {
+                rig.images.reset_history();
+                let texels = (0..frames).fold(Vec::new(), |_, frame| rig.frame(frame, 1000 + seed));
+                let values: Vec<_> = texels.iter().map(&value).collect();
+                for value in values.iter().flatten() {
+                    square += value * value;
+                    count += 1;
+                }
+                blocks(values.into_iter())
+            })
+            .collect();
+        let n = runs.len() as f64;
+        let mean: [f64; BLOCKS] = std::array::from_fn(|b| runs.iter().map(|run| run[b]).sum::<f64>() / n);
+        let squares = |b: usize| runs.iter().map(|run| (run[b] - mean[b]).powi(2)).sum::<f64>();
+        let error = std::array::from_fn(|b| (squares(b) / (n - 1.0) / n).sqrt());
+        Self { mean, error, square: square / f64::from(count) }
+    }
+
+    fn total(&self) -> f64 {
+        self.mean.iter().sum()
+    }
+
+    /// Differences from `other` in standard errors of both.
+    fn deviations(&self, other: &Self) -> [f64; BLOCKS] {
+        let error = |b: usize| self.error[b].hypot(other.error[b]).max(1e-12);
+        std::array::from_fn(|b| (self.mean[b] - other.mean[b]) / error(b))
+    }
+
+    /// Within 4 standard errors in each block.
+    fn assert_equal(&self, other: &Self, case: &str) {
+        let deviations = self.deviations(other);
+        println!("{case}: {:.4} of {:.4}, in standard errors {deviations:.1?}", self.total(), other.total());
+        assert!(deviations.iter().all(|d| d.abs() < 4.0), "{case}: {self:?} {other:?}");
+    }
+}
+
+/// The light of each pixel less the closed form of where the pixel is in that frame.
+fn error_of_closed_form(texel: &Texel) -> Option<f64> {
+    Some(floor_light(texel)? - exact_irradiance(texel.position?).element_sum())
+}
+
+const NOTHING: Means = Means { mean: [0.0; BLOCKS], error: [0.0; BLOCKS], square: 0.0 };
+
+#[test]
+fn reuse_has_the_mean_of_the_closed_form() {
+    let device = TestDevice::open();
+    let cases = [
+        ("none", IndirectParams::default(), 1),
+        ("neighbours", restir(RestirVisibility::InWeight, 0), 1),
+        ("neighbours and past", restir(RestirVisibility::InWeight, 20), FRAMES),
+        ("past", IndirectParams { restir_spatial: 0, ..restir(RestirVisibility::InWeight, 20) }, FRAMES),
+    ];
+    for (case, params, frames) in cases {
+        let (scene, camera) = lambertian_planes();
+        let mut rig = Rig::new(&device, scene, camera, SIZE, &params);
+        let light = Means::of(&mut rig, frames, floor_light);
+        let means = Means::of(&mut rig, frames, error_of_closed_form);
+        println!(
+            "{case}: light {:.4}, standard errors {:.5?}, variance of pixels {:.4}",
+            light.total(),
+            means.error,
+            means.square
+        );
+        means.assert_equal(&NOTHING, case);
+        assert!(means.error.iter().sum::<f64>() < 0.04 * light.total(), "{case}: too noisy to tell");
+    }
+}
+
+/// A ceiling that shines: that the first ray meets it is direct light, which counts elsewhere.
+#[test]
+fn emission_of_a_lamp_is_not_reused() {
+    let device = TestDevice::open();
+    let shining = Material { emissive: Vec3::splat(2.0), ..Material::lambertian("ceiling", ALBEDO) };
+    let (scene, camera) = planes(Material::lambertian("floor", Vec3::splat(0.5)), shining);
+    let mut rig = Rig::new(&device, scene, camera, SIZE, &restir(RestirVisibility::InWeight, 0));
+    Means::of(&mut rig, 1, error_of_closed_form).assert_equal(&NOTHING, "a ceiling that shines");
+}
+
+/// A glossy floor under a ceiling that reflects more to one side than to the other: what is reused and what is not add up to the light of the paths.
+#[test]
+fn parts_of_the_light_add_up() {
+    let device = TestDevice::open();
+    let material = |name: &str, roughness: f32| Material { roughness, ..Material::diffuse(name, ALBEDO) };
+    let means = |params: &IndirectParams, frames: u32| {
+        let (scene, camera) = planes(material("floor", 0.5), material("ceiling", 0.35));
+        let mut rig = Rig::new(&device, scene, camera, SIZE, params);
+        let of = |rig: &mut Rig, value: fn(&Texel) -> Option<f64>| Means::of(rig, frames, value);
+        let diffuse = of(&mut rig, |texel| floor_light(texel).map(|_| texel.irradiance.element_sum()));
+        let specular = of(&mut rig, |texel| floor_light(texel).map(|_| texel.specular.element_sum()));
+        [diffuse, specular]
+    };
+    let expected = means(&IndirectParams::default(), 1);
+    let base = restir(RestirVisibility::InWeight, 0);
+    let cases = [
+        ("neighbours", base.clone(), 1),
+        ("neighbours, specular light as well", IndirectParams { restir_roughness: 0.4, ..base.clone() }, 1),
+        ("past", IndirectParams { restir_history: 20, ..base }, FRAMES),
+    ];
+    for (case, params, frames) in cases {
+        let found = means(&params, frames);
+        for (part, (found, expected)) in ["diffuse", "specular"].into_iter().zip(found.iter().zip(&expected))
+        {
+            found.assert_equal(expected, &format!("{case}, {part}"));
+        }
+    }
+}
+
+/// How much light the settings lose or gain that are said to be biased.
+#[test]
+fn biased_settings_are_biased() {
+    let device = TestDevice::open();
+    for visibility in [RestirVisibility::None, RestirVisibility::Final] {
+        let (scene, camera) = lambertian_planes();
+        let mut rig = Rig::new(&device, scene, camera, SIZE, &restir(visibility, 20));
+        let light = Means::of(&mut rig, FRAMES, floor_light);
+        let means = Means::of(&mut rig, FRAMES, error_of_closed_form);
+        let deviations = means.deviations(&NOTHING);
+        let case = visibility.name();
+        println!(
+            "{case}: {:+.3} of {:.3}, in standard errors {deviations:.1?}",
+            means.total(),
+            light.total()
+        );
+        assert!(deviations.iter().any(|d| d.abs() > 4.0), "{case} is unbiased here");
+    }
+}
+
+#[test]
+fn first_frame_after_a_reset_equals_a_first_frame() {
+    let device = TestDevice::open();
+    let (scene, camera) = lambertian_planes();
+    let mut rig = Rig::new(&device, scene, camera, SIZE, &restir(RestirVisibility::InWeight, 20));
+    let light = |rig: &mut Rig, index| rig.frame(index, 1).iter().map(|t| t.irradiance).collect::<Vec<_>>();
+    let first = light(&mut rig, 5);
+    light(&mut rig, 6);
+    assert_ne!(light(&mut rig, 5), first, "the history has no effect");
+    rig.images.reset_history();
+    assert_eq!(light(&mut rig, 5), first);
+}
