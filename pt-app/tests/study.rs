@@ -51,6 +51,7 @@ fn shipped_studies_are_valid() {
         "gradient-projection",
         "light-samplers",
         "random",
+        "restir-gi",
         "restir-under-denoiser",
         "sh-vs-rgb",
         "stabilisers",

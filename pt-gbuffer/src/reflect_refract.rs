@@ -79,6 +79,6 @@ impl ReflectRefract {
         };
         let name = format!("reflect refract {}", bounce_index + 1);
         let pass = inputs.pass(frame, &name, &self.kernel, &Self::IO);
-        pass.touches_part().rays(RayCount::AtMostThreads).push(&push).dispatch(inputs.split_threads())
+        pass.touches_part().rays(RayCount::AtMostPerThread(1)).push(&push).dispatch(inputs.split_threads())
     }
 }

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
             device,
             gpu.variant(),
             BounceLights::all(SAMPLER),
-            IndirectParams::default().bounces,
+            &IndirectParams::default(),
         )?;
         let stages = [PrimaryRays::IO, IndirectLighting::IO];
         let images = ChannelImages::alone(device, FrameSizes::same(size), &stages)?;

@@ -5,6 +5,7 @@
 #include "lights/emission_share.glsl"
 #include "lights/ris.glsl"
 #include "clusters.glsl"
+#include "reusable_light.glsl"
 #include "shadow_path.glsl"
 
 // The kinds of light that count and that the scene has; emissive triangles, point and spot lights are one.
@@ -84,8 +85,10 @@ LightSample sample_light(BounceVertex v, uvec2 key, uint vertex, float reach, ou
 
 // The light that the vertex gets from a light sample and reflects along the path, and the ray that tells whether it arrives; false: none. `last`:
 // no ray looks for lights from there. `reach`: length of the first ray. `pdf`: density of the sample; of a point light, its probability.
-bool light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach, out ShadowPath shadow, out float pdf) {
+// `share`: what of the light can be reused, if bounces are.
+bool light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach, out ShadowPath shadow, out float pdf, out vec3 share) {
     pdf = 0.0;
+    share = vec3(0.0);
     if (bsdf_is_delta(v.bsdf)) return false;
     float ray_pdf;
     LightSample s = sample_light(v, key, vertex, reach, ray_pdf);
@@ -98,6 +101,7 @@ bool light_at(BounceVertex v, uvec2 key, uint vertex, bool last, float reach, ou
     shadow.light = f.f_cos * s.radiance / s.pdf;
     if (!(max_component(shadow.light) > 0.0)) return false;
     shadow.weight = last || ray_pdf <= 0.0 || glass_is_ignored() ? 1.0 : power_weight(ray_pdf, f.pdf);
+    if (reuses_bounces) share = least_diffuse_share(v.bsdf, s.direction, f.f_cos);
     shadow.ray = shadow_ray(v.position, beyond ? -v.bsdf.face_normal : v.bsdf.face_normal, s);
     return true;
 }

@@ -26,12 +26,18 @@ void store_first_light(uint index, ivec2 p, BouncePath path, Emission met, float
             light = met.radiance;
         }
     }
+    if (reuses_bounces) {
+        store_reusable(index, vec4(light, load_reusable(index).w));
+        light = vec3(0.0);
+    }
     store_light(index, vec4(light, reach));
     PairTable(bounce_tables().reflected).at[index] = pack_light(specular);
 }
 
-// Draws the next ray; false: the path ends. `radius`: of the cone at the vertex.
-bool scatter(inout BouncePath path, BounceVertex v, uvec2 key, uint vertex, float radius) {
+// Draws the next ray; false: the path ends. `radius`: of the cone at the vertex. `share`: what of the light that it brings can be reused, if bounces
+// are.
+bool scatter(inout BouncePath path, BounceVertex v, uvec2 key, uint vertex, float radius, out vec3 share) {
+    share = vec3(0.0);
     // The light samples of the last vertex have found everything but what a delta lobe shows.
     if (last_vertex && !bsdf_has_delta(v.bsdf)) return false;
     vec4 xi = random_numbers(key, bounce_dimension(vertex, BOUNCE_DIRECTION));
@@ -41,6 +47,7 @@ bool scatter(inout BouncePath path, BounceVertex v, uvec2 key, uint vertex, floa
     bool delta = (s.flags & SAMPLE_DELTA) != 0u, transmitted = (s.flags & SAMPLE_TRANSMISSION) != 0u;
     if (!(s.pdf > 0.0) || !(max_component(s.weight) > 0.0) || last_vertex && !delta) return false;
     path.throughput *= s.weight;
+    if (reuses_bounces && !delta && !transmitted) share = least_diffuse_share(v.bsdf, s.direction, s.weight * s.pdf);
     // Light samples of the vertex before have gone straight on through this one, if there were any: not of a delta lobe.
     if (transmitted && is_passed(v)) path.flags = (path.flags & PATH_DELTA) != 0u ? PATH_DELTA : PATH_COVERED;
     else path.flags = delta ? PATH_DELTA : 0u;
@@ -98,12 +105,17 @@ bvec2 shade(uint index) {
     if (!first && push.sun_range > 0.0) reach = load_light(index).w;
     ShadowPath shadow;
     float light_pdf;
-    bool lit = light_at(v, key, vertex, last_vertex, reach, shadow, light_pdf);
+    vec3 sampled_share, later_share;
+    bool lit = light_at(v, key, vertex, last_vertex, reach, shadow, light_pdf, sampled_share);
     if (lit) {
         shadow.light = without_fireflies(path.throughput * shadow.light, shadow.weight, narrowed(path.narrowness, light_pdf));
         store_shadow(index, shadow);
     }
-    bool goes_on = scatter(path, v, key, vertex, v.radius);
+    bool goes_on = scatter(path, v, key, vertex, v.radius, later_share);
+    if (reuses_bounces && first) {
+        RowTable(bounce_tables().points).at[index] = uvec4(floatBitsToUint(v.position), pack_unit_vector(v.bsdf.face_normal));
+        store_shares(index, sampled_share, later_share, reusable_cosine(v));
+    }
     if (goes_on) store_path(index, path);
     return bvec2(goes_on, lit);
 }

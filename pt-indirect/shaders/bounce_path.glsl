@@ -16,6 +16,15 @@
 //     shadow_lights      packed_light.glsl: light that it brings if nothing is in its way
 //     heads          RayListHead of each list of each vertex
 //
+// and where bounces are reused (reused_bounce.glsl):
+//
+//     reusable       uvec4: light that has come along the first ray and can be reused, not among `lights`; w = density per solid angle of the first
+//                    ray, 0: it has no light, -1: its surface takes no part
+//     shares         uvec4: shares of light that can be reused, of the light sample of the first vertex and of what comes later (6 x 16 bit unorm); w =
+//                    reusable_cosine() of that vertex
+//     points         uvec4: position of that vertex, w = normal of its triangle (pack_unit_vector); after the reuse: the light that the surface gets
+//                    (packed_light.glsl), its direction, and its distance
+//
 // "choose bounces" begins the paths; for each vertex "bounce rays" finds what they meet, "bounce lights" shades that and draws the next rays,
 // "bounce shadow rays" and "bounce glass" add the light of the samples; "indirect lighting" gives it to the channels.
 #include "bounce_random.glsl"
@@ -31,6 +40,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Bou
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RowTable { uvec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer PairTable { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer WordTable { uint at[]; };
+
+// Whether bounces are reused.
+layout(constant_id = 9) const bool reuses_bounces = false;
 
 // Light samples at the last vertex cannot find what the ray meets.
 const uint PATH_DELTA = 1u;
@@ -136,7 +148,32 @@ void store_path(uint index, BouncePath path) {
 // What the path brings, before the surface of the G-buffer reflects it.
 vec4 load_light(uint index) { return uintBitsToFloat(RowTable(bounce_tables().lights).at[index]); }
 void store_light(uint index, vec4 light) { RowTable(bounce_tables().lights).at[index] = floatBitsToUint(light); }
-void add_light(uint index, vec3 light) { store_light(index, load_light(index) + vec4(light, 0.0)); }
+
+// What of it can be reused, and the density of the first ray.
+vec4 load_reusable(uint index) { return uintBitsToFloat(RowTable(bounce_tables().reusable).at[index]); }
+void store_reusable(uint index, vec4 light) { RowTable(bounce_tables().reusable).at[index] = floatBitsToUint(light); }
+
+// `sampled`: of the light sample of the first vertex, `later`: of the rest of the path.
+void store_shares(uint index, vec3 sampled, vec3 later, float least_cosine) {
+    RowTable(bounce_tables().shares).at[index] =
+        uvec4(packUnorm2x16(sampled.xy), packUnorm2x16(vec2(sampled.z, later.x)), packUnorm2x16(later.yz), floatBitsToUint(least_cosine));
+}
+
+// Share of the light that this pass adds.
+vec3 reusable_share(uint index) {
+    uvec3 words = RowTable(bounce_tables().shares).at[index].xyz;
+    vec2 middle = unpackUnorm2x16(words.y);
+    return push.vertex == 0u ? vec3(unpackUnorm2x16(words.x), middle.x) : vec3(middle.y, unpackUnorm2x16(words.z));
+}
+
+void add_light(uint index, vec3 light) {
+    if (reuses_bounces) {
+        vec3 part = reusable_share(index) * light;
+        store_reusable(index, load_reusable(index) + vec4(part, 0.0));
+        light -= part;
+    }
+    store_light(index, load_light(index) + vec4(light, 0.0));
+}
 
 // The cone of a ray is as wide as the solid angle that the sample stands for, 1 / pdf (Bekaert et al. 2003), times push.texture_spread^2.
 float cone_angle(float before, float pdf) { return max(before, push.texture_spread * inversesqrt(PI * pdf)); }

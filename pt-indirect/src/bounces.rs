@@ -24,6 +24,7 @@ pub(crate) struct Bounces {
     has_solids: bool,
     /// Whether glass tints shadow rays.
     has_glass: bool,
+    reuses: bool,
     tables: RefCell<Option<Tables>>,
 }
 
@@ -56,15 +57,24 @@ pub(crate) struct Tables {
     ray_lists: [Buffer; 2],
     pub(crate) shadow_list: Buffer,
     glass_list: Option<Buffer>,
+    reuse: Option<ReuseTables>,
     heads: Buffer,
     addresses: Buffer,
 }
 
+/// Tables of the reuse of bounces.
+pub(crate) struct ReuseTables {
+    pub(crate) reusable: Buffer,
+    pub(crate) shares: Buffer,
+    pub(crate) points: Buffer,
+}
+
 /// Bytes of a path.
-fn path_bytes(has_solids: bool, has_glass: bool) -> u64 {
+fn path_bytes(has_solids: bool, has_glass: bool, reuses: bool) -> u64 {
     let solids = if has_solids { ROW + WORD } else { 0 };
     let lists = if has_glass { 4 * WORD } else { 3 * WORD };
-    8 * ROW + 2 * PAIR + WORD + lists + solids
+    let reuse = if reuses { 3 * ROW } else { 0 };
+    8 * ROW + 2 * PAIR + WORD + lists + solids + reuse
 }
 
 impl Tables {
@@ -74,6 +84,7 @@ impl Tables {
         is_half: bool,
         has_solids: bool,
         has_glass: bool,
+        reuses: bool,
     ) -> Result<Self> {
         let [width, height] = split_size(frame);
         let rows = if is_half { height.div_ceil(2) } else { height };
@@ -84,7 +95,7 @@ impl Tables {
                 frame[0], frame[1]
             )));
         }
-        let bytes = paths * path_bytes(has_solids, has_glass);
+        let bytes = paths * path_bytes(has_solids, has_glass, reuses);
         check_size("indirect lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
         let buffer = |name, bytes: u64| Buffer::new(device, name, paths * bytes, Location::Device);
         let lists = RayLists::new(width, paths);
@@ -108,6 +119,7 @@ impl Tables {
             ray_lists: [buffer("bounce ray list", WORD)?, buffer("bounce ray list of odd vertices", WORD)?],
             shadow_list: buffer("bounce shadow ray list", WORD)?,
             glass_list: None,
+            reuse: None,
             heads: Buffer::from_slice(device, "bounce list heads", &heads)?,
             addresses: Buffer::new(
                 device,
@@ -123,6 +135,13 @@ impl Tables {
         if has_glass {
             tables.glass_list = Some(buffer("bounce shadow rays through glass", WORD)?);
         }
+        if reuses {
+            tables.reuse = Some(ReuseTables {
+                reusable: buffer("reusable light of paths", ROW)?,
+                shares: buffer("shares of reusable light", ROW)?,
+                points: buffer("points that first rays meet", ROW)?,
+            });
+        }
         tables.addresses.write_through_staging(bytemuck::bytes_of(&tables.addresses()))?;
         Ok(tables)
     }
@@ -132,6 +151,8 @@ impl Tables {
             Some(buffers) => [buffers[0].address(), buffers[1].address()],
             None => [0; 2],
         };
+        let reuse =
+            |table: fn(&ReuseTables) -> &Buffer| self.reuse.as_ref().map_or(0, |t| table(t).address());
         BounceTables {
             origins: self.origins.address(),
             directions: self.directions.address(),
@@ -146,6 +167,9 @@ impl Tables {
             shadow_origins: self.shadow_origins.address(),
             shadow_directions: self.shadow_directions.address(),
             shadow_lights: self.shadow_lights.address(),
+            reusable: reuse(|t| &t.reusable),
+            shares: reuse(|t| &t.shares),
+            points: reuse(|t| &t.points),
             even_list: self.ray_lists[0].address(),
             odd_list: self.ray_lists[1].address(),
             shadow_list: self.shadow_list.address(),
@@ -179,6 +203,11 @@ impl Tables {
         self.glass_list.as_slice()
     }
 
+    /// Of the reuse of bounces, if there is any.
+    pub(crate) fn reuse(&self) -> Option<&ReuseTables> {
+        self.reuse.as_ref()
+    }
+
     /// Launches a kernel that traces over a list.
     pub(crate) fn trace(&self, pass: Pass<'_, '_>, list: List, vertex: u32) -> Result<()> {
         let groups = head(list, vertex) + offset_of!(RayListHead, groups) as u64;
@@ -200,8 +229,8 @@ fn head(list: List, vertex: u32) -> u64 {
 }
 
 impl Bounces {
-    pub(crate) fn new(device: &Device, has_solids: bool, has_glass: bool) -> Self {
-        Self { device: device.clone(), has_solids, has_glass, tables: RefCell::new(None) }
+    pub(crate) fn new(device: &Device, has_solids: bool, has_glass: bool, reuses: bool) -> Self {
+        Self { device: device.clone(), has_solids, has_glass, reuses, tables: RefCell::new(None) }
     }
 
     /// Makes the tables where there are none for such frames, tells the kernels where they are, and does something with them.
@@ -214,7 +243,7 @@ impl Bounces {
     ) -> Result<T> {
         let mut slot = self.tables.borrow_mut();
         let before = slot.take().filter(|t| t.frame == size && t.is_half == is_half);
-        let new = || Tables::new(&self.device, size, is_half, self.has_solids, self.has_glass);
+        let new = || Tables::new(&self.device, size, is_half, self.has_solids, self.has_glass, self.reuses);
         let tables = slot.insert(before.map_or_else(new, Ok)?);
         push.tables = tables.addresses.address();
         push.columns = tables.lists.columns();
@@ -232,14 +261,14 @@ mod tests {
     fn frames_without_room_are_refused() {
         let device = TestDevice::open();
         let refusal =
-            |frame| Tables::new(&device, frame, false, true, true).err().expect("an error").to_string();
+            |frame| Tables::new(&device, frame, false, true, true, true).err().expect("an error").to_string();
         let message = refusal([40_000, 40_000]);
         assert!(
             message.contains("indirect lighting of a frame of 40000x40000: at most 268435456 paths"),
             "{message}"
         );
         // Twice the free memory, unless that is more than any frame can take.
-        let side = (2.0 * device.info().free_bytes() as f64 / path_bytes(true, true) as f64).sqrt();
+        let side = (2.0 * device.info().free_bytes() as f64 / path_bytes(true, true, true) as f64).sqrt();
         let side = (side as u32).min(40_000);
         let message = refusal([side, side]);
         assert!(message.contains("indirect lighting of a frame of"), "{message}");
@@ -248,16 +277,19 @@ mod tests {
     /// The README states these, and that half a bounce takes half of them.
     #[test]
     fn bytes_are_those_of_the_readme() {
-        assert_eq!([(false, false), (true, true)].map(|(s, g)| path_bytes(s, g)), [160, 184]);
+        assert_eq!([(false, false), (true, true)].map(|(s, g)| path_bytes(s, g, false)), [160, 184]);
+        assert_eq!(path_bytes(false, false, true), 208);
         let device = TestDevice::open();
-        let bytes = |is_half| {
-            let t = Tables::new(&device, [64, 32], is_half, true, true).unwrap();
+        let bytes = |is_half, reuses| {
+            let t = Tables::new(&device, [64, 32], is_half, true, true, reuses).unwrap();
             let rows = [&t.origins, &t.directions, &t.throughputs, &t.hits, &t.firsts, &t.first_directions];
             let light = [&t.lights, &t.reflected, &t.shadow_origins, &t.shadow_directions, &t.shadow_lights];
             let lists = [t.ray_list(0), t.ray_list(1), &t.shadow_list];
             let rest = t.solids().iter().chain(t.glass_list());
-            rows.into_iter().chain(light).chain(lists).chain(rest).map(Buffer::size).sum::<u64>()
+            let reuse = t.reuse().into_iter().flat_map(|r| [&r.reusable, &r.shares, &r.points]);
+            rows.into_iter().chain(light).chain(lists).chain(rest).chain(reuse).map(Buffer::size).sum::<u64>()
         };
-        assert_eq!([bytes(false), bytes(true)], [64 * 32 * 184, 64 * 16 * 184]);
+        assert_eq!([bytes(false, false), bytes(true, false)], [64 * 32 * 184, 64 * 16 * 184]);
+        assert_eq!(bytes(false, true), 64 * 32 * 232);
     }
 }

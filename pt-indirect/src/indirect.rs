@@ -2,6 +2,7 @@ use crate::bounces::{Bounces, List, Tables};
 use crate::kernels;
 use crate::params::{BounceLights, IndirectParams};
 use crate::records::IndirectPush;
+use crate::reuse::Reuse;
 use pt_core::frame::Pass;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Error, Frame, Kernel, Result, StageInputs, StageIo};
@@ -21,12 +22,14 @@ pub struct IndirectLighting {
     /// Where glass tints shadow rays.
     glass: Option<Kernel>,
     sum: Kernel,
+    /// With `reuse=restir-gi`.
+    reuse: Option<Reuse>,
     bounces: Bounces,
     bounce_lights: BounceLights,
 }
 
 impl IndirectLighting {
-    /// The images that the stage accesses.
+    /// The images that the passes of the paths access.
     pub const IO: StageIo = StageIo {
         reads: &[
             channels::RNG_SEED,
@@ -49,17 +52,33 @@ impl IndirectLighting {
     /// The name of the first pass, which has a thread for each path.
     pub const FIRST_PASS: &str = "choose bounces";
 
-    /// Compiles the kernels for paths of up to `bounces` bounces. The scene has the tables of the sampler that `lights` names.
+    /// The images that the stage's passes access, in order.
+    pub fn io(params: &IndirectParams) -> Vec<StageIo> {
+        let mut all = Vec::new();
+        if params.reuses() {
+            all.extend(Reuse::IO);
+        }
+        all.push(Self::IO);
+        all
+    }
+
+    /// Compiles the kernels that the structural knobs of `params` ask for. The scene has the tables of the sampler that `lights` names.
     ///
     /// # Errors
     /// When the device refuses them.
-    pub fn new(device: &Device, variant: TraceVariant, lights: BounceLights, bounces: f32) -> Result<Self> {
+    pub fn new(
+        device: &Device,
+        variant: TraceVariant,
+        lights: BounceLights,
+        params: &IndirectParams,
+    ) -> Result<Self> {
         let transmits = variant.scene_features & FEATURE_TRANSMISSION != 0;
         let has_glass = transmits && lights.glass_shadows.tints();
         let constants = [
             ("scene_features", variant.scene_features.into()),
             ("random_source", variant.random.code().into()),
         ];
+        let reuses = ("reuses_bounces", params.reuses().into());
         let compute = |code, more: &[_]| {
             Kernel::compute::<IndirectPush>(device, code, &[&constants[..], more].concat())
         };
@@ -75,23 +94,30 @@ impl IndirectLighting {
                 ("bvh_importance", lights.bvh_importance.code().into()),
                 ("ris_source", lights.ris_source.code().into()),
                 ("replays_samples", lights.replays.into()),
+                reuses,
             ];
             compute(&kernels::BOUNCE_LIGHTS, &constants)
         };
         thread::scope(|threads| {
             // These take the most time to compile.
             let last = threads.spawn(|| shading(true));
-            let before = (bounces > 1.0).then(|| threads.spawn(|| shading(false)));
-            let choice = threads.spawn(|| compute(&kernels::CHOOSE_BOUNCES, &[]));
+            let before = (params.bounces > 1.0).then(|| threads.spawn(|| shading(false)));
+            let choice = threads.spawn(|| compute(&kernels::CHOOSE_BOUNCES, &[reuses]));
+            let reuse = params.reuses().then(|| threads.spawn(|| Reuse::new(device, variant, params)));
+            let sum = match params.reuses() {
+                true => &kernels::INDIRECT_LIGHTING_REUSED,
+                false => &kernels::INDIRECT_LIGHTING,
+            };
             let stage = Self {
                 rays: trace(&kernels::BOUNCE_RAYS, &[("has_solids", transmits.into())])?,
-                shadow_rays: trace(&kernels::BOUNCE_SHADOW_RAYS, &[])?,
-                glass: has_glass.then(|| trace(&kernels::BOUNCE_GLASS, &[])).transpose()?,
-                sum: compute(&kernels::INDIRECT_LIGHTING, &[])?,
+                shadow_rays: trace(&kernels::BOUNCE_SHADOW_RAYS, &[reuses])?,
+                glass: has_glass.then(|| trace(&kernels::BOUNCE_GLASS, &[reuses])).transpose()?,
+                sum: compute(sum, &[])?,
+                reuse: reuse.map(join).transpose()?,
                 choice: join(choice)?,
                 last_lights: join(last)?,
                 lights: before.map(join).transpose()?,
-                bounces: Bounces::new(device, transmits, has_glass),
+                bounces: Bounces::new(device, transmits, has_glass, params.reuses()),
                 bounce_lights: lights,
             };
             Self::IO.check([
@@ -123,7 +149,13 @@ impl IndirectLighting {
         if params.bounces > 1.0 && self.lights.is_none() {
             return Err(Error::StructuralKnob { key: "indirect.bounces".into() });
         }
+        if params.reuses() != self.reuse.is_some() {
+            return Err(Error::StructuralKnob { key: "indirect.reuse".into() });
+        }
         let mut push = params.push(&self.bounce_lights, texture_lod_bias);
+        if !inputs.images.has_history() {
+            push.restir_counts &= !0xffff;
+        }
         self.bounces.with(inputs.images.size(), params.is_half(), &mut push, |tables, push| {
             let [width, height, depth] = inputs.split_threads();
             let rows = if params.is_half() { height.div_ceil(2) } else { height };
@@ -135,6 +167,7 @@ impl IndirectLighting {
             // Paths that begin in solids have all of their state.
             let begun = tables.path().skip(2).filter(|_| !tables.solids().is_empty());
             let pass = begun.fold(pass, Pass::streams_written);
+            let pass = tables.reuse().iter().fold(pass, |pass, reuse| pass.streams_written(&reuse.reusable));
             pass.streams_written(tables.ray_list(0)).dispatch(threads)?;
 
             // Behind the last vertex rays follow what delta lobes show.
@@ -142,8 +175,15 @@ impl IndirectLighting {
                 push.vertex = vertex;
                 self.record_vertex(frame, inputs, tables, push)?;
             }
+            if let (Some(reuse), Some(reuse_tables)) = (&self.reuse, tables.reuse()) {
+                reuse.record(frame, inputs, tables, reuse_tables, push)?;
+            }
             let pass = self.pass(frame, inputs, Self::IO.stage, &self.sum, tables, push);
             let pass = pass.streams(&tables.firsts).streams(&tables.first_directions);
+            let pass = tables
+                .reuse()
+                .iter()
+                .fold(pass, |pass, reuse| pass.streams(&reuse.points).streams(&reuse.reusable));
             pass.streams(&tables.lights).streams(&tables.reflected).dispatch(threads)
         })
     }
@@ -187,6 +227,13 @@ impl IndirectLighting {
                 .streams_written(&tables.reflected),
             _ => pass.streams_updated(&tables.lights),
         };
+        if let Some(reuse) = tables.reuse() {
+            pass = pass.streams_updated(&reuse.reusable);
+            pass = match vertex {
+                0 => pass.streams_written(&reuse.shares).streams_written(&reuse.points),
+                _ => pass.streams(&reuse.shares),
+            };
+        }
         let shadow = [&tables.shadow_origins, &tables.shadow_directions, &tables.shadow_lights];
         if !is_end {
             let lists = [&tables.shadow_list, tables.ray_list(vertex + 1)];
@@ -200,12 +247,12 @@ impl IndirectLighting {
         let pass = self.pass(frame, inputs, &name("bounce shadow rays"), &self.shadow_rays, tables, push);
         let pass = shadow.into_iter().chain([&tables.shadow_list]).fold(pass, Pass::streams);
         let pass = tables.glass_list().iter().fold(pass, Pass::streams_written);
-        tables.trace(pass.streams_updated(&tables.lights), List::ShadowRays, vertex)?;
+        tables.trace(lit(pass, tables), List::ShadowRays, vertex)?;
 
         let Some(glass) = &self.glass else { return Ok(()) };
         let pass = self.pass(frame, inputs, &name("bounce glass"), glass, tables, push);
         let pass = shadow.into_iter().chain(tables.glass_list()).fold(pass, Pass::streams);
-        tables.trace(pass.streams_updated(&tables.lights), List::Glass, vertex)
+        tables.trace(lit(pass, tables), List::Glass, vertex)
     }
 
     fn pass<'f, 'r>(
@@ -220,6 +267,15 @@ impl IndirectLighting {
         // Not every texel has a path, and not every path all rays.
         tables.bind(inputs.pass(frame, name, kernel, &Self::IO).touches_part()).push(push)
     }
+}
+
+/// Declares what add_light() of `bounce_path.glsl` accesses.
+fn lit<'f, 'r>(pass: Pass<'f, 'r>, tables: &Tables) -> Pass<'f, 'r> {
+    let pass = pass.streams_updated(&tables.lights);
+    tables
+        .reuse()
+        .iter()
+        .fold(pass, |pass, reuse| pass.streams_updated(&reuse.reusable).streams(&reuse.shares))
 }
 
 /// What the thread has made.

@@ -5,7 +5,7 @@
 //! Dynamic Range".
 
 use glam::DVec3;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::iter::Sum;
 use std::ops::{Add, Mul};
 
@@ -71,6 +71,18 @@ pub fn vertex_radiance(
     albedo / PI * light.1 * cosine / way.length_squared()
 }
 
+/// Form factor from a point to a rectangle in a parallel plane at the distance `height`, whose sides are parallel to the axes: irradiance over pi times the
+/// rectangle's radiance. `low`, `high`: its corners, relative to the foot of the point.
+pub fn rectangle_form_factor(low: [f64; 2], high: [f64; 2], height: f64) -> f64 {
+    // From the foot to (a, b): Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", B-3; odd in both.
+    let quarter = |a: f64, b: f64| {
+        let [a, b] = [a / height, b / height];
+        let [across, along] = [(1.0 + a * a).sqrt(), (1.0 + b * b).sqrt()];
+        (a / across * (b / across).atan() + b / along * (a / along).atan()) / TAU
+    };
+    quarter(high[0], high[1]) - quarter(low[0], high[1]) - quarter(high[0], low[1]) + quarter(low[0], low[1])
+}
+
 impl Add for ShLight {
     type Output = Self;
     fn add(self, other: Self) -> Self {
@@ -118,4 +130,23 @@ pub fn ycocg_from_rgb(c: DVec3) -> [f64; 3] {
 pub fn rgb_from_ycocg([y, co, cg]: [f64; 3]) -> DVec3 {
     let red_and_blue = y - 0.5 * cg;
     DVec3::new(red_and_blue + 0.5 * co, y + 0.5 * cg, red_and_blue - 0.5 * co)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the midpoint rule for cos^2 / (pi d^2); a rectangle beside the foot, and one that is nearly the whole plane.
+    #[test]
+    fn form_factors_are_integrals() {
+        const N: usize = 400;
+        let (low, high, height) = ([0.3, -0.8], [1.1, 0.5], 0.7);
+        let step = [0, 1].map(|k| (high[k] - low[k]) / N as f64);
+        let at = |k: usize, i: usize| low[k] + (i as f64 + 0.5) * step[k];
+        let part = |x: f64, z: f64| height * height / (PI * (x * x + z * z + height * height).powi(2));
+        let sum: f64 = (0..N * N).map(|i| part(at(0, i % N), at(1, i / N))).sum();
+        let exact = rectangle_form_factor(low, high, height);
+        assert!((sum * step[0] * step[1] / exact - 1.0).abs() < 1e-5, "{exact}");
+        assert!((rectangle_form_factor([-1e4; 2], [1e4; 2], 1.0) - 1.0).abs() < 1e-6);
+    }
 }

@@ -1,9 +1,12 @@
 //! The knobs of indirect lighting.
 
-use crate::records::{DRAW_FIXED_HALF, DRAW_UNIFORM_HEMISPHERE, Hemisphere, IndirectPush, LobeChoice};
+use crate::records::{
+    BounceReuse, DRAW_FIXED_HALF, DRAW_UNIFORM_HEMISPHERE, Hemisphere, IndirectPush, LobeChoice,
+    RestirVisibility,
+};
 use pt_core::knobs;
 use pt_core::settings::InvalidValue;
-use pt_shaders::dimensions::MAX_BOUNCES;
+use pt_shaders::dimensions::{MAX_BOUNCES, MAX_RESTIR_NEIGHBOURS};
 use pt_shaders::records::{
     AreaSampling, BvhImportance, EmissionShare, GlassShadows, KIND_EMISSIVE, KIND_ENVIRONMENT,
     KIND_POSITIONAL, KIND_SUN, LightSampler, MASK_OPAQUE, MASK_TRANSMISSIVE, RisSource,
@@ -40,12 +43,31 @@ knobs! {
         /// BIASED above 0: largest radiance, mean of the channels, of what a path of narrow lobes brings at once; a path that scattered or found
         /// its light with a low density may bring less; 0 is no limit.
         pub firefly: f32 = 0.0, in 0.0..=f32::MAX, unit "radiance";
+        /// Whether surfaces get light that the paths of other pixels and frames have found; not with half a bounce.
+        pub reuse: BounceReuse = BounceReuse::None, source "Ouyang et al. 2021" => structural;
+        /// Which rays `reuse=restir-gi` traces; all but `in-weight` are biased.
+        pub restir_visibility: RestirVisibility = RestirVisibility::InWeight, source "Lin et al. 2022" => structural;
+        /// How much the past of `reuse=restir-gi` counts at most: more means less noise that changes more slowly; 0: the past is not reused.
+        pub restir_history: u32 = 20, in 0..=64, unit "frames", source "Ouyang et al. 2021, section 4.2";
+        /// Neighbours whose bounces `reuse=restir-gi` reuses.
+        pub restir_spatial: u32 = 3, in 0..=MAX_RESTIR_NEIGHBOURS, source "Ouyang et al. 2021, section 4.3";
+        /// How far neighbours of `reuse=restir-gi` are at most.
+        pub restir_radius: f32 = 30.0, in 1.0..=128.0, unit "pixels";
+        /// Length from which on first rays are reused, over the distance of the surface from the camera: neighbours differ the more, the shorter they are.
+        pub restir_distance: f32 = 0.02, in 0.0..=10.0, source "Lin et al. 2022, section 7.2";
+        /// Perceptual roughness of a surface from which on its specular light is that of `reuse=restir-gi`, too.
+        pub restir_roughness: f32 = 0.6, in 0.0..=1.0;
         check Self::has_whole_bounces;
     }
 }
 
 impl IndirectParams {
     fn has_whole_bounces(&self) -> Result<(), InvalidValue> {
+        if self.is_half() && self.reuses() {
+            let expected =
+                "none with bounces=0.5, whose paths are those of other pixels in each frame".into();
+            return Err(InvalidValue { key: "reuse".into(), value: self.reuse.name().into(), expected });
+        }
         if self.is_half() || self.bounces.fract() == 0.0 {
             return Ok(());
         }
@@ -61,6 +83,11 @@ impl IndirectParams {
     /// Half a bounce: every other row, diffuse light alone.
     pub fn is_half(&self) -> bool {
         self.bounces == 0.5
+    }
+
+    /// Whether bounces are reused.
+    pub(crate) fn reuses(&self) -> bool {
+        self.is_on() && self.reuse == BounceReuse::RestirGi
     }
 
     /// What direct lighting leaves to the bounce rays. Where shadow rays do not see glass, it leaves nothing: bounce rays see it.
@@ -106,6 +133,10 @@ impl IndirectParams {
             sun_range: self.sun_range,
             clamp: self.clamp,
             firefly: self.firefly,
+            restir_counts: self.restir_history | self.restir_spatial << 16,
+            restir_radius: self.restir_radius,
+            restir_distance: self.restir_distance,
+            restir_roughness: self.restir_roughness,
         }
     }
 }

@@ -33,6 +33,30 @@ pt_shaders::named_enum! {
     }
 }
 
+pt_shaders::named_enum! {
+    /// Whether surfaces get light that the paths of other pixels and frames have found.
+    pub enum BounceReuse {
+        /// Each pixel has the light of its own path.
+        None = "none",
+        /// Of the light that leaves what the first ray has met, the part that looks the same from everywhere is resampled over time and over neighbours
+        /// (ReSTIR GI).
+        RestirGi = "restir-gi",
+    }
+}
+
+pt_shaders::named_enum! {
+    /// Which rays `reuse=restir-gi` traces between surfaces and reused points.
+    pub enum RestirVisibility {
+        /// BIASED: none. Light comes through walls, and is lost where neighbours do not see what the pixel sees.
+        None = "none",
+        /// BIASED: one, for the sample that is kept. Light is lost where neighbours do not see what the pixel sees.
+        Final = "final",
+        /// Also those that weights need: a target is 0 where the point is hidden. Unbiased without the past, and with it in a scene that stands still and in
+        /// which nothing is partly transparent (BLEND).
+        InWeight = "in-weight",
+    }
+}
+
 pt_shaders::gpu_struct! {
     /// Addresses of what the passes tell each other; `bounce_path.glsl` says what there is.
     pub struct BounceTables {
@@ -62,6 +86,12 @@ pt_shaders::gpu_struct! {
         pub shadow_directions: u64,
         /// `uvec2[]`.
         pub shadow_lights: u64,
+        /// `uvec4[]`; 0: bounces are not reused.
+        pub reusable: u64,
+        /// `uvec4[]`; 0: as above.
+        pub shares: u64,
+        /// `uvec4[]`; 0: as above.
+        pub points: u64,
         /// Paths with a ray from the vertices 0, 2, 4...: `uint[]`.
         pub even_list: u64,
         /// From the others.
@@ -124,5 +154,13 @@ pt_shaders::gpu_struct! {
         pub clamp: f32,
         /// Largest mean radiance that a narrow path brings at once; 0: no limit.
         pub firefly: f32,
+        /// Most frames that the past counts, 0: it is not reused; from bit 16 on neighbours.
+        pub restir_counts: u32,
+        /// How far they are, pixels.
+        pub restir_radius: f32,
+        /// Least distance of a reused point, over that of the surface from the camera.
+        pub restir_distance: f32,
+        /// Perceptual roughness from which on specular light is reused.
+        pub restir_roughness: f32,
     }
 }

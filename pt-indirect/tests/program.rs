@@ -1,10 +1,12 @@
 //! The harness on files, and what the stage refuses.
 
 use pt_core::frame::Uniforms;
+use pt_core::settings::Knobs;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Error, FrameSizes, Recorder, StageInputs};
 use pt_image::image_file::{Layer, LayeredImage};
+use pt_indirect::records::BounceReuse;
 use pt_indirect::{BounceLights, IndirectLighting, IndirectParams};
 use pt_light_sampling::LightTables;
 use pt_scene::builtin;
@@ -77,15 +79,25 @@ fn bounce_lights_without_their_tables_are_refused() {
     let mut lights = LightTables::new(&device, &scene).unwrap();
     lights.attach(&mut gpu);
     let bounce_lights = BounceLights::all(LightSampler::LightBvh);
-    let stage = IndirectLighting::new(&device, gpu.variant(), bounce_lights, 1.0).unwrap();
+    let params = IndirectParams { bounces: 1.0, ..IndirectParams::default() };
+    let stage = IndirectLighting::new(&device, gpu.variant(), bounce_lights, &params).unwrap();
     let images = ChannelImages::alone(&device, FrameSizes::same([4, 4]), &[IndirectLighting::IO]).unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(&device, "frame_uniforms").unwrap();
     let mut recorder = Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
     lights.update(&mut frame, &scene, &mut gpu).unwrap();
     let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
-    let params = IndirectParams { bounces: 1.0, ..IndirectParams::default() };
     let error = stage.record(&mut frame, &inputs, &params, 0.0).unwrap_err();
     let Error::MissingTable { pass, table, .. } = &error else { panic!("{error}") };
     assert_eq!((pass.as_str(), *table), ("bounce lights", "the light tree"), "{error}");
+}
+
+/// Paths of half a bounce belong to other pixels in each frame.
+#[test]
+fn half_a_bounce_is_not_reused() {
+    let params =
+        |bounces| IndirectParams { bounces, reuse: BounceReuse::RestirGi, ..IndirectParams::default() };
+    assert!(params(1.0).validate().is_ok());
+    let error = params(0.5).validate().unwrap_err().to_string();
+    assert!(error.contains("reuse") && error.contains("bounces=0.5"), "{error}");
 }

@@ -61,6 +61,8 @@ dimensions! {
     DIM_LIGHT_STORAGE: 60, 2, "Rounding of stored light, 60: diffuse, 61: specular. x, y, z: red, green, blue.";
     DIM_GRADIENT: 62, 1, "The gradient pixel of a stratum. x: which pixel.";
     DIM_COSINE: 63, 1, "A direction of the environment by the cosine. x: whether; y, z: direction.";
+    DIM_REUSE: 64, 1, "Choices of the reuse of bounces. x: of now or the past; y: of a neighbour.";
+    DIM_REUSE_NEIGHBOURS: 65, MAX_RESTIR_NEIGHBOURS / 2, "Places of the neighbours 2 i (x, y) and 2 i + 1 (z, w) of the reuse of bounces.";
     DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; 8 and on: candidates.";
     DIM_COVERAGE: 1024, 1024, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 1024 + i.";
 }

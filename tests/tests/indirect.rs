@@ -2,6 +2,7 @@
 //! length. Numbers of different frames are independent, so the frames' own means give the standard error.
 
 mod channels;
+mod reuse;
 mod surfaces;
 mod vertex;
 

@@ -70,7 +70,9 @@ impl FullFrame {
             stages.extend(params.gbuffer.searches_motion().then_some(ReplacedMotion::IO));
             stages.extend(params.has_gradient_pixels().then_some(GradientPixels::IO));
             stages.extend(DirectLighting::io(&params.lights));
-            stages.extend(indirect.then_some(IndirectLighting::IO));
+            if indirect {
+                stages.extend(IndirectLighting::io(&params.indirect));
+            }
         }
         if let Some(denoise) = &denoise {
             stages.extend(denoise.io());

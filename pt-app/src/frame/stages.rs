@@ -80,8 +80,7 @@ impl TracedStages {
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
             let bounces = indirect.is_on().then(|| {
-                threads
-                    .spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect.bounces))
+                threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect))
             });
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
             let gradient_pixels = params

@@ -14,8 +14,8 @@ pub(super) const WORD: u64 = 4;
 pub enum RayCount {
     /// One for each thread.
     Threads,
-    /// One for some of the threads.
-    AtMostThreads,
+    /// At most so many for each thread.
+    AtMostPerThread(u32),
     /// As many as the word at this offset, in bytes, of a buffer says when the pass begins.
     Listed(Buffer, u64),
 }
@@ -40,9 +40,10 @@ pub(super) struct RayCounter {
 
 struct Noted {
     pass: String,
-    threads: u64,
+    /// Rays, as far as the host knows.
+    most: u64,
     is_upper_bound: bool,
-    /// The word that holds the number, instead of `threads`.
+    /// The word that holds the number, instead of `most`.
     word: Option<usize>,
 }
 
@@ -70,12 +71,15 @@ impl RayCounter {
         extent: [u32; 3],
         count: &'a RayCount,
     ) -> Option<CopyWord<'a>> {
-        let threads = extent.into_iter().map(u64::from).product();
-        let mut noted = Noted { pass: pass.into(), threads, is_upper_bound: false, word: None };
+        let most = extent.into_iter().map(u64::from).product();
+        let mut noted = Noted { pass: pass.into(), most, is_upper_bound: false, word: None };
         let mut copy = None;
         match count {
             RayCount::Threads => {}
-            RayCount::AtMostThreads => noted.is_upper_bound = true,
+            RayCount::AtMostPerThread(rays) => {
+                noted.most *= u64::from(*rays);
+                noted.is_upper_bound = true;
+            }
             RayCount::Listed(..) if self.listed == MAX_LISTS => noted.is_upper_bound = true,
             RayCount::Listed(list, offset) => {
                 noted.word = Some(self.listed);
@@ -93,7 +97,7 @@ impl RayCounter {
         let words: Vec<u32> = self.words.mapped();
         let rays = |noted: &Noted| PassRays {
             pass: noted.pass.clone(),
-            rays: noted.word.map_or(noted.threads, |word| u64::from(words[word])),
+            rays: noted.word.map_or(noted.most, |word| u64::from(words[word])),
             is_upper_bound: noted.is_upper_bound,
         };
         self.noted.iter().map(rays).collect()

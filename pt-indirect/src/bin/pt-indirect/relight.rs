@@ -57,11 +57,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let mut tables = LightTables::new(&device, &scene)?;
     tables.prepare(&device, &scene, &mut gpu, Some(SamplerChoice::from(args.sampler)))?;
-    let stage =
-        IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler), params.bounces)?;
+    let stage = IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler), &params)?;
     let record: FrameRecord = sidecar.record();
     let size = record.size.to_array();
-    let stages = [IndirectLighting::IO];
+    let stages = IndirectLighting::io(&params);
     let images = ChannelImages::alone(&device, FrameSizes::same(size), &stages)?;
     let given: Vec<_> = FramePlan::new(FrameSizes::same(size)).missing(&stages).into_iter().collect();
     recorded.load(&images, &given)?;
