@@ -106,6 +106,8 @@ gpu_constants! {
     pub const FEATURE_MIXED_SIDES: u32 = 2048;
     /// Portals of the environment.
     pub const FEATURE_PORTALS: u32 = 4096;
+    /// Directional lights that have a size, which is seen.
+    pub const FEATURE_SUN_DISC: u32 = 8192;
     /// Checkerboard flag of a surface that the camera sees directly.
     pub const FLAG_PRIMARY: u32 = 1;
     /// Checkerboard flag of a surface that is seen by reflection.

@@ -11,4 +11,5 @@ mod physical_sky;
 mod random;
 mod replay;
 mod sources;
+mod sun_disc;
 mod taa;
