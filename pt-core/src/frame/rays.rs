@@ -16,6 +16,8 @@ pub enum RayCount {
     Threads,
     /// One for some of the threads.
     AtMostThreads,
+    /// Up to so many for each thread.
+    AtMostPerThread(u32),
     /// As many as the word at this offset, in bytes, of a buffer says when the pass begins.
     Listed(Buffer, u64),
 }
@@ -40,9 +42,9 @@ pub(super) struct RayCounter {
 
 struct Noted {
     pass: String,
-    threads: u64,
+    rays: u64,
     is_upper_bound: bool,
-    /// The word that holds the number, instead of `threads`.
+    /// The word that holds the number, instead of `rays`.
     word: Option<usize>,
 }
 
@@ -70,12 +72,16 @@ impl RayCounter {
         extent: [u32; 3],
         count: &'a RayCount,
     ) -> Option<CopyWord<'a>> {
-        let threads = extent.into_iter().map(u64::from).product();
-        let mut noted = Noted { pass: pass.into(), threads, is_upper_bound: false, word: None };
+        let rays = extent.into_iter().map(u64::from).product();
+        let mut noted = Noted { pass: pass.into(), rays, is_upper_bound: false, word: None };
         let mut copy = None;
         match count {
             RayCount::Threads => {}
             RayCount::AtMostThreads => noted.is_upper_bound = true,
+            RayCount::AtMostPerThread(most) => {
+                noted.rays *= u64::from(*most);
+                noted.is_upper_bound = true;
+            }
             RayCount::Listed(..) if self.listed == MAX_LISTS => noted.is_upper_bound = true,
             RayCount::Listed(list, offset) => {
                 noted.word = Some(self.listed);
@@ -93,7 +99,7 @@ impl RayCounter {
         let words: Vec<u32> = self.words.mapped();
         let rays = |noted: &Noted| PassRays {
             pass: noted.pass.clone(),
-            rays: noted.word.map_or(noted.threads, |word| u64::from(words[word])),
+            rays: noted.word.map_or(noted.rays, |word| u64::from(words[word])),
             is_upper_bound: noted.is_upper_bound,
         };
         self.noted.iter().map(rays).collect()
