@@ -25,6 +25,9 @@ pub const MAX_RIS_CANDIDATES: u32 = 16;
 /// Most neighbours of spatiotemporal resampling.
 pub const MAX_RESTIR_NEIGHBOURS: u32 = 8;
 
+/// Most steps of a march through the medium.
+pub const MAX_GODRAYS_STEPS: u32 = 64;
+
 /// Most bounces of a path of indirect light.
 pub const MAX_BOUNCES: u32 = 16;
 
@@ -61,6 +64,7 @@ dimensions! {
     DIM_LIGHT_STORAGE: 60, 2, "Rounding of stored light, 60: diffuse, 61: specular. x, y, z: red, green, blue.";
     DIM_GRADIENT: 62, 1, "The gradient pixel of a stratum. x: which pixel.";
     DIM_COSINE: 63, 1, "A direction of the environment by the cosine. x: whether; y, z: direction.";
+    DIM_GODRAYS: 64, MAX_GODRAYS_STEPS, "Step i of a march through the medium. x: which directional light; y: where in the step; z, w: point on the light's disc.";
     DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; 8 and on: candidates.";
     DIM_COVERAGE: 1024, 1024, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 1024 + i.";
 }

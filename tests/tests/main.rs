@@ -4,6 +4,7 @@ mod backends;
 mod closed_forms;
 mod common;
 mod environment;
+mod godrays;
 mod gradient_pixels;
 mod import_circles;
 mod indirect;

@@ -91,11 +91,17 @@ pub fn session(device: &TestDevice, scene: &Scene) -> Session {
 
 /// The same of the reference path tracer, with paths of at most `bounces` bounces.
 pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u32, spp: u32) -> Mean {
+    let params = ReferenceParams { max_bounces: Some(bounces), spp, ..ReferenceParams::default() };
+    reference_mean_with(scene, camera, size, params)
+}
+
+/// The same with parameters of one's own.
+pub fn reference_mean_with(scene: &Scene, camera: &Camera, size: [u32; 2], params: ReferenceParams) -> Mean {
+    let spp = params.spp;
     let device = TestDevice::open();
     let mut session = session(&device, scene);
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
-    let params = ReferenceParams { max_bounces: Some(bounces), spp, ..ReferenceParams::default() };
     let Session { device, scene, gpu, lights, .. } = &mut session;
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {
