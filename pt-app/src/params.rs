@@ -33,6 +33,13 @@ impl FrameParams {
         self.denoise.variant == Denoiser::Asvgf
     }
 
+    /// The medium of the frame as the reference has it.
+    pub fn medium(&self) -> pt_reference::MediumParams {
+        let pt_gbuffer::GodraysParams { density, albedo, anisotropy, max_distance, .. } =
+            self.gbuffer.godrays;
+        pt_reference::MediumParams { density, albedo, anisotropy, max_distance }
+    }
+
     /// The knobs of direct lighting; gradient pixels take their light samples again.
     pub fn direct(&self) -> pt_lights::DirectParams {
         let replay = self.lights.replay || self.has_gradient_pixels();

@@ -2,8 +2,8 @@
 #include "bsdf/shading_normal.glsl"
 #include "channels.glsl"
 #include "clusters.glsl"
-#include "environment.glsl"
 #include "reflectance.glsl"
+#include "sky.glsl"
 #include "surface.glsl"
 
 struct SeenSurface {

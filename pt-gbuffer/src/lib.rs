@@ -2,6 +2,7 @@
 //!
 //! * [`PrimaryRays`]: one ray a pixel through a thin lens; at its hit the whole contract is written: visibility, normals,
 //!   material, motion, inverse footprint depth, ray-cone texture gradients;
+//! * [`Godrays`]: the medium between the camera and these surfaces, with the sunlight that it scatters, if there is one;
 //! * [`ReflectRefract`]: at mirrors and glass one ray on; the surface that it finds takes the place of the first one. The pass
 //!   is repeated [`GbufferParams::reflect_refract`] times;
 //! * [`ReplacedMotion`]: where the last frame shows what is seen in curved mirrors and through glass;
@@ -9,7 +10,9 @@
 #![forbid(unsafe_code)]
 
 mod camera_interior;
+mod godrays;
 mod hidden_lobes;
+pub mod images;
 mod jitter;
 pub mod oracle;
 mod params;
@@ -18,6 +21,7 @@ pub mod records;
 mod reflect_refract;
 mod replaced_motion;
 
+pub use godrays::{Godrays, GodraysParams};
 pub use hidden_lobes::hidden_lobes;
 pub use jitter::{frame_jitter, halton, r2};
 pub use params::{GbufferParams, Jitter, MotionOfReplaced, ThinRefraction};

@@ -1,5 +1,6 @@
 //! Knobs.
 
+use crate::GodraysParams;
 use pt_core::knobs;
 use pt_core::random::RandomSource;
 use pt_core::trace::TraceVariant;
@@ -71,6 +72,8 @@ knobs! {
         /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both; for averaged frames
         /// without `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
+        /// A medium that scatters sunlight.
+        pub godrays: GodraysParams;
         /// Which rays go through the back faces of single-sided materials, at all stages of the frame.
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
         /// Whether rays look up where alpha-tested triangles are opaque or transparent before they read the texture; the picture has the same bits.

@@ -63,3 +63,23 @@ pt_shaders::gpu_struct! {
         pub light_kinds: u32,
     }
 }
+
+pt_shaders::gpu_struct! {
+    /// Push constants of `godrays.trace` and `godrays_filter.comp`.
+    pub struct GodraysPush {
+        /// Extinction coefficient, 1 / m.
+        pub density: f32,
+        /// Share of it that scatters.
+        pub albedo: f32,
+        /// Mean cosine of the scattering angle.
+        pub anisotropy: f32,
+        /// Where the medium ends, metres from the camera.
+        pub max_distance: f32,
+        /// Steps of the march.
+        pub steps: u32,
+        /// Instances that stop sunlight.
+        pub mask: u32,
+        /// `GLASS_SHADOWS_*`.
+        pub glass_shadows: u32,
+    }
+}

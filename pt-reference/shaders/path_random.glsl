@@ -26,6 +26,8 @@ vec4 random_bsdf(PathRandom r, uint vertex) { return unit_from_bits(path_bits(r,
 uvec4 random_light(PathRandom r, uint vertex) { return path_bits(r, 3u * vertex + 2u); }
 // x: kind of light; y: Russian roulette; z: channel where colours part.
 vec3 random_choices(PathRandom r, uint vertex) { return unit_from_bits(path_bits(r, 3u * vertex + 3u)).xyz; }
+// Of a camera ray in a medium: the share of the light that is scattered before.
+float random_distance(PathRandom r) { return unit_from_bits(path_bits(r, 3u)).w; }
 
 // Of the ray number `segment` of the path, and (shadow = 1) of the shadow ray from where it ends.
 uint path_coverage_seed(PathRandom r, uint segment, uint shadow) {

@@ -5,6 +5,7 @@
 #include "path_sort.glsl"
 #include "camera.glsl"
 #include "path_lights.glsl"
+#include "path_medium.glsl"
 #include "film.glsl"
 
 layout(local_size_x = SHADE_GROUP) in;
@@ -28,6 +29,20 @@ void add_emission(inout PathState path, PathVertex v, Hit hit) {
     path.radiance += path.throughput * v.sampled.emission * bsdf_sample_weight(path, light_pdf);
 }
 
+// Hands a shadow ray on to path_shadow.trace. `radiance`: what arrives if nothing is in its way.
+void store_shadow_ray(inout PathState path, Ray ray, vec3 radiance, uint slot) {
+    path.shadow_rays++;
+    // Where media can change along the ray, path_shadow.trace takes care of them.
+    if (scene_has(FEATURE_TRANSMISSION)) {
+        straight_table(STRAIGHT_SOLIDS).at[slot] = uintBitsToFloat(path.interior.words);
+        straight_table(STRAIGHT_IORS).at[slot] = path.interior.iors;
+        straight_table(STRAIGHT_WAY).at[slot].y = uintBitsToFloat(push.max_bounces - path.vertex);
+    }
+    store_row(ROW_SHADOW_ORIGIN, slot, vec4(ray.origin, ray.t_max));
+    store_row(ROW_SHADOW_DIRECTION, slot, ray.direction, path_coverage_seed(path.random, path.segment, 1u));
+    store_row(ROW_SHADOW_RADIANCE, slot, vec4(path.throughput * radiance, 0.0));
+}
+
 // One sample of one light, whose kind `xi` chooses, and its shadow ray; false: there is none.
 bool next_event(inout PathState path, PathVertex v, LightContext c, float xi, uint slot) {
     LightSample light = sample_light(c, xi, random_light(path.random, path.vertex));
@@ -38,17 +53,7 @@ bool next_event(inout PathState path, PathVertex v, LightContext c, float xi, ui
     if (max_component(radiance) <= 0.0) return false;
     vec3 side = dot(v.face_normal, light.direction) > 0.0 ? v.face_normal : -v.face_normal;
     Ray ray = shadow_ray(v.position, side, light);
-    path.shadow_rays++;
-    // Where media can change along the ray, path_shadow.trace takes care of them.
-    vec3 transmittance = vec3(1.0);
-    if (scene_has(FEATURE_TRANSMISSION)) {
-        straight_table(STRAIGHT_SOLIDS).at[slot] = uintBitsToFloat(path.interior.words);
-        straight_table(STRAIGHT_IORS).at[slot] = path.interior.iors;
-        straight_table(STRAIGHT_WAY).at[slot].y = uintBitsToFloat(push.max_bounces - path.vertex);
-    }
-    store_row(ROW_SHADOW_ORIGIN, slot, vec4(ray.origin, ray.t_max));
-    store_row(ROW_SHADOW_DIRECTION, slot, ray.direction, path_coverage_seed(path.random, path.segment, 1u));
-    store_row(ROW_SHADOW_RADIANCE, slot, vec4(path.throughput * transmittance * radiance, 0.0));
+    store_shadow_ray(path, ray, radiance, slot);
     return true;
 }
 
@@ -139,6 +144,15 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     return scatter(path, v, c, xi.y);
 }
 
+// The medium has scattered the path's ray, which ends it; false: without a shadow ray.
+bool scatter_in_medium(inout PathState path, float t, uint slot) {
+    Ray ray;
+    vec3 radiance;
+    if (!scattered_light(path, t, ray, radiance)) return false;
+    store_shadow_ray(path, ray, radiance, slot);
+    return true;
+}
+
 struct Onward { bool path, shadow; };
 
 // Which rays the slot has next.
@@ -147,7 +161,9 @@ Onward shade(uint slot) {
     Hit hit = load_hit(slot);
     path.segment++;
     Onward onward = Onward(false, false);
-    if (hit.instance == NONE) handle_miss(path);
+    float t;
+    if (is_scattered(path, hit.instance == NONE ? SKY_DISTANCE : hit.t, t)) onward.shadow = scatter_in_medium(path, t, slot);
+    else if (hit.instance == NONE) handle_miss(path);
     else onward.path = handle_hit(path, hit, slot, onward.shadow);
     if (!onward.path) path.flags |= PATH_ENDED;
     store_path(slot, path);

@@ -23,7 +23,7 @@ pub mod records;
 pub use files::{Checkpoint, EstimateFile, ReferenceFileError, denoiser_inputs};
 pub use film::{Estimate, EstimatePixel, FilmState, MergeError};
 pub use identity::Identity;
-pub use params::{LightTypes, ReferenceParams};
+pub use params::{LightTypes, MediumParams, ReferenceParams};
 pub use path_tracer::{Iterations, PathTracer, Tile};
 pub use progressive::Progressive;
 pub use pt_shaders::records::{Background, SamplerKind};

@@ -21,6 +21,21 @@ knobs! {
 }
 
 knobs! {
+    /// A homogeneous medium between the camera and what its rays find, as the frame's god rays have it.
+    #[derive(Copy)]
+    pub struct MediumParams {
+        /// Extinction of the medium; 0: there is none.
+        pub density: f32 = 0.0, in 0.0..=10.0, unit "1/m" => structural;
+        /// Share of the light taken away that is scattered, once; the rest is absorbed.
+        pub albedo: f32 = 0.9, in 0.0..=1.0 => structural;
+        /// Mean cosine of the scattering angle.
+        pub anisotropy: f32 = 0.6, in -0.99..=0.99, source "Henyey and Greenstein 1941" => structural;
+        /// Distance from the camera at which the medium ends; the sky is behind it.
+        pub max_distance: f32 = 100.0, in 1e-3..=1e6, unit "m" => structural;
+    }
+}
+
+knobs! {
     /// Knobs of the reference path tracer. The defaults are unbiased.
     pub struct ReferenceParams {
         /// Maximum number of scattering events after the first hit: 0 is direct light only, none is no limit.
@@ -29,6 +44,8 @@ knobs! {
         pub roulette_start: u32 = 3, in 0..=u32::MAX, source "Arvo and Kirk 1990";
         /// Kinds of light that are included.
         pub light_types: LightTypes;
+        /// A medium that scatters sunlight.
+        pub medium: MediumParams;
         /// Which rays go through the back faces of single-sided materials.
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
         /// What is seen where a camera ray meets no surface.

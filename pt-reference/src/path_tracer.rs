@@ -114,6 +114,10 @@ impl PathTracer {
             ("light_sampler", sampler.unwrap_or(LightSampler::Power).code().into()),
             ("bvh_importance", BvhImportance::SphericalGaussian.code().into()),
             ("environment_listed", false.into()),
+            ("medium_density", params.medium.density.into()),
+            ("medium_albedo", params.medium.albedo.into()),
+            ("medium_anisotropy", params.medium.anisotropy.into()),
+            ("medium_max_distance", params.medium.max_distance.into()),
         ]);
         let compute = |code, constants: &[_]| Kernel::compute::<PathPush>(device, code, constants);
         let trace = |code, culling: Culling| {

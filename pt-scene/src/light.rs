@@ -79,6 +79,11 @@ impl Light {
         light
     }
 
+    /// Whether it is seen in the sky as a disc.
+    pub fn is_disc(&self) -> bool {
+        self.kind == LightKind::Directional && self.angular_radius > 0.0
+    }
+
     /// The same light with a motion, as it is at time 0.
     pub fn moving(self, motion: LightMotion) -> Self {
         Self { motion: Some(motion), ..self }.at(0.0)

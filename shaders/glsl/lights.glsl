@@ -1,7 +1,7 @@
 // Samples the scene's lights from a shading point, one kind of light each. The functions take 4 x 32 random bits (random_bits) and return
 // a sample whose pdf contains all choices made on the way. Nothing is clamped. Host twin: pt_light_sampling::oracle::lights.
 #include "lights/local_lights.glsl"
-#include "environment.glsl"
+#include "sky.glsl"
 
 // First of the lights [first, first + count) whose cdf is above xi; how probable it is, `pmf`.
 uint punctual_pick(uint first, uint count, float xi, out float pmf) {
@@ -80,21 +80,6 @@ float triangle_area_pdf(float twice_area, float distance, float cos_light) {
 float emissive_pdf(uint index, float twice_area, float distance, float cos_light) {
     if (index == NONE || cos_light <= 0.0) return 0.0;
     return EmissiveTable(scene.emissives).at[index].pmf * triangle_area_pdf(twice_area, distance, cos_light);
-}
-
-// A directional light with an angular radius, as seen along `direction`: radiance, and density of sample_sun for the direction.
-// The chord to the axis is compared, because the cosine has no digits left at the sun's size.
-struct SunDisc {
-    vec3 radiance;
-    float pdf;
-};
-
-SunDisc sun_disc(uint index, vec3 direction) {
-    LightRecord light = LightTable(scene.light_tables.lights).at[index];
-    vec3 chord = direction + light.direction;
-    float one_minus_cos = 2.0 * square(sin(0.5 * light.radius));
-    if (light.radius <= 0.0 || dot(chord, chord) > 2.0 * one_minus_cos) return SunDisc(vec3(0.0), 0.0);
-    return SunDisc(light.intensity * (INV_PI / square(sin(light.radius))), light.pmf * cone_pdf(one_minus_cos));
 }
 
 // A texel by alias table, then uniform in its solid angle.

@@ -108,6 +108,8 @@ gpu_constants! {
     pub const FEATURE_PORTALS: u32 = 4096;
     /// MASK or BLEND materials, and tables of where their triangles are opaque or transparent.
     pub const FEATURE_OPACITY_TABLE: u32 = 8192;
+    /// Directional lights that have a size, which is seen.
+    pub const FEATURE_SUN_DISC: u32 = 16384;
     /// Parts of an edge of a triangle in its opacity table.
     pub const OPACITY_SIDE: u32 = 8;
     /// State of a micro-triangle: material and texture decide.

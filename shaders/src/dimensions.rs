@@ -25,6 +25,9 @@ pub const MAX_RIS_CANDIDATES: u32 = 16;
 /// Most neighbours of spatiotemporal resampling.
 pub const MAX_RESTIR_NEIGHBOURS: u32 = 8;
 
+/// Most steps of a march through the medium.
+pub const MAX_GODRAYS_STEPS: u32 = 64;
+
 /// Most bounces of a path of indirect light.
 pub const MAX_BOUNCES: u32 = 16;
 
@@ -64,6 +67,7 @@ dimensions! {
     DIM_REUSE: 64, 1, "Choices of the reuse of bounces. x: of now or the past; y: of a neighbour.";
     DIM_REUSE_NEIGHBOURS: 65, MAX_RESTIR_NEIGHBOURS / 2, "Places of the neighbours 2 i (x, y) and 2 i + 1 (z, w) of the reuse of bounces.";
     DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; 8 and on: candidates.";
+    DIM_GODRAYS: 536, MAX_GODRAYS_STEPS, "Step i of a march through the medium. x: which directional light; y: where in the step; z, w: point on the light's disc.";
     DIM_COVERAGE: 1024, 1024, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 1024 + i.";
 }
 

@@ -7,36 +7,13 @@ mod surfaces;
 mod vertex;
 
 use crate::common;
-use crate::common::{Mean, frames_mean, frames_means, furnace, params, reference_mean};
+use crate::common::{Mean, assert_same, frames_mean, frames_means, furnace, params, reference_mean};
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use pt_core::trace::TraceBackend;
 use pt_scene::{Camera, Light, Lobes, Material, Scene};
 use pt_shaders::channels::{COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, FLAT_COLOR};
 use pt_shaders::records::EmissionShare;
 use pt_tests::{Frames, builtin};
-
-/// Fails when two means differ by more than 4 standard errors and `rounding`, relative.
-fn assert_same(what: &str, found: Mean, expected: Mean, rounding: f64) {
-    println!(
-        "{what}: {:.5} +- {:.5}, expected {:.5}, ratio {:.4}",
-        found.mean,
-        found.error,
-        expected.mean,
-        found.mean / expected.mean
-    );
-    for c in 0..3 {
-        let off = (found.mean[c] - expected.mean[c]).abs();
-        let error = found.error[c].hypot(expected.error[c]);
-        assert!(
-            off <= 4.0 * error + rounding * expected.mean[c],
-            "{what}: channel {c}: {found:?}, expected {expected:?}"
-        );
-        assert!(
-            error < 0.01 * expected.mean[c],
-            "{what}: too much noise to say anything: {found:?}, {expected:?}"
-        );
-    }
-}
 
 /// In a closed box whose walls emit e and reflect a share a, every bounce adds the light of the one before times a: with B bounces each
 /// pixel is e (1 + a + ... + a^(B + 1)).

@@ -100,9 +100,15 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
                 Some(spp) => {
                     let max_bounces = args.reference_bounces;
                     let background = params.denoise.background;
-                    let params =
-                        ReferenceParams { spp, max_bounces, background, ..ReferenceParams::default() };
-                    Some(reference(&mut session, moment, params)?)
+                    let medium = params.medium();
+                    let truth = ReferenceParams {
+                        spp,
+                        max_bounces,
+                        background,
+                        medium,
+                        ..ReferenceParams::default()
+                    };
+                    Some(reference(&mut session, moment, truth)?)
                 }
                 None => None,
             };

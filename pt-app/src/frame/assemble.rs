@@ -8,7 +8,7 @@ use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, StageIo};
 use pt_denoise::{Composite, DenoiseChain, GradientPixels};
-use pt_gbuffer::{PrimaryRays, ReflectRefract, ReplacedMotion};
+use pt_gbuffer::{Godrays, PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::IndirectLighting;
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
@@ -66,6 +66,15 @@ impl FullFrame {
         let mut stages: Vec<StageIo> = Vec::new();
         if traced.is_some() {
             stages.push(PrimaryRays::IO);
+            stages.extend(
+                params
+                    .gbuffer
+                    .godrays
+                    .is_on()
+                    .then_some([Godrays::MARCH, Godrays::FILTER])
+                    .into_iter()
+                    .flatten(),
+            );
             stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
             stages.extend(params.gbuffer.searches_motion().then_some(ReplacedMotion::IO));
             stages.extend(params.has_gradient_pixels().then_some(GradientPixels::IO));

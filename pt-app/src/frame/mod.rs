@@ -167,6 +167,9 @@ impl FullFrame {
         let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
         let light_kinds = params.lights.push(0.0).kinds;
         traced.primary.record(frame, inputs, &gbuffer)?;
+        if let Some(godrays) = &traced.godrays {
+            godrays.record(frame, inputs, &gbuffer.godrays, params.lights.glass_shadows)?;
+        }
         for bounce in 0..gbuffer.reflect_refract {
             traced.reflect_refract.record(frame, inputs, &gbuffer, light_kinds, bounce)?;
         }

@@ -5,7 +5,7 @@ use crate::session::join;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Result};
 use pt_denoise::GradientPixels;
-use pt_gbuffer::{PrimaryRays, ReflectRefract, ReplacedMotion};
+use pt_gbuffer::{Godrays, PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::LightRays;
 use pt_lights::{DirectLighting, DirectParams};
@@ -62,6 +62,8 @@ impl Stage {
 /// The stages that trace rays: they need a scene.
 pub(super) struct TracedStages {
     pub(super) primary: PrimaryRays,
+    /// Absent without a medium.
+    pub(super) godrays: Option<Godrays>,
     pub(super) reflect_refract: ReflectRefract,
     /// Absent unless knobs ask for it.
     pub(super) replaced_motion: Option<ReplacedMotion>,
@@ -83,12 +85,15 @@ impl TracedStages {
                 threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect))
             });
             let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
+            let godrays =
+                params.gbuffer.godrays.is_on().then(|| threads.spawn(|| Godrays::new(device, variant)));
             let gradient_pixels = params
                 .has_gradient_pixels()
                 .then(|| threads.spawn(|| GradientPixels::new(device, variant, &params.denoise)));
             let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
             let mut stages = Self {
                 primary: PrimaryRays::new(device, variant)?,
+                godrays: godrays.map(join).transpose()?,
                 reflect_refract: join(reflect_refract)?,
                 replaced_motion: (params.gbuffer.searches_motion())
                     .then(|| ReplacedMotion::new(device, variant))

@@ -268,7 +268,7 @@ impl GpuScene {
         self.accel.backend()
     }
 
-    /// `FEATURE_*` bits of what the materials and meshes have, for kernels that are specialised.
+    /// `FEATURE_*` bits of what the materials, meshes and lights have, for kernels that are specialised.
     pub fn features(&self) -> u32 {
         self.features
     }

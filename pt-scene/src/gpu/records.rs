@@ -1,14 +1,15 @@
 //! From scene types to GPU records.
 
-use crate::{AlphaMode, Instance, Lobes, Material, Mesh, Scene, TextureRef, media};
+use crate::{AlphaMode, Instance, Light, Lobes, Material, Mesh, Scene, TextureRef, media};
 use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES,
     FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_OPACITY_TABLE, FEATURE_PORTALS,
-    FEATURE_SECOND_UV, FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, InstanceRecord,
-    LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND,
-    MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
+    FEATURE_SECOND_UV, FEATURE_SUN_DISC, FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION,
+    FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED,
+    MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord,
+    NONE, TextureSlot, VertexRecord,
 };
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
@@ -43,7 +44,7 @@ pub(super) fn materials(materials: &[Material]) -> (Vec<MaterialRecord>, Vec<Lob
     (records, lobes)
 }
 
-/// `FEATURE_*` bits of what any of the materials and meshes has. `materials`: the records of the scene's.
+/// `FEATURE_*` bits of what any of the materials, meshes and lights has. `materials`: the records of the scene's.
 pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
     let bit = |on: bool, feature: u32| if on { feature } else { 0 };
     let textured = |slot: &TextureSlot| slot.texture != NONE;
@@ -65,6 +66,7 @@ pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
         | bit(scene.meshes.iter().any(Mesh::is_colored), FEATURE_VERTEX_COLOR)
         | bit(scene.instances.len() != 1, FEATURE_INSTANCES)
         | bit(!scene.portals.is_empty(), FEATURE_PORTALS)
+        | bit(scene.lights.iter().any(Light::is_disc), FEATURE_SUN_DISC)
 }
 
 fn lobe(m: &Material) -> LobeRecord {

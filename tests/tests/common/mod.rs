@@ -20,6 +20,29 @@ pub struct Mean {
     pub error: DVec3,
 }
 
+/// Fails when two means differ by more than 4 standard errors and `rounding`, relative.
+pub fn assert_same(what: &str, found: Mean, expected: Mean, rounding: f64) {
+    println!(
+        "{what}: {:.5} +- {:.5}, expected {:.5}, ratio {:.4}",
+        found.mean,
+        found.error,
+        expected.mean,
+        found.mean / expected.mean
+    );
+    for c in 0..3 {
+        let off = (found.mean[c] - expected.mean[c]).abs();
+        let error = found.error[c].hypot(expected.error[c]);
+        assert!(
+            off <= 4.0 * error + rounding * expected.mean[c],
+            "{what}: channel {c}: {found:?}, expected {expected:?}"
+        );
+        assert!(
+            error < 0.01 * expected.mean[c],
+            "{what}: too much noise to say anything: {found:?}, {expected:?}"
+        );
+    }
+}
+
 /// Parameters for pictures that are averaged, textures as the reference reads them.
 pub fn params(sets: &[&str]) -> FrameParams {
     let sets: Vec<_> = sets.iter().map(|set| (*set).to_owned()).collect();
@@ -68,11 +91,17 @@ pub fn session(device: &TestDevice, scene: &Scene) -> Session {
 
 /// The same of the reference path tracer, with paths of at most `bounces` bounces.
 pub fn reference_mean(scene: &Scene, camera: &Camera, size: [u32; 2], bounces: u32, spp: u32) -> Mean {
+    let params = ReferenceParams { max_bounces: Some(bounces), spp, ..ReferenceParams::default() };
+    reference_mean_with(scene, camera, size, params)
+}
+
+/// The same with parameters of one's own.
+pub fn reference_mean_with(scene: &Scene, camera: &Camera, size: [u32; 2], params: ReferenceParams) -> Mean {
+    let spp = params.spp;
     let device = TestDevice::open();
     let mut session = session(&device, scene);
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
-    let params = ReferenceParams { max_bounces: Some(bounces), spp, ..ReferenceParams::default() };
     let Session { device, scene, gpu, lights, .. } = &mut session;
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {

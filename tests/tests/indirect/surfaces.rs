@@ -1,8 +1,7 @@
 //! What the G-buffer shows in mirrors, through glass and through blended surfaces, against the reference: the same light, whichever pass
 //! finds it.
 
-use super::assert_same;
-use crate::common::{self, Mean, frames_mean, params, reference_mean};
+use crate::common::{self, Mean, assert_same, frames_mean, params, reference_mean};
 use glam::{Affine3A, DVec3, Vec3};
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;

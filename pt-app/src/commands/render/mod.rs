@@ -102,7 +102,8 @@ fn render(
         if let Some(oracles) = full.oracles().filter(|oracles| oracles.needs_truth()) {
             let record = FullFrame::view(&session.camera.at(time), args.frame.output_size(), params);
             let view = TruthOf { scene: &session.scene, camera: &args.frame.camera, time, record };
-            let knobs = ReferenceParams { spp: args.oracle_spp, ..ReferenceParams::default() };
+            let (spp, medium) = (args.oracle_spp, params.medium());
+            let knobs = ReferenceParams { spp, medium, ..ReferenceParams::default() };
             let truth = path_trace(&session.device, session.gpu.backend(), &view, &knobs)?;
             oracles.set_truth(&radiance(&truth.file.estimate), time_step)?;
         }

@@ -59,6 +59,11 @@ fn main() -> ExitCode {
 
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let params: GbufferParams = args.stage.params()?;
+    ensure!(
+        !params.godrays.is_on(),
+        "godrays.density is {}: this program loads no lights that a medium could scatter; use pt render",
+        params.godrays.density
+    );
     if let Some(path) = &args.output {
         check_output(path)?;
     }
