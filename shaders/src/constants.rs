@@ -27,6 +27,12 @@ gpu_constants! {
     pub const MATERIAL_BLEND: u32 = 4;
     /// `MaterialRecord::flags`: the camera sees the base colour as radiance.
     pub const MATERIAL_UNLIT: u32 = 8;
+    /// `MaterialRecord::flags`: rays to infinity that meet it end in the environment.
+    pub const MATERIAL_SKY: u32 = 16;
+    /// `MaterialRecord::flags`: what is seen in it has the motion of the surface, not that of the mirror image.
+    pub const MATERIAL_OWN_MOTION: u32 = 32;
+    /// First bit of the camera in `MaterialRecord::flags`.
+    pub const MATERIAL_CAMERA_SHIFT: u32 = 16;
 
     /// `LightRecord::kind`: point light, intensity in candela.
     pub const LIGHT_POINT: u32 = 0;
@@ -106,6 +112,12 @@ gpu_constants! {
     pub const FEATURE_MIXED_SIDES: u32 = 2048;
     /// Portals of the environment.
     pub const FEATURE_PORTALS: u32 = 4096;
+    /// Surfaces that show the environment.
+    pub const FEATURE_SKY: u32 = 8192;
+    /// Materials with waves.
+    pub const FEATURE_WAVES: u32 = 16384;
+    /// Surfaces that show the view of a camera.
+    pub const FEATURE_CAMERA_VIEWS: u32 = 32768;
     /// Checkerboard flag of a surface that the camera sees directly.
     pub const FLAG_PRIMARY: u32 = 1;
     /// Checkerboard flag of a surface that is seen by reflection.
