@@ -64,7 +64,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_the_place() {
         (json!({"pt_kind": "camera", "pt_camera": [1]}), ".pt_camera: ", "expected the name of a camera"),
         (json!({"pt_kind": "water", "pt_wave_slope": 1e39}), "slope of the waves inf", "is not in 0..1"),
         (json!({"pt_kind": "water", "pt_wave_slope": -0.1}), "slope of the waves -0.1", "is not in 0..1"),
-        (json!({"pt_kind": "water", "pt_wave_length": 0}), "length of the waves 0", "is not above 0"),
+        (json!({"pt_kind": "water", "pt_wave_length": 0}), "length of the waves 0", "is not in 0.001..1000000"),
         (json!({"pt_kind": "water", "pt_wave_length": "NaN"}), ".pt_wave_length: ", "expected a number"),
     ];
     for (extras, place, what) in cases {

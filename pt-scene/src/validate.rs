@@ -141,7 +141,7 @@ impl Scene {
         }
         if let Some(waves) = m.waves {
             unit("slope of the waves", waves.slope)?;
-            within("length of the waves", [waves.length], f32::MIN_POSITIVE..=f32::MAX)?;
+            within("length of the waves", [waves.length], 1e-3..=1e6)?;
         }
         if let Shows::Camera(camera) = m.shows
             && camera as usize >= self.cameras.len().min(MAX_SHOWN_CAMERAS)

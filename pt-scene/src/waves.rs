@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 pub struct Waves {
     /// Root mean square of the slope, 0..=1; 0: the surface is flat.
     pub slope: f32,
-    /// Length of the longest wave, metres, > 0.
+    /// Length of the longest wave, metres, 0.001..=1e6.
     pub length: f32,
 }
 

@@ -8,10 +8,11 @@ const float GRAVITY = 9.81;
 // Gradient of the height in world space. `slope`: root mean square; `longest`: metres; `time`: seconds.
 vec3 wave_gradient(vec3 position, float slope, float longest, float time) {
     vec3 c = cos(WAVE_ANGLES), s = sin(WAVE_ANGLES);
-    vec3 number = 2.0 * PI / (longest * WAVE_LENGTHS);
-    vec3 phase = number * (c * position.x + s * position.z) - sqrt(GRAVITY * number) * time;
+    // In turns, of which only the fraction counts: cosines of large numbers have no precision on some devices.
+    vec3 lengths = longest * WAVE_LENGTHS;
+    vec3 turns = fract((c * position.x + s * position.z) / lengths - sqrt(GRAVITY / (2.0 * PI * lengths)) * time);
     // The slope of a sine of steepness a has the mean square a^2 / 2.
-    vec3 along = slope * sqrt(2.0 / 3.0) * cos(phase);
+    vec3 along = slope * sqrt(2.0 / 3.0) * cos(2.0 * PI * turns);
     return vec3(dot(along, c), 0.0, dot(along, s));
 }
 
