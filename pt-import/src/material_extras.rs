@@ -53,9 +53,10 @@ pub(crate) fn read(document: &Document, material: &JsonMaterial, at: &str) -> Re
     }
     let number = |key: &str| match object.get(key) {
         None => Ok(None),
-        Some(value) => {
-            value.as_f64().map(|x| Some(x as f32)).ok_or_else(|| document.invalid(at(key), "expected a number"))
-        }
+        Some(value) => value
+            .as_f64()
+            .map(|x| Some(x as f32))
+            .ok_or_else(|| document.invalid(at(key), "expected a number")),
     };
     let (wave_slope, wave_length) = (number("pt_wave_slope")?, number("pt_wave_length")?);
     Ok(Extras { kind, camera, wave_slope, wave_length })

@@ -63,7 +63,8 @@ fn material(
         Checked::Invalid => return Err(uses.document.invalid(format!("{at}.alphaMode"), "unknown mode")),
     };
     let (color, data) = (TextureUsage::Color, TextureUsage::Data);
-    let becomes = Material { alpha_mode, ..Material::default() }.with_kind(kind.unwrap_or(MaterialKind::Regular));
+    let becomes =
+        Material { alpha_mode, ..Material::default() }.with_kind(kind.unwrap_or(MaterialKind::Regular));
     let base_color = if becomes.is_masked() { TextureUsage::Cutout } else { color };
     let surface = match specular_glossiness::read(uses, m, base_color, at)? {
         Some(surface) => surface,

@@ -46,7 +46,8 @@ fn a_camera_is_found_by_name_or_by_its_index_in_the_file() {
 
 #[test]
 fn waves_are_set_beside_the_kind() {
-    let waves = material(json!({"pt_kind": "water", "pt_wave_slope": 0.25, "pt_wave_length": 2})).waves.unwrap();
+    let waves =
+        material(json!({"pt_kind": "water", "pt_wave_slope": 0.25, "pt_wave_length": 2})).waves.unwrap();
     assert_eq!((waves.slope, waves.length), (0.25, 2.0));
     let flat = material(json!({"pt_kind": "slime", "pt_wave_slope": 0})).waves.unwrap();
     assert_eq!(flat.slope, 0.0);
@@ -64,7 +65,11 @@ fn what_cannot_be_is_refused_in_one_line_that_names_the_place() {
         (json!({"pt_kind": "camera", "pt_camera": [1]}), ".pt_camera: ", "expected the name of a camera"),
         (json!({"pt_kind": "water", "pt_wave_slope": 1e39}), "slope of the waves inf", "is not in 0..1"),
         (json!({"pt_kind": "water", "pt_wave_slope": -0.1}), "slope of the waves -0.1", "is not in 0..1"),
-        (json!({"pt_kind": "water", "pt_wave_length": 0}), "length of the waves 0", "is not in 0.001..1000000"),
+        (
+            json!({"pt_kind": "water", "pt_wave_length": 0}),
+            "length of the waves 0",
+            "is not in 0.001..1000000",
+        ),
         (json!({"pt_kind": "water", "pt_wave_length": "NaN"}), ".pt_wave_length: ", "expected a number"),
     ];
     for (extras, place, what) in cases {

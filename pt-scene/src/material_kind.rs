@@ -193,14 +193,21 @@ mod tests {
             (MaterialKind::Slime, |m| m.is_solid() && m.ior == 1.34 && m.waves == Some(Waves::default())),
             (MaterialKind::Lava, |m| m.emissive == 5.0 * plain().base_color.xyz() && m.roughness == 1.0),
             (MaterialKind::Sky, |m| m.shows == Shows::Environment && !m.is_emissive()),
-            (MaterialKind::Invisible, |m| m.base_color.w < 1.0 && matches!(m.alpha_mode, AlphaMode::Mask { cutoff } if cutoff == 1.0)),
+            (MaterialKind::Invisible, |m| {
+                m.base_color.w < 1.0 && matches!(m.alpha_mode, AlphaMode::Mask { cutoff } if cutoff == 1.0)
+            }),
             (MaterialKind::Explosion, |m| {
-                m.alpha_mode == AlphaMode::Blend && m.emissive == 10.0 * plain().base_color.xyz() && m.base_color.w == 0.6
+                m.alpha_mode == AlphaMode::Blend
+                    && m.emissive == 10.0 * plain().base_color.xyz()
+                    && m.base_color.w == 0.6
             }),
             (MaterialKind::TransparentWall, |m| m.alpha_mode == AlphaMode::Blend && m.double_sided),
             (MaterialKind::TransparentModel, |m| m.alpha_mode == AlphaMode::Blend && !m.double_sided),
             (MaterialKind::Screen, |m| {
-                m.emissive == plain().base_color.xyz() && m.base_color.xyz() == Vec3::ZERO && m.roughness == 0.0 && m.specular == 1.0
+                m.emissive == plain().base_color.xyz()
+                    && m.base_color.xyz() == Vec3::ZERO
+                    && m.roughness == 0.0
+                    && m.specular == 1.0
             }),
             (MaterialKind::Camera, |m| m.shows == Shows::Camera(0) && m.base_color.xyz() == Vec3::ZERO),
         ];
@@ -227,6 +234,8 @@ mod tests {
         let tea = tea.with_kind(MaterialKind::Water);
         assert_eq!((tea.attenuation_color, tea.attenuation_distance), (Vec3::Y, 0.1));
         let water = of(MaterialKind::Water);
-        assert!((water.attenuation_color.x - (-0.7f32).exp()).abs() < 1e-6 && water.attenuation_distance == 1.0);
+        assert!(
+            (water.attenuation_color.x - (-0.7f32).exp()).abs() < 1e-6 && water.attenuation_distance == 1.0
+        );
     }
 }

@@ -146,7 +146,9 @@ impl Scene {
         if let Shows::Camera(camera) = m.shows
             && camera as usize >= self.cameras.len().min(MAX_SHOWN_CAMERAS)
         {
-            return Err(format!("camera {camera} does not exist, or is not among the first {MAX_SHOWN_CAMERAS}"));
+            return Err(format!(
+                "camera {camera} does not exist, or is not among the first {MAX_SHOWN_CAMERAS}"
+            ));
         }
         if m.priority > MAX_PRIORITY {
             return Err(format!("priority {} is more than {MAX_PRIORITY}", m.priority));

@@ -32,7 +32,8 @@ impl Waves {
         let waves = DIRECTIONS.into_iter().zip(LENGTHS).map(|(angle, part)| {
             let direction = DVec2::from_angle(angle);
             let number = std::f64::consts::TAU / (part * f64::from(self.length));
-            let phase = number * direction.dot(DVec2::new(position.x, position.z)) - (GRAVITY * number).sqrt() * time;
+            let phase =
+                number * direction.dot(DVec2::new(position.x, position.z)) - (GRAVITY * number).sqrt() * time;
             steepness * phase.cos() * direction
         });
         let sum: DVec2 = waves.sum();

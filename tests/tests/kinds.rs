@@ -262,7 +262,7 @@ fn light_from_infinity_passes_the_sky_and_other_light_does_not() {
         assert_eq!(hole, sky, "{backend}");
         assert!(hole.iter().filter(|pixel| pixel[1] > 0.0).count() > hole.len() / 4, "{backend}");
     }
-    let means = reference(&scene, &camera, size, 128);
+    let means = reference(&scene, &camera, size, 48);
     let mean = means.iter().map(|m| m.0).sum::<DVec3>() / means.len() as f64;
     let variance = means.iter().map(|m| m.1).sum::<DVec3>();
     let error = variance.map(f64::sqrt) / means.len() as f64;

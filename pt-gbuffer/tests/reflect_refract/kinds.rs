@@ -24,7 +24,8 @@ fn a_chrome_model_has_its_own_motion_and_chrome_that_of_the_mirror_image() {
     let motions = |kind, passes| {
         let mut scene = sheet(of(kind), 20.0);
         scene.environment = Environment::constant(Vec3::ONE);
-        let wall = Affine3A::from_translation(Vec3::Z * 9.0) * Affine3A::from_rotation_y(std::f32::consts::PI);
+        let wall =
+            Affine3A::from_translation(Vec3::Z * 9.0) * Affine3A::from_rotation_y(std::f32::consts::PI);
         rectangle(&mut scene, Vec2::splat(50.0), Material::lamp("wall", Vec3::ONE), wall);
         scene.instances[0].world_from_object_prev =
             Affine3A::from_translation(Vec3::new(0.05, 0.02, 0.0)) * scene.instances[0].world_from_object;
@@ -67,8 +68,7 @@ fn a_surface_shows_what_another_camera_sees() {
             let uv = (DVec2::from(flat.map(f64::from)) + 0.5) / DVec2::from(SIZE.map(f64::from));
             let (_, direction) = oracle::camera_ray(&record, uv);
             let hit = direction * (4.0 / -direction.z);
-            let inside =
-                (side.as_dvec2() - (hit.truncate() - side.as_dvec2()).abs()).min_element();
+            let inside = (side.as_dvec2() - (hit.truncate() - side.as_dvec2()).abs()).min_element();
             if inside.abs() > 1e-3 {
                 near(*radiance, if inside > 0.0 { light } else { DVec3::ZERO }, 1e-4);
                 *(if inside > 0.0 { &mut lit } else { &mut dark }) += 1;
@@ -90,7 +90,12 @@ fn waves_bend_the_normals_of_water_and_run() {
     let normals = |angle: f32, waves: Waves, time: f64| {
         let mut scene = Scene::default();
         let place = Affine3A::from_rotation_x(angle.to_radians());
-        rectangle(&mut scene, Vec2::splat(50.0), Material { waves: Some(waves), ..of(MaterialKind::Water) }, place);
+        rectangle(
+            &mut scene,
+            Vec2::splat(50.0),
+            Material { waves: Some(waves), ..of(MaterialKind::Water) },
+            place,
+        );
         scene.set_time(time, time);
         let eye = place.transform_vector3(Vec3::new(0.0, 0.3, 2.0));
         let camera = Camera::look_at("above", eye, Vec3::ZERO, 0.6);

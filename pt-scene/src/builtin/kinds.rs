@@ -206,7 +206,8 @@ fn named_kinds() -> Vec<(Body, Material)> {
     let ripples = Some(Waves { length: 0.15, ..Waves::default() });
     let liquid = |kind: MaterialKind| Material { waves: ripples, ..of(kind, Vec3::ONE) };
     let picture = Some(TextureRef::new(1));
-    let checks = Material { base_color_texture: picture, ..Material::diffuse("screen", Vec3::new(0.4, 1.6, 2.4)) };
+    let checks =
+        Material { base_color_texture: picture, ..Material::diffuse("screen", Vec3::new(0.4, 1.6, 2.4)) };
     let thick = Material { thickness: 1.0, ..Material::diffuse("glass", Vec3::new(0.8, 0.95, 0.9)) };
     vec![
         (Ball, of(MaterialKind::Chrome, Vec3::splat(0.9))),

@@ -28,7 +28,8 @@ use pt_core::trace::{
 };
 use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
 use pt_shaders::records::{
-    CameraRecord, Culling, FEATURE_CAMERA_VIEWS, FEATURE_MIXED_SIDES, FEATURE_WAVES, InstanceRecord, MASK_MIXED_SIDES, MeshRecord, SceneRecord,
+    CameraRecord, Culling, FEATURE_CAMERA_VIEWS, FEATURE_MIXED_SIDES, FEATURE_WAVES, InstanceRecord,
+    MASK_MIXED_SIDES, MeshRecord, SceneRecord,
 };
 use std::thread::{self, Scope};
 
