@@ -55,6 +55,8 @@ InterfaceLobes interface_lobes(SeenSurface s, MaterialRecord m, vec3 direction, 
     w.reflection = mix(f, metal, s.material.metallic) * masking.x;
     w.transmission = base * s.material.transmission * s.material.base_color * masking.y;
     w.spread = bends ? 1.0 / square(eta) : 1.0;
-    w.diffuse = vec3(base * (1.0 - s.material.transmission));
+    // A black base carries nothing, and so is never chosen.
+    bool is_black = max_component(s.material.base_color) <= 0.0;
+    w.diffuse = vec3(is_black ? 0.0 : base * (1.0 - s.material.transmission));
     return w;
 }

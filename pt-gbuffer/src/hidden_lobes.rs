@@ -1,6 +1,7 @@
 //! Lobes that mirrors and glass lose in the frame.
 
 use crate::GbufferParams;
+use glam::Vec3;
 use pt_scene::{Material, Scene, one_line};
 use std::collections::BTreeSet;
 
@@ -41,7 +42,10 @@ fn is_replaced(material: &Material, params: &GbufferParams) -> bool {
     if params.reflect_refract == 0 || material.unlit {
         return false;
     }
-    if material.metallic >= MIRROR_METALLIC && material.metallic_roughness_texture.is_none() {
+    let is_black = material.base_color.truncate() == Vec3::ZERO && material.transmission == 0.0;
+    let is_coat = is_black && material.specular > 0.0;
+    let is_metal = material.metallic >= MIRROR_METALLIC && material.metallic_roughness_texture.is_none();
+    if is_metal || is_coat {
         return material.roughness < params.mirror_roughness;
     }
     material.transmission > 0.0 && material.roughness <= params.glass_roughness
@@ -81,7 +85,7 @@ fn placed_materials(scene: &Scene) -> BTreeSet<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Affine3A, Vec3};
+    use glam::Affine3A;
     use pt_scene::{Instance, Lobes, Mesh};
 
     fn with(material: Material, lobes: Lobes) -> Material {
@@ -122,11 +126,12 @@ mod tests {
             coated(Material::diffuse("wood", Vec3::ONE)),
             anisotropic,
             unlit,
+            coated(Material { roughness: 0.0, ..Material::diffuse("lacquer", Vec3::ZERO) }),
             coated(mirror("not placed")),
         ];
         let notice = hidden_lobes(&scene(materials.clone()), &params).unwrap();
         let names = notice.split(": ").next().unwrap();
-        assert_eq!(names, "car (clearcoat), soap bubble (sheen, iridescence)");
+        assert_eq!(names, "car (clearcoat), soap bubble (sheen, iridescence), lacquer (clearcoat)");
         assert!(notice.contains("real-time frame") && !notice.contains('\n'), "{notice}");
 
         // Colours do not part in bounce rays either.

@@ -29,6 +29,7 @@ mod images;
 #[cfg(feature = "codecs")]
 mod ktx2;
 mod material_extensions;
+mod material_extras;
 mod materials;
 mod meshes;
 mod nodes;
@@ -146,12 +147,13 @@ fn fill(
         document.invalid("extensions.KHR_materials_variants", format!("no variant {what}"))
     })?;
     note_unsupported(&scene, &mut notices);
-    let images = materials::read(document, options, &mut scene)?;
+    let (images, views) = materials::read(document, options, &mut scene)?;
     phases.mark("textures: read and decode");
     let meshes = meshes::read(document, &mut scene, variant, &mut notices)?;
     let rig = animation::read_rig(document, options, &mut scene, &mut notices)?;
     let origins = nodes::read(document, &meshes, rig.as_ref(), options, &mut scene, &mut notices)?;
     animation::attach(document, rig, &mut scene)?;
+    material_extras::find_cameras(document, &mut scene, &views)?;
     if scene.instances.is_empty() {
         notices.add("scenes", "no triangle is placed in the scene");
     }

@@ -5,19 +5,20 @@ use gltf::json::validation::Checked;
 use crate::baked_folder::BakedFolder;
 use crate::document::Document;
 use crate::material_extensions;
+use crate::material_extras::{self, View};
 use crate::options::LoadOptions;
 use crate::specular_glossiness;
 use crate::textures::Uses;
-use pt_scene::{AlphaMode, Material, Scene, SceneError, TextureUsage};
+use pt_scene::{AlphaMode, Material, MaterialKind, Scene, SceneError, TextureUsage};
 
 /// Fills materials (one per glTF material, then the default material) and the textures that they use. Returns the images of the
-/// textures.
+/// textures, and the materials that show the views of cameras.
 pub(crate) fn read(
     document: &Document,
     options: &LoadOptions,
     scene: &mut Scene,
-) -> Result<Vec<usize>, SceneError> {
-    let (materials, mut uses) = collect(document)?;
+) -> Result<(Vec<usize>, Vec<View>), SceneError> {
+    let (materials, mut uses, views) = collect(document)?;
     scene.materials = materials;
     let baked = options.baked.as_deref().map(BakedFolder::open).transpose()?;
     scene.textures = uses.load(baked.as_ref(), options.max_texture_pixels)?;
@@ -30,21 +31,30 @@ pub(crate) fn read(
     if scene.materials.iter().filter_map(|m| m.lobes.as_ref()).any(|lobes| lobes.dispersion > 0.0) {
         scene.notices.push("dispersion: the real-time frame bends all colours alike".into());
     }
-    Ok(uses.in_order.iter().map(|u| u.image).collect())
+    Ok((uses.in_order.iter().map(|u| u.image).collect(), views))
 }
 
-/// The materials, and the images that they use.
-pub(crate) fn collect(document: &Document) -> Result<(Vec<Material>, Uses<'_>), SceneError> {
-    let mut uses = Uses::new(document);
+/// The materials, the images that they use, and those materials that show the views of cameras.
+pub(crate) fn collect(document: &Document) -> Result<(Vec<Material>, Uses<'_>, Vec<View>), SceneError> {
+    let (mut uses, mut views) = (Uses::new(document), Vec::new());
     let mut materials = Vec::with_capacity(document.root.materials.len() + 1);
     for (i, m) in document.root.materials.iter().enumerate() {
-        materials.push(material(&mut uses, m, &format!("materials[{i}]"))?);
+        let at = format!("materials[{i}]");
+        let extras = material_extras::read(document, m, &at)?;
+        let material = material(&mut uses, m, extras.kind, &at)?;
+        materials.push(extras.apply(material, i, &mut views));
     }
     materials.push(Material { name: "default".into(), ..Material::default() });
-    Ok((materials, uses))
+    Ok((materials, uses, views))
 }
 
-fn material(uses: &mut Uses<'_>, m: &material::Material, at: &str) -> Result<Material, SceneError> {
+/// The material as the file has it. `kind`: what it becomes, which decides on the use of its texture.
+fn material(
+    uses: &mut Uses<'_>,
+    m: &material::Material,
+    kind: Option<MaterialKind>,
+    at: &str,
+) -> Result<Material, SceneError> {
     let pbr = &m.pbr_metallic_roughness;
     let alpha_mode = match m.alpha_mode {
         Checked::Valid(JsonAlpha::Opaque) => AlphaMode::Opaque,
@@ -53,7 +63,9 @@ fn material(uses: &mut Uses<'_>, m: &material::Material, at: &str) -> Result<Mat
         Checked::Invalid => return Err(uses.document.invalid(format!("{at}.alphaMode"), "unknown mode")),
     };
     let (color, data) = (TextureUsage::Color, TextureUsage::Data);
-    let base_color = if alpha_mode == AlphaMode::Opaque { color } else { TextureUsage::Cutout };
+    let becomes =
+        Material { alpha_mode, ..Material::default() }.with_kind(kind.unwrap_or(MaterialKind::Regular));
+    let base_color = if becomes.is_masked() { TextureUsage::Cutout } else { color };
     let surface = match specular_glossiness::read(uses, m, base_color, at)? {
         Some(surface) => surface,
         None => Material {

@@ -18,7 +18,7 @@ pub(crate) fn with_images<R>(
     work: impl FnOnce(&Images<'_>) -> Result<R, SceneError>,
 ) -> Result<R, SceneError> {
     let document = Document::read(path, options, &mut Notices::default())?;
-    let (_, mut uses) = materials::collect(&document)?;
+    let (_, mut uses, _) = materials::collect(&document)?;
     // What is computed from an image is computed at load.
     uses.in_order.retain(|u| u.glossiness.is_none());
     work(&Images(uses))

@@ -14,6 +14,7 @@ mod gltf_geometry;
 mod gltf_scenes;
 #[cfg(feature = "codecs")]
 mod images;
+mod material_kinds;
 mod model_materials;
 mod odd_files;
 mod refusals;

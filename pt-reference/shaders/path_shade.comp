@@ -4,6 +4,7 @@
 #include "path_append.glsl"
 #include "path_sort.glsl"
 #include "camera.glsl"
+#include "camera_view.glsl"
 #include "path_lights.glsl"
 #include "path_medium.glsl"
 #include "film.glsl"
@@ -57,6 +58,17 @@ bool next_event(inout PathState path, PathVertex v, LightContext c, float xi, ui
     return true;
 }
 
+// Counts a bounce and draws whether the path goes on after it. `xi`: for Russian roulette.
+bool goes_on(inout PathState path, float xi) {
+    path.vertex++;
+    if (path.vertex > push.roulette_start) {
+        float survival = clamp(max_component(path.throughput), 0.05, 0.95);
+        if (xi >= survival) return false;
+        path.throughput /= survival;
+    }
+    return path.segment < MAX_RAYS;
+}
+
 // Chooses how the path goes on; false: it ends. `xi`: for Russian roulette.
 bool scatter(inout PathState path, PathVertex v, LightContext c, float xi) {
     BsdfSample s = bsdf_sample(v.bsdf, random_bsdf(path.random, path.vertex));
@@ -75,13 +87,7 @@ bool scatter(inout PathState path, PathVertex v, LightContext c, float xi) {
     if (!straight) path.flags = (s.flags & SAMPLE_DELTA) != 0u ? path.flags | PATH_DELTA : 0u;
     path.origin = offset_point(v.position, transmitted ? -v.face_normal : v.face_normal, scene.near_origin);
     if (transmitted) cross_interface(path, v);
-    path.vertex++;
-    if (path.vertex > push.roulette_start) {
-        float survival = clamp(max_component(path.throughput), 0.05, 0.95);
-        if (xi >= survival) return false;
-        path.throughput /= survival;
-    }
-    return path.segment < MAX_RAYS;
+    return goes_on(path, xi);
 }
 
 // The channel that goes on where dispersion parts the colours: each with the same probability, or the only one that is left.
@@ -115,6 +121,18 @@ void add_first_hit(PathVertex v, Hit hit, uint slot) {
     table.at[index] = sum;
 }
 
+// The path goes on from the camera whose view the surface shows, which counts as a bounce; false: it ends, and the surface is black. The camera is
+// taken to be outside of all solids.
+bool enter_view(inout PathState path, PathVertex v, MaterialRecord m, Hit hit) {
+    if (path.vertex >= push.max_bounces || !(v.front || (v.flags & MATERIAL_DOUBLE_SIDED) != 0u)) return false;
+    CameraRay view = camera_view_ray(m, load_surface(hit.instance, hit.triangle, hit.barycentrics));
+    path.origin = view.origin;
+    path.direction = view.direction;
+    path.interior = EMPTY_INTERIOR;
+    path.passed = 0.0;
+    return goes_on(path, random_choices(path.random, path.vertex).y);
+}
+
 // The path's ray has met a surface; false: the path ends there. `shadow`: whether it has a shadow ray.
 bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     shadow = false;
@@ -136,6 +154,8 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
         if ((path.flags & PATH_SEEN) != 0u && push.emission != 0u) path.radiance += path.throughput * v.sampled.base_color;
         return false;
     }
+    MaterialRecord m = MaterialTable(scene.materials).at[v.material];
+    if (shows_camera(m) && (path.flags & PATH_SEEN) != 0u) return enter_view(path, v, m, hit);
     add_emission(path, v, hit);
     if (path.vertex > push.max_bounces) return false;
     vec3 xi = random_choices(path.random, path.vertex);

@@ -8,7 +8,7 @@
 
 use crate::bvh::{Bvh, Triangle};
 use glam::{DAffine3, DVec2, DVec3, DVec4, Vec3, Vec4Swizzles};
-use pt_scene::{AlphaMode, Camera, LightKind, Material, Projection, Scene};
+use pt_scene::{AlphaMode, Camera, LightKind, Material, Projection, Scene, Shows};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
@@ -306,6 +306,7 @@ fn check(m: &Material) -> Result<(), DirectError> {
         (m.alpha_mode != AlphaMode::Opaque, "has an alpha mode"),
         (m.unlit, "is unlit"),
         (m.textures().next().is_some(), "has a texture"),
+        (m.shows != Shows::Itself, "shows something else than itself"),
     ];
     match problems.into_iter().find(|(is, _)| *is) {
         Some((_, what)) => Err(DirectError::Material { material: m.name.clone(), what }),

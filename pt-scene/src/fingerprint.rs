@@ -1,7 +1,7 @@
 use crate::{Environment, Scene, Texels};
 
 impl Scene {
-    /// Hash of everything that an image of the scene depends on, cameras excepted, where its instances are now: 32 hexadecimal
+    /// Hash of everything that an image of the scene depends on, where its instances are now; of its cameras those that surfaces show: 32 hexadecimal
     /// digits. Scenes with different content have different fingerprints; a file moved or renamed keeps its own.
     pub fn fingerprint(&self) -> String {
         let mut hash = Hash(blake3::Hasher::new());
@@ -10,6 +10,10 @@ impl Scene {
             .iter()
             .for_each(|i| hash.text(&(i.mesh, i.world_from_object, i.world_from_object_prev)));
         self.lights.iter().for_each(|light| hash.text(light));
+        self.shown_cameras().for_each(|camera| hash.text(&camera.at(self.time)));
+        if self.materials.iter().any(|material| material.waves.is_some()) {
+            hash.text(&self.time);
+        }
         hash.environment(&self.environment);
         self.portals.iter().for_each(|portal| hash.text(portal));
         for texture in &self.textures {

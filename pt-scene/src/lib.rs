@@ -24,6 +24,7 @@ mod hash;
 mod light;
 mod limits;
 mod material;
+mod material_kind;
 mod merge;
 mod mesh;
 mod mips;
@@ -38,6 +39,7 @@ mod texture;
 mod transform;
 mod usage;
 mod validate;
+mod waves;
 
 pub use animation::{AnimationChoice, AnimationEnd, AnimationInfo};
 pub use bounds::Bounds;
@@ -52,6 +54,7 @@ pub use glam;
 pub use light::{Light, LightKind, shines};
 pub use limits::MAX_RADIANCE;
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef, media};
+pub use material_kind::{MaterialKind, Shows};
 pub use mesh::Mesh;
 pub use mips::{
     MipLevel, decode_texel, decode_texel_16, encode_normal, encode_normal_16, linear_from_srgb,
@@ -66,3 +69,4 @@ pub use texture::{BlockFormat, Filter, MAX_TEXTURE_SIDE, MipFilter, Sampler, Tex
 pub use transform::{MAX_COORDINATE, is_invertible, thicken, thickened, visible};
 pub use usage::TextureUsage;
 pub use validate::{Flaw, Part};
+pub use waves::Waves;

@@ -1,3 +1,4 @@
+use crate::{Shows, Waves};
 use glam::{Affine2, Vec3, Vec4};
 use std::collections::BTreeMap;
 
@@ -199,6 +200,12 @@ pub struct Material {
     /// side; its own hold behind it, as ever. Crossing it leaves the one solid and enters the other. `None`: in front is
     /// air, or whatever solid the point is in anyhow. Not in glTF.
     pub exterior: Option<u32>,
+    /// What rays find at the surface.
+    pub shows: Shows,
+    /// Waves that bend its normals, in place of a normal map.
+    pub waves: Option<Waves>,
+    /// What is seen in a flat mirror of this material has the motion vector of the mirror, not that of the mirror image.
+    pub own_motion: bool,
 }
 
 /// Largest [`Material::priority`]; the GPU record has 8 bits for it.
@@ -235,6 +242,9 @@ impl Default for Material {
             lobes: None,
             priority: 0,
             exterior: None,
+            shows: Shows::Itself,
+            waves: None,
+            own_motion: false,
         }
     }
 }

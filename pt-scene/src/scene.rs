@@ -7,7 +7,7 @@ use crate::animation::{Pose, Rig};
 use crate::light::shines;
 use crate::transform::visible;
 use crate::{
-    AnimationInfo, Bounds, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Texture,
+    AnimationInfo, Bounds, Camera, Environment, ExtensionUse, Light, Material, Mesh, Motion, Shows, Texture,
 };
 
 /// Everything that is to be rendered.
@@ -39,6 +39,8 @@ pub struct Scene {
     pub pose: Pose,
     /// Where they were in the previous frame.
     pub pose_prev: Pose,
+    /// Seconds, of the last [`Scene::set_time`]: waves and cameras that surfaces show go by it.
+    pub time: f64,
     /// What the importer left out or changed, one sentence each.
     pub notices: Vec<String>,
     /// How long the steps of loading took; empty for scenes made by code.
@@ -134,11 +136,21 @@ pub struct Statistics {
 }
 
 impl Scene {
-    /// Whether anything but its cameras changes with the time: an instance, a vertex, or a light.
+    /// Whether anything but its cameras changes with the time: an instance, a vertex, a light, or what a surface shows.
     pub fn is_animated(&self) -> bool {
         self.rig.as_ref().is_some_and(|rig| rig.is_animated())
             || self.instances.iter().any(|instance| instance.motion.is_some())
             || self.lights.iter().any(|light| light.motion.is_some())
+            || self.materials.iter().any(|material| material.waves.is_some())
+            || self.shown_cameras().any(|camera| camera.path.is_some() || camera.motion.is_some())
+    }
+
+    /// The cameras whose views surfaces show.
+    pub fn shown_cameras(&self) -> impl Iterator<Item = &Camera> {
+        self.materials.iter().filter_map(|material| match material.shows {
+            Shows::Camera(camera) => self.cameras.get(camera as usize),
+            _ => None,
+        })
     }
 
     /// Bounding box of all instances where they are now; `None` without any vertex.
@@ -161,6 +173,7 @@ impl Scene {
     /// transforms to where they were at `previous` (seconds); lights blink too, see [`Light::at`]. Cameras are evaluated by
     /// [`Camera::at`], vertices on the device or by [`Scene::pose_meshes`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
+        self.time = now;
         for light in &mut self.lights {
             *light = light.at(now);
         }

@@ -6,8 +6,11 @@ use std::ops::RangeInclusive;
 use crate::transform::{MAX_COORDINATE, is_invertible};
 use crate::{
     AlphaMode, Camera, Instance, Light, LightKind, Lobes, MAX_PRIORITY, Material, Projection, Scene,
-    SceneError,
+    SceneError, Shows,
 };
+
+/// Cameras that surfaces can show; the GPU record has 16 bits for them.
+const MAX_SHOWN_CAMERAS: usize = 0xffff;
 
 /// An element of one of a scene's lists, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,6 +138,17 @@ impl Scene {
                     "{slot} names texture {index} and UV set {set}, or its transform is not finite"
                 ));
             }
+        }
+        if let Some(waves) = m.waves {
+            unit("slope of the waves", waves.slope)?;
+            within("length of the waves", [waves.length], 1e-3..=1e6)?;
+        }
+        if let Shows::Camera(camera) = m.shows
+            && camera as usize >= self.cameras.len().min(MAX_SHOWN_CAMERAS)
+        {
+            return Err(format!(
+                "camera {camera} does not exist, or is not among the first {MAX_SHOWN_CAMERAS}"
+            ));
         }
         if m.priority > MAX_PRIORITY {
             return Err(format!("priority {} is more than {MAX_PRIORITY}", m.priority));

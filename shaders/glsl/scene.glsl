@@ -22,6 +22,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ver
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PositionTable { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer ColorTable { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer IndexTable { uvec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer CameraTable { CameraRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ClusterTable { ClusterNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintTable { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer LocalLightTable { LocalLightRecord at[]; };

@@ -1,6 +1,7 @@
 // From a hit to a surface: geometry in world space, now and in the last frame, and the material at it.
 #include "scene.glsl"
 #include "pack.glsl"
+#include "waves.glsl"
 
 struct Surface {
     uint material;
@@ -186,6 +187,9 @@ MaterialSample load_material(Surface s, Footprint f, float lod_scale) {
         r.emission *= sample_texture(m.emissive_texture, s, f, lod_scale).rgb;
     }
     r.normal = mapped_normal(m.normal_texture, m.normal_scale, s, f, lod_scale);
+    if (scene_has(FEATURE_WAVES) && m.wave_slope > 0.0) {
+        r.normal = wave_normal(s.vertex_normal, s.position, m.wave_slope, m.wave_length, scene.time);
+    }
     return r;
 }
 

@@ -10,6 +10,8 @@
 // Instances take part when (mask & InstanceRecord.mask) != 0. Both sides of a triangle are hit, unless the mask has CULL_BACK_FACES.
 // Whichever backend found the triangle, t and the barycentrics come from triangle_intersection().
 //
+// Rays to infinity (t_max = SKY_DISTANCE) that meet a surface with MATERIAL_SKY have left the scene: no hit. Other rays are stopped by it.
+//
 // Triangles from first_masked on are there with the probability of their coverage(): MASK materials for all rays or none, BLEND
 // materials for a share of them (stochastic transparency: Enderton et al. 2010), so that the mean over rays is the
 // "over" operator, in whatever order the surfaces stand. The number that decides is a function of `ray_coverage`, instance and
@@ -142,4 +144,33 @@ const uint CULLING_FLAGS = gl_RayFlagsNoOpaqueEXT;
 #endif
 #if defined(TRACE_RAY_QUERY) || defined(TRACE_RT_PIPELINE)
 #include "trace/driver_culling.glsl"
+#endif
+
+#if defined(TRACE_COMPUTE) || defined(TRACE_RAY_QUERY) || defined(TRACE_RT_PIPELINE)
+// Whether a ray to infinity ends in the environment where it has met a triangle.
+bool ends_in_sky(Ray ray, Hit hit) {
+    if (hit.instance == NONE || ray.t_max < SKY_DISTANCE) return false;
+    InstanceRecord instance = scene_instance(hit.instance);
+    uint material = material_of(instance, scene_mesh(instance.mesh), hit.triangle);
+    return (MaterialTable(scene.materials).at[material].flags & MATERIAL_SKY) != 0u;
+}
+
+Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) {
+    Hit hit = find_closest(ray, mask, ray_coverage);
+    if (scene_has(FEATURE_SKY) && ends_in_sky(ray, hit)) return MISS;
+    return hit;
+}
+
+// What is behind the sky stops no ray to infinity: such rays need the nearest hit.
+bool needs_nearest(Ray ray) { return scene_has(FEATURE_SKY) && ray.t_max >= SKY_DISTANCE; }
+
+uint trace_blocker(Ray ray, uint mask, uvec2 ray_coverage) {
+    if (needs_nearest(ray)) return trace_closest(ray, mask, ray_coverage).instance;
+    return find_blocker(ray, mask, ray_coverage);
+}
+
+bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) {
+    if (needs_nearest(ray)) return trace_closest(ray, mask, ray_coverage).instance != NONE;
+    return find_any(ray, mask, ray_coverage);
+}
 #endif

@@ -27,6 +27,12 @@ gpu_constants! {
     pub const MATERIAL_BLEND: u32 = 4;
     /// `MaterialRecord::flags`: the camera sees the base colour as radiance.
     pub const MATERIAL_UNLIT: u32 = 8;
+    /// `MaterialRecord::flags`: rays to infinity that meet it end in the environment.
+    pub const MATERIAL_SKY: u32 = 16;
+    /// `MaterialRecord::flags`: what is seen in it has the motion of the surface, not that of the mirror image.
+    pub const MATERIAL_OWN_MOTION: u32 = 32;
+    /// First bit of the camera in `MaterialRecord::flags`.
+    pub const MATERIAL_CAMERA_SHIFT: u32 = 16;
 
     /// `LightRecord::kind`: point light, intensity in candela.
     pub const LIGHT_POINT: u32 = 0;
@@ -110,6 +116,12 @@ gpu_constants! {
     pub const FEATURE_OPACITY_TABLE: u32 = 8192;
     /// Directional lights that have a size, which is seen.
     pub const FEATURE_SUN_DISC: u32 = 16384;
+    /// Surfaces that show the environment.
+    pub const FEATURE_SKY: u32 = 32768;
+    /// Materials with waves.
+    pub const FEATURE_WAVES: u32 = 65536;
+    /// Surfaces that show the view of a camera.
+    pub const FEATURE_CAMERA_VIEWS: u32 = 131072;
     /// Parts of an edge of a triangle in its opacity table.
     pub const OPACITY_SIDE: u32 = 8;
     /// State of a micro-triangle: material and texture decide.

@@ -8,6 +8,7 @@ mod godrays;
 mod gradient_pixels;
 mod import_circles;
 mod indirect;
+mod kinds;
 mod physical_sky;
 mod random;
 mod replay;

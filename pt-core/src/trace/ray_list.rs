@@ -10,7 +10,7 @@ use crate::kernel::Kernel;
 use crate::kernels;
 use crate::texture::TextureTable;
 use glam::{Affine3A, Vec3, Vec4};
-use pt_shaders::records::{Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord};
+use pt_shaders::records::{FEATURE_SKY, Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord};
 
 /// The query: nearest hit or occlusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +69,8 @@ impl RayScene {
             Coverage::Opaque => [&kernels::RAY_LIST_CLOSEST_OPAQUE, &kernels::RAY_LIST_OCCLUDED_OPAQUE],
             Coverage::AlphaTest => [&kernels::RAY_LIST_CLOSEST, &kernels::RAY_LIST_OCCLUDED],
         };
+        // A sky is a matter of materials.
+        let features = [("scene_features", (!FEATURE_SKY).into())];
         let accel = AccelStructure::new(device, meshes, instances, backend, BvhQuality::default())?;
         let mut geometry = Vec::new();
         let mut mesh_records = Vec::new();
@@ -106,8 +108,8 @@ impl RayScene {
             instances: instance_table,
             geometry,
             textures: TextureTable::new(device, &[])?,
-            closest: Kernel::trace::<RayListPush>(device, closest, backend, &[])?,
-            occluded: Kernel::trace::<RayListPush>(device, occluded, backend, &[])?,
+            closest: Kernel::trace::<RayListPush>(device, closest, backend, &features)?,
+            occluded: Kernel::trace::<RayListPush>(device, occluded, backend, &features)?,
         })
     }
 

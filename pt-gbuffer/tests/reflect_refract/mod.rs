@@ -1,6 +1,7 @@
 //! Mirrors and glass against closed forms. Nothing here needs light samples: all light is emission and environment, so that
 //! the channel `transparent` is the radiance of the pixel.
 
+mod kinds;
 mod media;
 mod rig;
 mod through;

@@ -1,14 +1,15 @@
-//! One body of every kind of material, in a grid: from left to right, then from the back row to the front one, in the order
-//! in which `bodies` lists them (pt-scene/README.md has the list).
+//! One body of every material, in a grid: from left to right, then from the back row to the front one, in the order in which `bodies` and
+//! `named_kinds` list them (pt-scene/README.md has the list). The camera `front` sees all of them; each kind of [`MaterialKind`] has a camera of
+//! its name.
 
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::noise::picture;
 use super::shapes::Shape;
 use super::{add_material, add_mesh, place};
-use crate::{AlphaMode, Camera, Instance, Light, Lobes, Material, Scene, TextureRef};
+use crate::{AlphaMode, Camera, Instance, Light, Lobes, Material, MaterialKind, Scene, TextureRef, Waves};
 
-const COLUMNS: usize = 6;
+const COLUMNS: usize = 8;
 const RADIUS: f32 = 0.4;
 
 /// What carries the material.
@@ -18,6 +19,8 @@ enum Body {
     Ball,
     /// The lower half of a sphere without thickness: its inside is seen over the rim.
     Bowl,
+    /// An upright picture.
+    Panel,
 }
 
 pub(super) fn scene() -> Scene {
@@ -38,7 +41,9 @@ pub(super) fn scene() -> Scene {
     plane.quad(Vec3::new(-20.0, 0.0, 10.0), Vec3::X * 40.0, Vec3::Z * -30.0, Vec2::new(20.0, 15.0), floor);
     place(&mut scene, "floor", plane);
 
-    let bodies = bodies();
+    let mut bodies = bodies();
+    bodies.extend(named_kinds());
+    let mut cameras = Vec::new();
     let rows = bodies.len().div_ceil(COLUMNS);
     for (i, (body, material)) in bodies.into_iter().enumerate() {
         let (column, row) = (i % COLUMNS, i / COLUMNS);
@@ -52,6 +57,10 @@ pub(super) fn scene() -> Scene {
                 let (sin, cos) = azimuth.sin_cos();
                 RADIUS * Vec3::new(polar.sin() * cos, -polar.cos(), -polar.sin() * sin)
             }),
+            Body::Panel => {
+                let (width, height) = (0.8 * Vec3::X, 0.45 * Vec3::Y);
+                shape.quad(-0.5 * (width + height), width, height, Vec2::ONE, material)
+            }
         };
         let mesh = add_mesh(&mut scene, &name, shape);
         let at = Vec3::new(
@@ -60,13 +69,17 @@ pub(super) fn scene() -> Scene {
             1.1 * (row as f32 - (rows - 1) as f32),
         );
         scene.instances.push(Instance::new(&name, mesh, Affine3A::from_translation(at)));
+        if MaterialKind::ALL.iter().any(|kind| kind.name() == name) {
+            cameras.push(Camera::look_at(&name, at + Vec3::new(0.0, 0.9, 1.5), at, 0.55));
+        }
     }
     scene.lights.push(Light {
         angular_radius: 0.01,
         ..Light::directional("sun", Vec3::new(-0.5, -0.6, -0.6), 2.0 * Vec3::new(1.0, 0.95, 0.85))
     });
     let middle = Vec3::new(0.0, 0.2, -0.55 * (rows - 1) as f32);
-    scene.cameras.push(Camera::look_at("front", Vec3::new(0.0, 3.9, 4.4), middle, 0.62));
+    scene.cameras.push(Camera::look_at("front", Vec3::new(0.0, 4.6, 5.8), middle, 0.62));
+    scene.cameras.append(&mut cameras);
     scene
 }
 
@@ -83,7 +96,7 @@ fn bodies() -> Vec<(Body, Material)> {
         ..Material::diffuse(name, Vec3::new(0.6, 0.85, 0.7))
     };
     vec![
-        (Ball, Material::lambertian("Lambertian", Vec3::new(0.75, 0.2, 0.1))),
+        (Ball, Material::lambertian("regular", Vec3::new(0.75, 0.2, 0.1))),
         (Ball, plastic("smooth plastic", 0.05)),
         (Ball, plastic("rough plastic", 0.5)),
         (Ball, Material::metal("mirror", Vec3::splat(0.95), 0.0)),
@@ -178,5 +191,37 @@ fn bodies() -> Vec<(Body, Material)> {
                 Lobes { iridescence: 1.0, iridescence_ior: 1.4, ..Lobes::default() },
             ),
         ),
+    ]
+}
+
+/// The kinds of [`MaterialKind`] but for the regular one, which all others are.
+fn named_kinds() -> Vec<(Body, Material)> {
+    use Body::{Ball, Bowl, Panel};
+    let of = |kind: MaterialKind, color: Vec3| Material::diffuse(kind.name(), color).with_kind(kind);
+    let half = |kind: MaterialKind, color: Vec3| {
+        let base_color = color.extend(0.5);
+        Material { base_color, ..Material::diffuse(kind.name(), color) }.with_kind(kind)
+    };
+    // Waves that fit onto a ball.
+    let ripples = Some(Waves { length: 0.15, ..Waves::default() });
+    let liquid = |kind: MaterialKind| Material { waves: ripples, ..of(kind, Vec3::ONE) };
+    let picture = Some(TextureRef::new(1));
+    let checks =
+        Material { base_color_texture: picture, ..Material::diffuse("screen", Vec3::new(0.4, 1.6, 2.4)) };
+    let thick = Material { thickness: 1.0, ..Material::diffuse("glass", Vec3::new(0.8, 0.95, 0.9)) };
+    vec![
+        (Ball, of(MaterialKind::Chrome, Vec3::splat(0.9))),
+        (Bowl, Material { double_sided: true, ..of(MaterialKind::ChromeModel, Vec3::new(0.9, 0.8, 0.6)) }),
+        (Ball, thick.with_kind(MaterialKind::Glass)),
+        (Ball, liquid(MaterialKind::Water)),
+        (Ball, liquid(MaterialKind::Slime)),
+        (Ball, of(MaterialKind::Lava, Vec3::new(0.8, 0.2, 0.03))),
+        (Panel, of(MaterialKind::Sky, Vec3::ONE)),
+        (Ball, of(MaterialKind::Invisible, Vec3::ONE)),
+        (Ball, half(MaterialKind::Explosion, Vec3::new(0.5, 0.25, 0.05))),
+        (Panel, half(MaterialKind::TransparentWall, Vec3::new(0.1, 0.3, 0.7))),
+        (Ball, half(MaterialKind::TransparentModel, Vec3::new(0.1, 0.6, 0.2))),
+        (Panel, checks.with_kind(MaterialKind::Screen)),
+        (Panel, of(MaterialKind::Camera, Vec3::ONE)),
     ]
 }

@@ -4,6 +4,11 @@ use crate::{Camera, Projection};
 use glam::{Mat4, Vec2};
 use pt_shaders::records::CameraRecord;
 
+/// The record of `camera` for a surface that shows its view: 16:9, a pinhole.
+pub(super) fn view_record(camera: &Camera) -> CameraRecord {
+    CameraRecord { lens_radius: 0.0, ..camera_record(camera, [16, 9]) }
+}
+
 /// The record of `camera` for an image of `size` pixels; the vertical extent is kept, the width follows the aspect.
 pub fn camera_record(camera: &Camera, size: [u32; 2]) -> CameraRecord {
     let (projection, half_height) = match camera.projection {

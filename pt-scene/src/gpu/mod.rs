@@ -29,7 +29,8 @@ use pt_core::trace::{
 };
 use pt_core::{Buffer, Device, Frame, Location, Result, SceneResources};
 use pt_shaders::records::{
-    Culling, FEATURE_MIXED_SIDES, InstanceRecord, MASK_MIXED_SIDES, MeshRecord, SceneRecord,
+    CameraRecord, Culling, FEATURE_CAMERA_VIEWS, FEATURE_MIXED_SIDES, FEATURE_WAVES, InstanceRecord,
+    MASK_MIXED_SIDES, MeshRecord, SceneRecord,
 };
 use std::thread::{self, Scope};
 
@@ -54,6 +55,8 @@ pub struct GpuScene {
     clusters: Clusters,
     cluster_nodes: Buffer,
     bsdf_tables: Buffer,
+    cameras: Buffer,
+    camera_records: Vec<CameraRecord>,
     /// Reached through addresses; held so that they live as long as the scene.
     tables: Vec<Buffer>,
     /// The same of the lights; another crate fills them.
@@ -194,12 +197,17 @@ impl GpuScene {
         let instance_bytes = (scene.instances.len() * size_of::<InstanceRecord>()) as u64;
         let instances = Buffer::new(device, "instances", instance_bytes, Location::Device)?;
 
+        let camera_count = if features & FEATURE_CAMERA_VIEWS != 0 { scene.cameras.len() } else { 1 };
+        let camera_bytes = (camera_count * size_of::<CameraRecord>()) as u64;
+        let cameras = Buffer::new(device, "cameras", camera_bytes, Location::Device)?;
+
         let environment = &scene.environment;
         let mut record = SceneRecord {
             instances: instances.address(),
             meshes: mesh_buffer.address(),
             materials: material_buffer.address(),
             lobes: lobe_buffer.address(),
+            cameras: cameras.address(),
             instance_count: scene.instances.len() as u32,
             near_origin: near_origin(scene),
             environment_texture: scene.textures.len() as u32,
@@ -234,6 +242,8 @@ impl GpuScene {
             mesh_records,
             clusters,
             cluster_nodes,
+            cameras,
+            camera_records: Vec::new(),
             bsdf_tables: Buffer::from_slice(device, "bsdf_tables", &crate::bsdf_tables::packed())?,
             tables: vec![
                 position_buffer,
@@ -338,6 +348,7 @@ impl GpuScene {
             }));
             self.accel.update(frame, &self.placements)?;
         }
+        self.update_views(frame, scene)?;
         if let Some(&first) = self.instance_records.first() {
             self.record.first_instance = first;
             self.record.first_mesh = self.mesh_records[first.mesh as usize];
@@ -345,6 +356,22 @@ impl GpuScene {
         if self.uploaded_record != Some(self.record) {
             self.uniforms.upload(frame, &self.record)?;
             self.uploaded_record = Some(self.record);
+        }
+        Ok(())
+    }
+
+    /// What surfaces show of their own accord: waves, and the views of cameras.
+    fn update_views(&mut self, frame: &mut Frame<'_>, scene: &Scene) -> Result<()> {
+        if self.features & FEATURE_WAVES != 0 {
+            self.record.time = scene.time as f32;
+        }
+        if self.features & FEATURE_CAMERA_VIEWS == 0 {
+            return Ok(());
+        }
+        let records: Vec<_> = scene.cameras.iter().map(|c| camera::view_record(&c.at(scene.time))).collect();
+        if records != self.camera_records {
+            frame.upload(&self.cameras, bytemuck::cast_slice(&records))?;
+            self.camera_records = records;
         }
         Ok(())
     }
@@ -384,7 +411,8 @@ impl SceneResources for GpuScene {
             .read_if_used("bsdf_tables", &self.bsdf_tables)
             .textures(&self.textures)
             .addresses(&self.instances)
-            .addresses(&self.cluster_nodes);
+            .addresses(&self.cluster_nodes)
+            .addresses(&self.cameras);
         let missing = light_tables::missing(&self.light_tables, &self.record, pass.kernel());
         let pass = pass.lacks(missing);
         let tables = self.tables.iter().chain(&self.light_tables.buffers);

@@ -1,15 +1,16 @@
 //! From scene types to GPU records.
 
-use crate::{AlphaMode, Instance, Light, Lobes, Material, Mesh, Scene, TextureRef, media};
+use crate::{AlphaMode, Instance, Light, Lobes, Material, Mesh, Scene, Shows, TextureRef, media};
 use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
-    FEATURE_BASE_COLOR_TEXTURE, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES,
-    FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE, FEATURE_OPACITY_TABLE, FEATURE_PORTALS,
-    FEATURE_SECOND_UV, FEATURE_SUN_DISC, FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION,
-    FEATURE_VERTEX_COLOR, InstanceRecord, LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED,
-    MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_UNLIT, MaterialRecord,
-    NONE, TextureSlot, VertexRecord,
+    FEATURE_BASE_COLOR_TEXTURE, FEATURE_CAMERA_VIEWS, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE,
+    FEATURE_INSTANCES, FEATURE_LOBES, FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE,
+    FEATURE_OPACITY_TABLE, FEATURE_PORTALS, FEATURE_SECOND_UV, FEATURE_SKY, FEATURE_SUN_DISC,
+    FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, FEATURE_WAVES, InstanceRecord,
+    LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND,
+    MATERIAL_CAMERA_SHIFT, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_OWN_MOTION, MATERIAL_SKY,
+    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
 };
 
 fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
@@ -56,6 +57,9 @@ pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
             | bit(m.lobes != NONE, FEATURE_LOBES)
             | bit(m.transmission > 0.0, FEATURE_TRANSMISSION)
             | bit(m.flags & (MATERIAL_MASK | MATERIAL_BLEND) != 0, FEATURE_COVERAGE | FEATURE_OPACITY_TABLE)
+            | bit(m.flags & MATERIAL_SKY != 0, FEATURE_SKY)
+            | bit(m.wave_slope > 0.0, FEATURE_WAVES)
+            | bit(m.flags >> MATERIAL_CAMERA_SHIFT != 0, FEATURE_CAMERA_VIEWS)
     };
     let uses = || scene.materials.iter().flat_map(Material::textures).map(|(_, texture)| texture);
     let coat_normals = |m: &Material| m.lobes.as_ref().is_some_and(|l| l.clearcoat_normal_texture.is_some());
@@ -120,6 +124,14 @@ fn material(m: &Material, lobes: u32, medium: u32, exterior: Option<u32>) -> Mat
     if m.unlit {
         flags |= MATERIAL_UNLIT;
     }
+    if m.own_motion {
+        flags |= MATERIAL_OWN_MOTION;
+    }
+    match m.shows {
+        Shows::Itself => {}
+        Shows::Environment => flags |= MATERIAL_SKY,
+        Shows::Camera(camera) => flags |= (camera + 1) << MATERIAL_CAMERA_SHIFT,
+    }
     MaterialRecord {
         base_color: m.base_color,
         emissive: m.emissive,
@@ -138,7 +150,8 @@ fn material(m: &Material, lobes: u32, medium: u32, exterior: Option<u32>) -> Mat
         lobes,
         nesting: m.priority | exterior.map_or(0, |medium| (medium + 1) << 8),
         medium,
-        pad: [0; 2],
+        wave_slope: m.waves.map_or(0.0, |waves| waves.slope),
+        wave_length: m.waves.map_or(1.0, |waves| waves.length),
         base_color_texture: texture_slot(m.base_color_texture),
         metallic_roughness_texture: texture_slot(m.metallic_roughness_texture),
         normal_texture: texture_slot(m.normal_texture),

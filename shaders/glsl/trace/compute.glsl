@@ -221,8 +221,8 @@ Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
     return best;
 }
 
-Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, false); }
+Hit find_closest(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, false); }
 
-uint trace_blocker(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, true).instance; }
+uint find_blocker(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, true).instance; }
 
-bool trace_occluded(Ray ray, uint mask, uvec2 ray_coverage) { return trace_blocker(ray, mask, ray_coverage) != NONE; }
+bool find_any(Ray ray, uint mask, uvec2 ray_coverage) { return find_blocker(ray, mask, ray_coverage) != NONE; }

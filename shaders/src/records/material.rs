@@ -42,7 +42,8 @@ gpu_struct! {
         pub attenuation_distance: f32,
         /// KHR_materials_specular colour factor.
         pub specular_color: Vec3,
-        /// `MATERIAL_*` bits.
+        /// `MATERIAL_*` bits. From bit [`MATERIAL_CAMERA_SHIFT`](crate::constants::MATERIAL_CAMERA_SHIFT): 1 + index of the camera whose
+        /// view the surface shows; 0: none.
         pub flags: u32,
         /// KHR_materials_volume attenuation colour.
         pub attenuation_color: Vec3,
@@ -53,8 +54,10 @@ gpu_struct! {
         pub nesting: u32,
         /// What is behind the surface: the first of all materials with the same index, attenuation and priority.
         pub medium: u32,
-        /// Alignment.
-        pub pad: [u32; 2],
+        /// Root mean square of the slope of its waves; 0: it has none.
+        pub wave_slope: f32,
+        /// Length of the longest of them, metres.
+        pub wave_length: f32,
         /// Base colour and alpha.
         pub base_color_texture: TextureSlot,
         /// Roughness in g, metalness in b.

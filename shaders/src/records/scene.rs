@@ -54,6 +54,8 @@ gpu_struct! {
         pub clusters: u64,
         /// `uint[BLUE_NOISE_SIDE * BLUE_NOISE_SIDE]`: a blue-noise mask, ranks in the upper 12 bits.
         pub blue_noise: u64,
+        /// `CameraRecord[]`: the scene's cameras, for surfaces that show what they see.
+        pub cameras: u64,
         /// Number of instances.
         pub instance_count: u32,
         /// Number of emissive triangles.
@@ -80,6 +82,10 @@ gpu_struct! {
         pub environment_quad_count: u32,
         /// How many portals there are.
         pub portal_count: u32,
+        /// Seconds; 0 in scenes without waves.
+        pub time: f32,
+        /// Alignment.
+        pub pad: u32,
     }
 }
 

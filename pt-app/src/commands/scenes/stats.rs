@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use pt_gbuffer::{GbufferParams, hidden_lobes};
 use pt_import::support;
 use pt_light_sampling::{LightPower, light_powers};
-use pt_scene::{AlphaMode, Clusters, Material, Projection, Scene, Support, Texels, Texture};
+use pt_scene::{AlphaMode, Clusters, Material, Projection, Scene, Shows, Support, Texels, Texture};
 use serde::Serialize;
 
 /// Everything that `pt scenes --stats` says about a scene.
@@ -226,6 +226,9 @@ fn material_kinds(materials: &[Material]) -> BTreeMap<&'static str, usize> {
             ("solid transmission", transmits && m.thickness > 0.0),
             ("absorbing", transmits && m.attenuation_distance.is_finite()),
             ("normal-mapped", m.normal_texture.is_some()),
+            ("waves", m.waves.is_some()),
+            ("sky", m.shows == Shows::Environment),
+            ("camera view", matches!(m.shows, Shows::Camera(_))),
         ];
         let lobes = m.lobes.iter().flat_map(|lobes| lobes.present());
         for kind in own.into_iter().filter_map(|(kind, is)| is.then_some(kind)).chain(lobes) {
@@ -264,11 +267,12 @@ mod tests {
     fn counts_are_those_of_the_scene() {
         let s = stats("kinds");
         for kind in
-            ["mask", "blend", "unlit", "clearcoat", "sheen", "anisotropy", "iridescence", "dispersion"]
+            ["unlit", "clearcoat", "sheen", "anisotropy", "iridescence", "dispersion", "sky", "camera view"]
         {
             assert_eq!(s.material_kinds.get(kind), Some(&1), "{kind}");
         }
-        assert!(s.material_kinds["solid transmission"] == 4 && s.material_kinds["absorbing"] == 1);
+        let several = ["solid transmission", "absorbing", "waves", "mask", "blend"];
+        assert_eq!(several.map(|kind| s.material_kinds[kind]), [7, 3, 2, 2, 4]);
         assert_eq!((s.textures.count, s.textures.formats.get("RGBA8 sRGB")), (2, Some(&2)));
         assert_eq!(s.textures.host_bytes, 4 * (128 * 128 + 256 * 256));
         let chain = |n: u64| -> u64 { (0..=n.ilog2()).map(|l| 4 * (n >> l) * (n >> l)).sum() };
