@@ -82,7 +82,12 @@ fn like(name: &str, names: &[String]) -> String {
 /// A name that no frame has, with one that is spelt like it.
 pub fn check_names(selection: Option<&AovSelection>) -> Result<()> {
     let Some(AovSelection::Named(names)) = selection else { return Ok(()) };
-    let private = [pt_lights::images::CHANNELS, pt_denoise::images::CHANNELS, pt_post::images::CHANNELS];
+    let private = [
+        pt_lights::images::CHANNELS,
+        pt_indirect::images::CHANNELS,
+        pt_denoise::images::CHANNELS,
+        pt_post::images::CHANNELS,
+    ];
     let private =
         private.into_iter().flat_map(|table| (0..table.len()).map(move |i| ChannelId::new(table, i)));
     let known: Vec<_> = ChannelId::all().chain(private).map(ChannelId::full_name).collect();

@@ -28,6 +28,12 @@ const HEIGHT: f32 = 0.6;
 const BOARD: ([f32; 2], [f32; 2], f32) = ([-0.3, -0.75], [0.4, -0.35], 0.2);
 /// The sun shines upwards, so low that it passes beside floor and board and lights the whole ceiling.
 const SUN: (f32, Vec3) = (0.15, Vec3::new(40.0, 30.0, 20.0));
+const EYE: Vec3 = Vec3::new(0.05, 1.6, 5.0);
+const TARGET: Vec3 = Vec3::new(0.0, 0.0, 0.05);
+/// Vertical field of view, radians.
+const FIELD: f32 = 0.1;
+/// From one place of the floor to another.
+const ASIDE: Vec3 = Vec3::new(0.4, 0.0, 0.0);
 const ALBEDO: Vec3 = Vec3::new(0.5, 0.7, 0.3);
 
 fn restir(visibility: RestirVisibility, history: u32) -> IndirectParams {
@@ -58,7 +64,7 @@ fn planes(floor: Material, ceiling: Material) -> (Scene, Camera) {
     let (low, high, height) = BOARD;
     rectangle(&mut scene, low, high, height, false, Material::lambertian("board", Vec3::ZERO));
     scene.lights.push(Light::directional("sun", Vec3::new(SUN.0.cos(), SUN.0.sin(), 0.0), SUN.1));
-    let camera = Camera::look_at("floor", Vec3::new(0.05, 1.6, 5.0), Vec3::new(0.0, 0.0, 0.05), 0.1);
+    let camera = Camera::look_at("floor", EYE, TARGET, FIELD);
     (scene, camera)
 }
 
@@ -192,6 +198,13 @@ fn reuse_has_the_mean_of_the_closed_form() {
     let past = restir(RestirVisibility::InWeight, 20);
     let cases = [
         ("neighbours", restir(RestirVisibility::InWeight, 0), 1, 0.75),
+        // Of more than half of the points, which are too near.
+        (
+            "far points of neighbours",
+            IndirectParams { restir_distance: 0.14, ..restir(RestirVisibility::InWeight, 0) },
+            1,
+            1.0,
+        ),
         ("neighbours and past", past.clone(), FRAMES, 0.3),
         ("past", IndirectParams { restir_spatial: 0, ..past }, FRAMES, 0.5),
     ];
@@ -199,10 +212,30 @@ fn reuse_has_the_mean_of_the_closed_form() {
         let found = errors(&device, &params, frames);
         found.assert_zero(case);
         if frames == 1 {
-            found.less(&none).assert_zero("neighbours less none");
+            found.less(&none).assert_zero(&format!("{case} less none"));
         }
         assert!(found.square < noise * none.square, "{case}: {} of {}", found.square, none.square);
     }
+}
+
+/// The past of a pixel is a place of the floor that sees another part of the ceiling.
+#[test]
+fn the_past_may_be_another_place() {
+    let device = TestDevice::open();
+    let params = IndirectParams { restir_spatial: 0, ..restir(RestirVisibility::InWeight, 20) };
+    let (scene, camera) = lambertian_planes();
+    let aside = Camera::look_at("aside", EYE + ASIDE, TARGET + ASIDE, FIELD);
+    let mut rig = Rig::new(&device, scene, camera.clone(), SIZE, &params);
+    rig.cameras = vec![aside, camera];
+    let found = Runs::of(&mut rig, 2, error_of_closed_form);
+    found.assert_zero("past elsewhere");
+    let without = IndirectParams { restir_history: 0, ..params };
+    let (scene, camera) = lambertian_planes();
+    let mut rig = Rig::new(&device, scene, camera.clone(), SIZE, &without);
+    rig.cameras = vec![camera.clone(), camera];
+    let none = Runs::of(&mut rig, 2, error_of_closed_form);
+    found.less(&none).assert_zero("past elsewhere less none");
+    assert!(found.square < 0.8 * none.square, "{} of {}", found.square, none.square);
 }
 
 /// A ceiling that shines: that the first ray meets it is direct light, which counts elsewhere.
@@ -221,7 +254,8 @@ fn parts_of_the_light_add_up() {
     let device = TestDevice::open();
     let material = |name: &str, roughness: f32| Material { roughness, ..Material::diffuse(name, ALBEDO) };
     let runs = |params: &IndirectParams| {
-        let (scene, camera) = planes(material("floor", 0.5), material("ceiling", 0.35));
+        let (scene, camera) =
+            planes(material("floor", 0.5), Material { metallic: 0.5, ..material("ceiling", 0.5) });
         Runs::of(&mut Rig::new(&device, scene, camera, SIZE, params), 1, floor_light)
     };
     let none = runs(&IndirectParams::default());

@@ -29,7 +29,8 @@ pub struct Texel {
 /// The stages with their scene and images.
 pub struct Rig {
     scene: Scene,
-    camera: Camera,
+    /// Of frames in turn. Frames take their camera for that of the last frame as well: motion is 0, and the past of a pixel is another place.
+    pub cameras: Vec<Camera>,
     gpu: GpuScene,
     lights: LightTables,
     primary: PrimaryRays,
@@ -63,16 +64,11 @@ impl Rig {
             recorder: Recorder::new(device).unwrap(),
             params: params.clone(),
             scene,
-            camera,
+            cameras: vec![camera],
             gpu,
             lights,
             size,
         }
-    }
-
-    /// Other values of knobs that are not structural.
-    pub fn set_params(&mut self, params: &IndirectParams) {
-        self.params = params.clone();
     }
 
     pub fn frame(&mut self, index: u32, seed: u32) -> Vec<Texel> {
@@ -81,7 +77,7 @@ impl Rig {
         specular.write(&vec![0u8; specular.bytes() as usize]).unwrap();
         let mut frame = self.recorder.begin().unwrap();
         self.lights.update(&mut frame, &self.scene, &mut self.gpu).unwrap();
-        let camera = camera_record(&self.camera, self.size);
+        let camera = camera_record(&self.cameras[index as usize % self.cameras.len()], self.size);
         self.uniforms.upload(&mut frame, &FrameRecord::new(camera, camera, self.size, index, seed)).unwrap();
         let inputs =
             StageInputs { scene: Some(&self.gpu), uniforms: Some(&self.uniforms), images: &self.images };

@@ -30,7 +30,7 @@ fn blocks(values: impl Iterator<Item = f64>) -> Vec<f64> {
 struct Runs {
     /// Of each frame: sums of the channels of the picture, over blocks.
     blocks: Vec<Vec<f64>>,
-    /// Variance of the raw indirect diffuse light of a texel, over its squared mean; the mean over the texels.
+    /// Variance of the raw indirect diffuse light of a texel over its squared mean; the median of the texels, as a few have fireflies.
     noise: f64,
 }
 
@@ -57,13 +57,11 @@ impl Runs {
         }
         rig.finish();
         let n = f64::from(RUNS);
-        let lit: Vec<f64> = sums
-            .iter()
-            .zip(&squares)
-            .filter(|(sum, _)| **sum > 0.0)
-            .map(|(sum, square)| (square / n - (sum / n).powi(2)) / (sum / n).powi(2))
-            .collect();
-        Self { blocks: all, noise: lit.iter().sum::<f64>() / lit.len() as f64 }
+        let noise = |(sum, square): (&f64, &f64)| square / n / (sum / n).powi(2) - 1.0;
+        let lit = |(sum, _): &(&f64, &f64)| **sum > 0.0;
+        let mut noise: Vec<f64> = sums.iter().zip(&squares).filter(lit).map(noise).collect();
+        noise.sort_by(f64::total_cmp);
+        Self { blocks: all, noise: noise[noise.len() / 2] }
     }
 
     /// Mean and standard error of a value of each run.
@@ -121,30 +119,30 @@ fn largest(deviations: &[f64]) -> f64 {
     deviations.iter().fold(0.0, |most, d| d.abs().max(most))
 }
 
-const NEIGHBOURS: &[&str] = &[
-    "indirect.reuse=restir-gi",
-    "indirect.restir_history=0",
-    "indirect.restir_radius=8",
-    "indirect.restir_spatial=4",
-];
+/// With `settings` beside those of all cases here.
+fn reused(scene: &str, settings: &[&str], frames: u32) -> Runs {
+    let all = ["indirect.reuse=restir-gi", "indirect.restir_radius=8", "indirect.restir_spatial=4"];
+    Runs::of(scene, &[&all[..], settings].concat(), frames)
+}
 
 fn assert_unbiased(scene: &str) {
     let truth = truth(scene, 512);
     let none = Runs::of(scene, &[], 1);
-    let neighbours = Runs::of(scene, NEIGHBOURS, 1);
+    let neighbours = reused(scene, &["indirect.restir_history=0"], 1);
     let (deviations, energy) = neighbours.against(&none);
     let from_truth = neighbours.against_truth(&truth);
     println!(
-        "{scene}: energy {energy:+.5}, largest deviation of {} blocks {:.1} from none, {:.1} from the reference; noise {:.2} of {:.2}",
+        "{scene}: energy {energy:+.5}, largest deviation of {} blocks {:.1} from none, {:.1} from the reference (none {:.1}); noise {:.3} of {:.3}",
         deviations.len(),
         largest(&deviations),
         largest(&from_truth),
+        largest(&none.against_truth(&truth)),
         neighbours.noise,
         none.noise
     );
     assert!(largest(&deviations) < 4.0, "{deviations:.1?}");
     assert!(largest(&from_truth) < 4.0, "{from_truth:.1?}");
-    assert!(neighbours.noise < 0.7 * none.noise, "{} of {}", neighbours.noise, none.noise);
+    assert!(neighbours.noise < 0.95 * none.noise, "{} of {}", neighbours.noise, none.noise);
 }
 
 #[test]
@@ -155,4 +153,37 @@ fn reused_bounces_of_cornell_have_the_mean_of_the_reference() {
 #[test]
 fn reused_bounces_of_the_gallery_have_the_mean_of_the_reference() {
     assert_unbiased("gallery");
+}
+
+/// The past of a scene that stands still brings no bias. Without rays between surfaces and points there is some, of which frames with the same paths say
+/// how much.
+fn assert_past(scene: &str) {
+    let frames = 6;
+    let none = Runs::of(scene, &[], frames);
+    let unbiased = reused(scene, &[], frames);
+    let cheap = reused(scene, &["indirect.restir_visibility=none"], frames);
+    let (deviations, energy) = unbiased.against(&none);
+    let (bias, share) = cheap.against(&unbiased);
+    println!(
+        "{scene}: energy {energy:+.5}, largest deviation from none {:.1}; without rays {share:+.5}, {:.1} from with; noise {:.3}, {:.3} without rays, none {:.3}",
+        largest(&deviations),
+        largest(&bias),
+        unbiased.noise,
+        cheap.noise,
+        none.noise
+    );
+    assert!(largest(&deviations) < 4.0, "{deviations:.1?}");
+    // It is said to be biased, and it would be a mistake if it were by much.
+    assert!(share.abs() < 0.01, "{share} {bias:.1?}");
+    assert!(unbiased.noise < 0.6 * none.noise && cheap.noise < 0.6 * none.noise);
+}
+
+#[test]
+fn the_past_of_reused_bounces_keeps_the_mean_of_cornell() {
+    assert_past("cornell");
+}
+
+#[test]
+fn the_past_of_reused_bounces_keeps_the_mean_of_the_gallery() {
+    assert_past("gallery");
 }
