@@ -13,6 +13,7 @@ mod hidden_lobes;
 mod jitter;
 pub mod oracle;
 mod params;
+mod planes;
 mod primary;
 pub mod records;
 mod reflect_refract;
@@ -20,7 +21,8 @@ mod replaced_motion;
 
 pub use hidden_lobes::hidden_lobes;
 pub use jitter::{frame_jitter, halton, r2};
-pub use params::{GbufferParams, Jitter, MotionOfReplaced, ThinRefraction};
+pub use params::{Decomposition, GbufferParams, Jitter, MotionOfReplaced, ThinRefraction};
+pub use planes::plane_count;
 pub use primary::PrimaryRays;
 pub use reflect_refract::ReflectRefract;
 pub use replaced_motion::ReplacedMotion;

@@ -74,7 +74,12 @@ pub(super) struct TracedStages {
 
 impl TracedStages {
     /// Compiles their kernels side by side.
-    pub(super) fn new(device: &Device, variant: TraceVariant, params: &FrameParams) -> Result<Self> {
+    pub(super) fn new(
+        device: &Device,
+        variant: TraceVariant,
+        has_planes: bool,
+        params: &FrameParams,
+    ) -> Result<Self> {
         let FrameParams { indirect, .. } = params;
         let lights = &params.direct();
         thread::scope(|threads| {
@@ -83,7 +88,7 @@ impl TracedStages {
                 threads
                     .spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect.bounces))
             });
-            let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
+            let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant, has_planes));
             let gradient_pixels = params
                 .has_gradient_pixels()
                 .then(|| threads.spawn(|| GradientPixels::new(device, variant, &params.denoise)));

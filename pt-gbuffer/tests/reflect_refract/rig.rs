@@ -123,7 +123,7 @@ impl Rig {
         let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
         let variant = gpu.variant();
         let primary = PrimaryRays::new(&self.device, variant).unwrap();
-        let stage = ReflectRefract::new(&self.device, variant).unwrap();
+        let stage = ReflectRefract::new(&self.device, variant, false).unwrap();
         let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&self.device, "frame_uniforms").unwrap();
         let mut recorder = Recorder::new(&self.device).unwrap();
@@ -143,7 +143,7 @@ impl Rig {
             let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
             primary.record(&mut frame, &inputs, params).unwrap();
             for bounce in 0..params.reflect_refract {
-                stage.record(&mut frame, &inputs, params, 0, bounce).unwrap();
+                stage.record(&mut frame, &inputs, params, 0, bounce, 0).unwrap();
             }
             frame.submit().unwrap();
             recorder.finish().unwrap();

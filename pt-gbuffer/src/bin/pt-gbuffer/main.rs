@@ -83,7 +83,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let variant = params.variant(gpu.variant());
     let primary = PrimaryRays::new(&device, variant)?;
-    let reflect_refract = ReflectRefract::new(&device, variant)?;
+    let reflect_refract = ReflectRefract::new(&device, variant, false)?;
     let images = ChannelImages::alone(&device, FrameSizes::same(size), &[PrimaryRays::IO])?;
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
@@ -94,7 +94,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         primary.record(frame, &inputs, &params)?;
         (0..params.reflect_refract)
             // The light lists that highlights need are not part of the program.
-            .try_for_each(|bounce| reflect_refract.record(frame, &inputs, &params, 0, bounce))
+            .try_for_each(|bounce| reflect_refract.record(frame, &inputs, &params, 0, bounce, 0))
     })?;
     write!(out, "{times}")?;
     let rate = times.pass("primary rays").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);
