@@ -7,6 +7,7 @@ mod environment;
 mod gradient_pixels;
 mod import_circles;
 mod indirect;
+mod planes;
 mod random;
 mod replay;
 mod sources;

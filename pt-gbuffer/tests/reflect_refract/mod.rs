@@ -2,6 +2,7 @@
 //! the channel `transparent` is the radiance of the pixel.
 
 mod media;
+mod planes;
 mod rig;
 mod through;
 
