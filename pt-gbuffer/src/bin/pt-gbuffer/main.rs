@@ -12,7 +12,7 @@ use pt_core::harness::{StageArgs, check_output, save};
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
 use pt_core::{FrameSizes, StageInputs};
-use pt_gbuffer::{GbufferParams, PrimaryRays, ReflectRefract};
+use pt_gbuffer::{Decomposition, GbufferParams, PrimaryRays, ReflectRefract};
 use pt_image::image_file::{ImageSize, OutputFormat, PixelLayout, write_png};
 use pt_import::LoadOptions;
 use pt_scene::BadTexels;
@@ -59,6 +59,10 @@ fn main() -> ExitCode {
 
 fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let params: GbufferParams = args.stage.params()?;
+    ensure!(
+        params.decomposition == Decomposition::Replacement,
+        "gbuffer.decomposition=planes: this program makes one G-buffer; pt render runs a frame for each plane"
+    );
     if let Some(path) = &args.output {
         check_output(path)?;
     }
