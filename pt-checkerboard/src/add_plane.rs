@@ -27,7 +27,12 @@ impl AddPlane {
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
-    pub fn record(&self, frame: &mut Frame<'_>, inputs: &StageInputs<'_>, plane: &ChannelImages) -> Result<()> {
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        plane: &ChannelImages,
+    ) -> Result<()> {
         inputs
             .pass(frame, Self::IO.stage, &self.kernel, &Self::IO)
             .touches_part()

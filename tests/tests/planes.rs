@@ -4,6 +4,7 @@ use crate::common::{self, Mean, frames_mean, params, reference_mean};
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use pt_app::params::FrameParams;
 use pt_core::trace::TraceBackend;
+use pt_image::image_file::LinearImage;
 use pt_scene::{Camera, Environment, Light, Material, Scene};
 use pt_shaders::channels::FLAT_COLOR;
 use pt_tests::{Frames, builtin};
@@ -46,7 +47,10 @@ fn assert_equal_light(name: &str, scene: &Scene, camera: &Camera, count: u32, mo
     let z = off.mean / off.error;
     println!("{name}: off by {:.5} +- {:.5} of its light, Z = {z:.2}", off.mean / truth, off.error / truth);
     assert!(z.abs().max_element() < 4.0, "{name}: {off:?}");
-    assert!((off.error / truth).max_element() < most_error, "{name}: too much noise to say anything: {off:?}");
+    assert!(
+        (off.error / truth).max_element() < most_error,
+        "{name}: too much noise to say anything: {off:?}"
+    );
 }
 
 #[test]
@@ -59,7 +63,8 @@ fn planes_have_the_light_of_the_replacement() {
 
 /// Glass with all lobes and an emission, smooth and rough, under a sky and a lamp that only highlights show, above a mirror.
 fn milk() -> (Scene, Camera) {
-    let mut scene = Scene { environment: Environment::constant(Vec3::new(0.5, 0.6, 0.8)), ..Scene::default() };
+    let mut scene =
+        Scene { environment: Environment::constant(Vec3::new(0.5, 0.6, 0.8)), ..Scene::default() };
     scene.lights.push(Light::point("lamp", Vec3::new(1.5, 3.0, 3.0), Vec3::splat(8.0)));
     let corner = |x: f32, z: f32| Vec3::new(4.0 * x, -1.0, 4.0 * z);
     common::polygon(
@@ -108,4 +113,34 @@ fn planes_have_the_light_of_the_reference() {
     assert_near_reference("glass", &scene, &scene.default_camera(), 192, 384);
     let (scene, camera) = milk();
     assert_near_reference("milk", &scene, &camera, 192, 256);
+}
+
+/// In motion, with all that keeps a history: each plane has its own, and a cut ends them all.
+#[test]
+fn planes_keep_histories_of_their_own() {
+    let scene = builtin("glass");
+    let camera = scene.cameras.iter().find(|camera| camera.path.is_some()).expect("a moving camera").clone();
+    let mut images = Vec::new();
+    for decomposition in ["replacement", "planes"] {
+        let sets = [format!("gbuffer.decomposition={decomposition}"), "lights.sampler=restir-di".into()];
+        let params = pt_app::params::resolve(Some("realtime"), &sets, false).unwrap();
+        let backend = TraceBackend::Compute;
+        let mut frames = Frames::with_params(scene.clone(), &camera, backend, [48, 32], 5, false, params);
+        for index in 0..6 {
+            frames.render(f64::from(index) / 30.0);
+            assert!(frames.have_history().iter().all(|&history| history == (index > 0)));
+        }
+        let planes = if decomposition == "planes" { 2 } else { 1 };
+        assert_eq!(frames.have_history().len(), planes);
+        images.push(frames.image(FLAT_COLOR));
+        frames.restart(6);
+        frames.render(0.2);
+        assert_eq!(frames.have_history(), vec![false; planes]);
+        frames.finish();
+    }
+    let light = |image: &LinearImage| image.pixels.as_flattened().iter().map(|&v| f64::from(v)).sum::<f64>();
+    let [replacement, planes] = [0, 1].map(|i| light(&images[i]));
+    assert!(images[1].pixels.as_flattened().iter().all(|v| v.is_finite() && *v >= 0.0));
+    // Denoised and of one frame: nearly the same light.
+    assert!((planes / replacement - 1.0).abs() < 0.05, "{planes}, {replacement}");
 }

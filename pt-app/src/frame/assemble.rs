@@ -108,9 +108,7 @@ impl FullFrame {
             composite: (Stage::Denoise.is_in(first))
                 .then(|| Composite::for_light(device, indirect))
                 .transpose()?,
-            more_planes: more_planes
-                .map(|plan| MorePlanes::new(device, &plan, planes - 1))
-                .transpose()?,
+            more_planes: more_planes.map(|plan| MorePlanes::new(device, &plan, planes - 1)).transpose()?,
             interleave: Stage::Checkerboard.is_in(first).then(|| Interleave::new(device)).transpose()?,
             post,
             made_for: params.clone(),

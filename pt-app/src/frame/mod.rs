@@ -14,12 +14,12 @@ pub use shown::ShownTruth;
 pub use stages::{FrameStage, Stage, bounce_lights};
 
 use crate::params::FrameParams;
+use planes::{MorePlanes, Plane};
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::settings::Knobs;
 use pt_core::{ChannelImages, Frame, SceneResources, StageInputs};
 use pt_denoise::{Composite, DenoiseChain};
-use planes::{MorePlanes, Plane};
 use pt_gbuffer::{GbufferParams, frame_jitter};
 use pt_post::PostChain;
 use pt_scene::Camera;
