@@ -1,7 +1,6 @@
 // gbuffer.decomposition=planes: at its first glass a path parts into its lobes, and each of up to three planes follows one of them with probability 1.
 // A mirror before that glass is passed in every plane alike. What ends before it parts, and all light met on the way there, is in plane 0 alone, so that
-// the sum of the planes has every path once. Whether a path parts at a surface must not depend on a microfacet that a plane has drawn for itself: the
-// planes would disagree, and one of them count what another one counts too.
+// the sum of the planes has every path once.
 layout(constant_id = 8) const bool has_planes = false;
 
 // Lobes are numbered as their planes.
@@ -22,7 +21,8 @@ float lobe_light(InterfaceLobes lobes, uint lobe) {
     return max_component(lobe == LOBE_TRANSMISSION ? lobes.transmission : lobes.diffuse);
 }
 
-// With one lobe alone, as in total internal reflection, there is nothing to part. The lobes of rough glass depend on its microfacet.
+// With one lobe alone, as in total internal reflection, there is nothing to part. Which lobes a microfacet of rough glass has is chance: the mean would
+// be right if that decided, but a plane would show now one lobe and now another.
 bool parts_here(MaterialRecord m, InterfaceLobes lobes, bool rough) {
     if (m.transmission <= 0.0) return false;
     int count = 0;

@@ -147,7 +147,7 @@ fn planes_part_at_the_first_glass() {
 fn planes_of_rough_glass_have_its_light() {
     let rig = Rig::new(TraceBackend::Compute).unwrap();
     let camera = parallel_rays(Vec3::Z * 60.0);
-    // Without a base a microfacet may leave one lobe alone, which is no reason to follow it in every plane.
+    // Without a base a microfacet may leave one lobe alone.
     for (solid, transmission) in [(false, 0.6), (true, 0.6), (false, 1.0), (true, 1.0)] {
         let thickness = f32::from(solid);
         let milk = Material { roughness: 0.7, thickness, transmission, ..shining_milk() };
@@ -174,7 +174,10 @@ fn planes_of_rough_glass_have_its_light() {
         let parts = [0, 1, 2].map(|plane| light(&planes(1), plane));
         let sum: DVec3 = parts.iter().map(|part| part.0).sum();
         let error = parts.iter().map(|part| part.1).sum::<DVec3>() + noise;
-        println!("solid {solid}, transmission {transmission}: {sum:.4}, replacement {truth:.4} +- {:.4}", error.map(f64::sqrt));
+        println!(
+            "solid {solid}, transmission {transmission}: {sum:.4}, replacement {truth:.4} +- {:.4}",
+            error.map(f64::sqrt)
+        );
         for c in 0..3 {
             assert!((sum[c] - truth[c]).abs() < 4.0 * error[c].sqrt(), "{sum} for {truth}");
             assert!(error[c].sqrt() < 0.01 * truth[c], "too much noise to say anything");
