@@ -8,5 +8,6 @@ mod records;
 fn main() {
     pt_shaders::compiler::Kernels::new()
         .header("interleave_push.glsl", records::InterleavePush::glsl())
+        .header("add_plane_push.glsl", records::AddPlanePush::glsl())
         .compile("shaders");
 }

@@ -241,6 +241,19 @@ pub fn check_denoiser(params: &FrameParams) -> Result<()> {
     Ok(())
 }
 
+/// Checks that a frame has one plane, for what reads the images of one.
+///
+/// # Errors
+/// Several planes, with the knob to set. `what` reads them.
+pub fn check_one_plane(params: &FrameParams, scene: &pt_scene::Scene, what: &str) -> Result<()> {
+    let planes = pt_gbuffer::plane_count(scene, &params.gbuffer);
+    ensure!(
+        planes == 1,
+        "{what}: this frame has {planes} planes, each with images of its own, and {what} knows one; use --set gbuffer.decomposition=replacement"
+    );
+    Ok(())
+}
+
 fn layer<T: Knobs>(mut params: T, built_in: &[Profile], profile: Option<&str>, sets: &[String]) -> Result<T> {
     if let Some(profile) = profile {
         if let Some((.., text)) = built_in.iter().find(|(name, ..)| *name == profile) {

@@ -272,6 +272,38 @@ fn scenes_and_passes_are_listed() {
 }
 
 #[test]
+fn planes_are_told_apart_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let knob = "--set gbuffer.decomposition=planes";
+    let table = succeeds(folder.path(), &format!("passes --scene glass --size 32x24 {knob}"));
+    let at = |name: &str| {
+        table
+            .lines()
+            .position(|line| line.contains(&format!(" {name}  [")))
+            .unwrap_or_else(|| panic!("no {name} in {table}"))
+    };
+    let order = ["primary rays", "interleave", "primary rays, plane 1", "add plane, plane 1", "histogram"];
+    assert!(order.map(at).is_sorted(), "{table}");
+    assert!(table.contains("images held for plane 1: "), "{table}");
+    // All glass of the scene is clear.
+    assert!(!table.contains("plane 2"), "{table}");
+
+    // Without glass the frame is that of the replacement.
+    let passes = |knob: &str| succeeds(folder.path(), &format!("passes --scene cornell --size 32x24 {knob}"));
+    assert_eq!(passes(knob), passes(""));
+
+    let parts = ["2 planes", "gbuffer.decomposition=replacement"];
+    refused(
+        folder.path(),
+        &format!("capture glass --size 32x24 --frames 0..1 -o capture {knob}"),
+        &[&parts[..], &["pt capture"]].concat(),
+    );
+    let render = format!("render glass --size 32x24 --backend compute -o a.exr {knob}");
+    refused(folder.path(), &format!("{render} --aov motion"), &[&parts[..], &["--aov"]].concat());
+    refused(folder.path(), &format!("{render} --oracle lights"), &["several planes", parts[1]]);
+}
+
+#[test]
 fn info_says_what_auto_takes_and_why() {
     let folder = tempfile::tempdir().unwrap();
     let info: Value = serde_json::from_str(&succeeds(folder.path(), "info --json")).unwrap();

@@ -1,9 +1,10 @@
 //! From the split frame to the flat frame: interleaves the two checkerboard fields and blends split surfaces.
 //!
-//! The pass is [`Interleave`]; the coordinate mapping is part of the frame contract ([`pt_core::split`]).
+//! The pass is [`Interleave`]; [`AddPlane`] adds the flat frames of planes; the coordinate mapping is part of the frame contract ([`pt_core::split`]).
 
 #![forbid(unsafe_code)]
 
+mod add_plane;
 pub mod oracle;
 mod records;
 pub mod study;
@@ -11,6 +12,8 @@ pub mod study;
 mod kernels {
     include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 }
+
+pub use add_plane::AddPlane;
 
 use pt_core::{Device, Frame, Kernel, Result, StageInputs, StageIo, knobs};
 use pt_shaders::channels::{COLOR, FLAT_COLOR, FLAT_MOTION, MOTION};

@@ -36,14 +36,14 @@ pub struct ChannelImages {
     has_history: bool,
 }
 
-fn channel_bytes(id: ChannelId, sizes: FrameSizes, previous: bool) -> u64 {
+pub(crate) fn channel_bytes(id: ChannelId, sizes: FrameSizes, previous: bool) -> u64 {
     let Channel { extent, format, .. } = id.channel();
     let [width, height] = sizes.extent(*extent).map(u64::from);
     width * height * u64::from(format.bytes()) * (1 + u64::from(previous))
 }
 
 impl ChannelImages {
-    /// Allocates images; the flag says whether last frame's content is kept too.
+    /// Allocates images; the flag says whether last frame's content is kept too. Other images of the frame take `other_bytes`.
     ///
     /// # Errors
     /// More than the device's memory, before any of it is taken.
@@ -51,9 +51,11 @@ impl ChannelImages {
         device: &Device,
         sizes: FrameSizes,
         images: impl IntoIterator<Item = (ChannelId, bool)>,
+        other_bytes: u64,
     ) -> Result<Self> {
         let images: BTreeMap<_, _> = images.into_iter().collect();
         let bytes = images.iter().map(|(&id, &previous)| channel_bytes(id, sizes, previous)).sum::<u64>();
+        let bytes = bytes + other_bytes;
         check_size("a frame", sizes.frame, bytes, "the device", device.info().free_bytes())?;
         let mut slots = BTreeMap::new();
         for (id, previous) in images {

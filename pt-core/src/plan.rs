@@ -1,7 +1,7 @@
 //! Declarations of stages: each stage declares once which images it reads, reads of the last frame, writes and updates. The
 //! allocation, the checks before it, and the bindings of the passes follow from that declaration.
 
-use crate::channels::{ChannelImages, Lacking};
+use crate::channels::{ChannelImages, Lacking, channel_bytes};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
@@ -110,13 +110,30 @@ impl FramePlan {
     /// [`Error::NoWriter`] when the last frame's content is read of an image that no stage writes; more than the device's
     /// memory, before any of it is taken.
     pub fn allocate(&self, device: &Device) -> Result<ChannelImages> {
+        self.allocate_beside(device, 0)
+    }
+
+    /// As [`FramePlan::allocate`], where other images of the frame take `other_bytes` besides.
+    ///
+    /// # Errors
+    /// As [`FramePlan::allocate`], for all of them together.
+    pub fn allocate_beside(&self, device: &Device, other_bytes: u64) -> Result<ChannelImages> {
         for (&id, &stage) in &self.previous {
             if !self.written.contains(&id) && !self.carried.contains(&id) {
                 return Err(no_writer(stage, id, "whose content of the last frame no stage writes"));
             }
         }
-        let images = self.written.union(&self.carried).map(|&id| (id, self.previous.contains_key(&id)));
-        ChannelImages::allocate(device, self.sizes, images)
+        ChannelImages::allocate(device, self.sizes, self.images(), other_bytes)
+    }
+
+    /// Bytes of the images that [`FramePlan::allocate`] makes.
+    pub fn bytes(&self) -> u64 {
+        self.images().map(|(id, previous)| channel_bytes(id, self.sizes, previous)).sum()
+    }
+
+    /// Every image that the stages access, and whether last frame's content is kept.
+    fn images(&self) -> impl Iterator<Item = (ChannelId, bool)> {
+        self.written.union(&self.carried).map(|&id| (id, self.previous.contains_key(&id)))
     }
 }
 

@@ -42,6 +42,16 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// What a pixel does with glass, which reflects, transmits and has a diffuse base.
+    pub enum Decomposition {
+        /// One surface replaces it: the checkerboard fields share out reflection and the rest.
+        Replacement = "replacement",
+        /// Each lobe has a frame of its own, with guides, motion and histories; their colours are added.
+        Planes = "planes",
+    }
+}
+
 knobs! {
     /// Knobs of the G-buffer.
     pub struct GbufferParams {
@@ -69,6 +79,9 @@ knobs! {
         /// Where motion vectors of what mirrors and glass show lead to: `search` finds them in curved mirrors and through refraction too, and keeps
         /// last frame's positions for it.
         pub replaced_motion: MotionOfReplaced = MotionOfReplaced::Surface => structural;
+        /// What stands for glass in the frame: `planes` has up to three surfaces a pixel, and runs all stages up to the interleave once for each, where the scene
+        /// has glass.
+        pub decomposition: Decomposition = Decomposition::Replacement, source "delta tree: RTXPT's stable planes" => structural;
         /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both; for averaged frames
         /// without `checkerboard.blend_split`.
         pub alternate_fields: bool = false;

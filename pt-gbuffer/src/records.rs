@@ -61,6 +61,8 @@ pt_shaders::gpu_struct! {
         pub double_refraction: u32,
         /// `KIND_*` bits of the punctual lights whose highlights rough glass shows.
         pub light_kinds: u32,
+        /// Which plane the frame is of, if it has planes.
+        pub plane: u32,
     }
 }
 

@@ -11,7 +11,7 @@ use pt_shaders::records::{CULL_BACK_FACES, MASK_OPAQUE, MASK_TRANSMISSIVE};
 /// Metals below [`GbufferParams::mirror_roughness`] reflect with Schlick's Fresnel term, as their regular shading does. Glass
 /// reflects by Fresnel's equations and lets the rest through: straight on when it is thin, bent and with absorption when it is
 /// solid. Solids may overlap (nested dielectrics): the channel `interior` says which of them the path is inside of. The first glass of a path is split over the checkerboard fields; later choices are drawn, so that the expectation
-/// is right. What the last pass leaves: its rays ignore transmissive instances, and a mirror seen by them is shaded with the
+/// is right; with planes the frame runs once for each of its lobes instead. What the last pass leaves: its rays ignore transmissive instances, and a mirror seen by them is shaded with the
 /// light samples alone.
 pub struct ReflectRefract {
     kernel: Kernel,
@@ -38,22 +38,24 @@ impl ReflectRefract {
         ..StageIo::of("reflect refract")
     };
 
-    /// Compiles the kernel.
+    /// Compiles the kernel. `has_planes`: the frame has several planes ([`crate::plane_count`]).
     ///
     /// # Errors
     /// When the device refuses it.
-    pub fn new(device: &Device, variant: TraceVariant) -> pt_core::Result<Self> {
+    pub fn new(device: &Device, variant: TraceVariant, has_planes: bool) -> pt_core::Result<Self> {
+        let mut constants = variant.constants().to_vec();
+        constants.push(("has_planes", has_planes.into()));
         let kernel = Kernel::trace::<ReflectRefractPush>(
             device,
             &kernels::REFLECT_REFRACT,
             variant.backend,
-            &variant.constants(),
+            &constants,
         )?;
         Self::IO.check([&kernel])?;
         Ok(Self { kernel })
     }
 
-    /// Records pass `bounce_index` of the [`GbufferParams::reflect_refract`] passes that follow the primary rays. `light_kinds`: `KIND_SUN` and
+    /// Records pass `bounce_index`, of `plane`, of the [`GbufferParams::reflect_refract`] passes that follow the primary rays. `light_kinds`: `KIND_SUN` and
     /// `KIND_POSITIONAL` for the lights whose highlights rough glass shows, if the scene has its lights attached.
     ///
     /// # Errors
@@ -65,6 +67,7 @@ impl ReflectRefract {
         params: &GbufferParams,
         light_kinds: u32,
         bounce_index: u32,
+        plane: u32,
     ) -> pt_core::Result<()> {
         let last = bounce_index + 1 >= params.reflect_refract;
         let push = ReflectRefractPush {
@@ -76,6 +79,7 @@ impl ReflectRefract {
             alternate_fields: u32::from(params.alternate_fields),
             light_kinds,
             double_refraction: u32::from(params.thin_refraction == ThinRefraction::Double),
+            plane,
         };
         let name = format!("reflect refract {}", bounce_index + 1);
         let pass = inputs.pass(frame, &name, &self.kernel, &Self::IO);

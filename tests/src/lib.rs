@@ -83,6 +83,11 @@ impl Frames {
         self.seed = seed;
     }
 
+    /// Of each plane: whether the last frame had a history.
+    pub fn have_history(&self) -> Vec<bool> {
+        self.full.planes().iter().map(|images| images.has_history()).collect()
+    }
+
     /// Renders the next frame, at `time` seconds.
     pub fn render(&mut self, time: f64) {
         let mut frame = self.recorder.begin().unwrap();

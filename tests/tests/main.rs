@@ -10,6 +10,7 @@ mod import_circles;
 mod indirect;
 mod kinds;
 mod physical_sky;
+mod planes;
 mod random;
 mod replay;
 mod sources;

@@ -5,7 +5,7 @@ use crate::args::values::FrameRange;
 use crate::frame::{FullFrame, Moment};
 use crate::interrupt::{self, Interrupt};
 use crate::output::check_folder;
-use crate::params::FrameParams;
+use crate::params::{FrameParams, check_one_plane};
 use crate::progress::Progress;
 use crate::session::{Session, fold_seed, open_scene};
 use anyhow::{Context, Result, ensure};
@@ -54,6 +54,7 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
     for notice in scene.notices.iter().chain(&hidden_lobes(&scene, &params.gbuffer)) {
         print_warning(notice);
     }
+    check_one_plane(&params, &scene, "pt capture")?;
     let index = Index {
         version: env!("CARGO_PKG_VERSION").into(),
         scene: scene.name.clone(),

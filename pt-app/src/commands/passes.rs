@@ -84,12 +84,16 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
         }
         writeln!(out, "     writes  {}", pass.writes.join(" "))?;
     }
-    writeln!(out, "{}", images_line(full.images()))?;
+    let planes = full.planes();
+    for (number, images) in planes.iter().enumerate() {
+        let of = if planes.len() > 1 { format!(" for plane {number}") } else { String::new() };
+        writeln!(out, "images held{of}: {}", images_held(images))?;
+    }
     Ok(true)
 }
 
 /// The memory that the images take: those between the stages, then those of each stage.
-fn images_line(images: &ChannelImages) -> String {
+fn images_held(images: &ChannelImages) -> String {
     let mut stages: Vec<(&str, u64)> = Vec::new();
     for id in images.ids() {
         let stage = if id.is_contract() { "between the stages" } else { id.channel().stage };
@@ -101,5 +105,5 @@ fn images_line(images: &ChannelImages) -> String {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let parts: Vec<_> =
         stages.iter().map(|(stage, bytes)| format!("{stage} {:.1} MiB", mib(*bytes))).collect();
-    format!("images held: {:.1} MiB ({})", mib(images.bytes()), parts.join(", "))
+    format!("{:.1} MiB ({})", mib(images.bytes()), parts.join(", "))
 }

@@ -1,5 +1,6 @@
 //! What can be asked of a frame.
 
+use super::planes::MorePlanes;
 use super::{FrameStage, FullFrame, Moment};
 use pt_core::{Buffer, ChannelImages, Image, Result};
 use pt_image::image_file::{ImageState, LinearImage, srgb_decode};
@@ -10,6 +11,12 @@ impl FullFrame {
     /// All images, as the last frame left them.
     pub fn images(&self) -> &ChannelImages {
         &self.images
+    }
+
+    /// The images of each plane, those of the first one are [`FullFrame::images`]. Without `gbuffer.decomposition=planes`, or glass, there is one plane.
+    pub fn planes(&self) -> Vec<&ChannelImages> {
+        let more = self.more_planes.iter().flat_map(MorePlanes::images);
+        std::iter::once(&self.images).chain(more).collect()
     }
 
     /// All images, to load histories into.

@@ -1,14 +1,15 @@
 //! Which stages a frame has, and the images between them.
 
+use super::planes::MorePlanes;
 use super::stages::TracedStages;
 use super::{FullFrame, Stage};
 use crate::params::FrameParams;
 use crate::session::Session;
-use pt_checkerboard::Interleave;
+use pt_checkerboard::{AddPlane, Interleave};
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, StageIo};
 use pt_denoise::{Composite, DenoiseChain, GradientPixels};
-use pt_gbuffer::{Godrays, PrimaryRays, ReflectRefract, ReplacedMotion};
+use pt_gbuffer::{Godrays, PrimaryRays, ReflectRefract, ReplacedMotion, plane_count};
 use pt_indirect::IndirectLighting;
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
@@ -29,8 +30,10 @@ impl FullFrame {
         let Session { device, scene, gpu, lights, .. } = session;
         lights.keep_last_frame(params.direct().replays());
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
-        let traced = Some(TracedStages::new(device, params.gbuffer.variant(gpu.variant()), params)?);
-        Self::assemble(device, traced, Stage::Denoise, output_size, accumulate, params)
+        let planes = plane_count(scene, &params.gbuffer);
+        let variant = params.gbuffer.variant(gpu.variant());
+        let traced = Some(TracedStages::new(device, variant, planes > 1, params)?);
+        Self::assemble(device, traced, planes, Stage::Denoise, output_size, accumulate, params)
     }
 
     /// The frame from stage `first` on, which reads recorded images; see [`FullFrame::replay`].
@@ -44,12 +47,13 @@ impl FullFrame {
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
-        Self::assemble(device, None, first, output_size, accumulate, params)
+        Self::assemble(device, None, 1, first, output_size, accumulate, params)
     }
 
     fn assemble(
         device: &Device,
         traced: Option<TracedStages>,
+        planes: u32,
         first: Stage,
         output_size: [u32; 2],
         accumulate: bool,
@@ -88,8 +92,18 @@ impl FullFrame {
             stages.push(Composite::io_for(indirect));
         }
         stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
+        let sizes = params.post.sizes(output_size);
+        let mut more_planes = None;
+        let mut more_bytes = 0;
+        if planes > 1 {
+            let mut plan = FramePlan::new(sizes);
+            stages.iter().try_for_each(|io| plan.stage(io))?;
+            more_bytes = plan.bytes() * u64::from(planes - 1);
+            more_planes = Some(plan);
+            stages.push(AddPlane::IO);
+        }
         stages.extend(post.io());
-        let mut plan = FramePlan::new(params.post.sizes(output_size));
+        let mut plan = FramePlan::new(sizes);
         // A replay loads the images that no stage writes. In a whole frame each image must have a writer.
         let given: Vec<_> =
             if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
@@ -97,7 +111,7 @@ impl FullFrame {
         stages.iter().try_for_each(|io| plan.stage(io))?;
         Ok(Self {
             uniforms: Uniforms::new(device, "frame_uniforms")?,
-            images: plan.allocate(device)?,
+            images: plan.allocate_beside(device, more_bytes)?,
             given,
             previous_camera: None,
             traced,
@@ -105,6 +119,7 @@ impl FullFrame {
             composite: (Stage::Denoise.is_in(first))
                 .then(|| Composite::for_light(device, indirect))
                 .transpose()?,
+            more_planes: more_planes.map(|plan| MorePlanes::new(device, &plan, planes - 1)).transpose()?,
             interleave: Stage::Checkerboard.is_in(first).then(|| Interleave::new(device)).transpose()?,
             post,
             made_for: params.clone(),

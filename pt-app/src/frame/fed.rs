@@ -43,14 +43,16 @@ impl FullFrame {
         }
         let index = self.moment.map_or(0, |moment| moment.record.frame_index + 1);
         let moment = self.next_moment(&camera, index, at.seed, at.time_step, params);
-        self.images.begin_frame();
+        self.begin_images();
         self.begin_stages(&mut frame, moment, params)?;
-        self.surfaces(&mut frame, &self.inputs(Some(&session.gpu)), params)?;
+        self.surfaces(&mut frame, &self.first_plane(Some(&session.gpu)), params)?;
         frame.submit()?;
         self.light(recorder, &session.gpu, &moment, params)?;
         let mut frame = recorder.begin()?;
         self.uniforms.upload(&mut frame, &moment.record)?;
-        self.after_light(&mut frame, &self.inputs(Some(&session.gpu)), moment, params)?;
+        let inputs = self.inputs(Some(&session.gpu));
+        self.flat_frame(&mut frame, &inputs, params)?;
+        self.show(&mut frame, &inputs, moment, params)?;
         frame.submit()
     }
 

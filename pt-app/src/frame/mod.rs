@@ -4,6 +4,7 @@ mod access;
 mod assemble;
 mod fed;
 mod oracle;
+mod planes;
 mod shown;
 mod stages;
 
@@ -13,6 +14,7 @@ pub use shown::ShownTruth;
 pub use stages::{FrameStage, Stage, bounce_lights};
 
 use crate::params::FrameParams;
+use planes::{MorePlanes, Plane};
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::settings::Knobs;
@@ -48,6 +50,8 @@ pub struct FullFrame {
     denoise: Option<DenoiseChain>,
     composite: Option<Composite>,
     interleave: Option<Interleave>,
+    /// With `gbuffer.decomposition=planes` in a scene with glass: the planes after the first one.
+    more_planes: Option<MorePlanes>,
     post: PostChain,
     made_for: FrameParams,
     moment: Option<Moment>,
@@ -76,7 +80,7 @@ impl FullFrame {
         params: &FrameParams,
     ) -> pt_core::Result<()> {
         let moment = self.next_moment(camera, frame.index(), seed, time_step, params);
-        self.images.begin_frame();
+        self.begin_images();
         self.stages(frame, Some(scene), moment, params)
     }
 
@@ -91,9 +95,15 @@ impl FullFrame {
         params: &FrameParams,
         load: impl FnOnce(&ChannelImages, &[ChannelId]) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.images.begin_frame();
+        self.begin_images();
         load(&self.images, &self.given)?;
         Ok(self.stages(frame, None, moment, params)?)
+    }
+
+    /// The images of the last frame become those before.
+    fn begin_images(&mut self) {
+        self.images.begin_frame();
+        self.more_planes.iter_mut().for_each(MorePlanes::begin_frame);
     }
 
     /// Parameters of frame `index`, from which `camera` looks.
@@ -120,18 +130,25 @@ impl FullFrame {
         params: &FrameParams,
     ) -> pt_core::Result<()> {
         self.begin_stages(frame, moment, params)?;
-        let inputs = self.inputs(scene);
-        self.surfaces(frame, &inputs, params)?;
+        let plane = self.first_plane(scene);
+        self.plane(frame, &plane, params)?;
+        self.add_planes(frame, &plane, params)?;
+        self.show(frame, &plane.inputs, moment, params)
+    }
+
+    /// The stages up to the interleave.
+    fn plane(&self, frame: &mut Frame<'_>, plane: &Plane<'_>, params: &FrameParams) -> pt_core::Result<()> {
+        self.surfaces(frame, plane, params)?;
         if let Some(traced) = &self.traced {
             let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
-            traced.direct.record(frame, &inputs, &params.lights, lod_bias)?;
+            traced.direct.record(frame, &plane.inputs, &params.lights, lod_bias)?;
             self.passes_are_of(frame, FrameStage::Lights);
             if let Some(indirect) = &traced.indirect {
-                indirect.record(frame, &inputs, &params.indirect, lod_bias)?;
+                indirect.record(frame, &plane.inputs, &params.indirect, lod_bias)?;
             }
             self.passes_are_of(frame, FrameStage::Indirect);
         }
-        self.after_light(frame, &inputs, moment, params)
+        self.flat_frame(frame, &plane.inputs, params)
     }
 
     fn begin_stages(
@@ -145,6 +162,9 @@ impl FullFrame {
         }
         self.moment = Some(moment);
         self.uniforms.upload(frame, &moment.record)?;
+        if let Some(more) = &self.more_planes {
+            more.upload(frame, &moment.record)?;
+        }
         self.pass_stages.borrow_mut().clear();
         self.passes_are_of(frame, FrameStage::Scene);
         Ok(())
@@ -159,22 +179,23 @@ impl FullFrame {
     fn surfaces(
         &self,
         frame: &mut Frame<'_>,
-        inputs: &StageInputs<'_>,
+        plane: &Plane<'_>,
         params: &FrameParams,
     ) -> pt_core::Result<()> {
+        let Plane { number, inputs, camera_rays } = plane;
         let Some(traced) = &self.traced else { return Ok(()) };
         let lod_bias = params.gbuffer.texture_lod_bias + params.post.mip_bias();
         let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
         let light_kinds = params.lights.push(0.0).kinds;
-        traced.primary.record(frame, inputs, &gbuffer)?;
+        traced.primary.record(frame, camera_rays, &gbuffer)?;
         if let Some(godrays) = &traced.godrays {
-            godrays.record(frame, inputs, &gbuffer.godrays, params.lights.glass_shadows)?;
+            godrays.record(frame, camera_rays, &gbuffer.godrays, params.lights.glass_shadows)?;
         }
         for bounce in 0..gbuffer.reflect_refract {
-            traced.reflect_refract.record(frame, inputs, &gbuffer, light_kinds, bounce)?;
+            traced.reflect_refract.record(frame, inputs, &gbuffer, light_kinds, bounce, *number)?;
         }
         if let Some(replaced_motion) = &traced.replaced_motion {
-            replaced_motion.record(frame, inputs, &gbuffer)?;
+            replaced_motion.record(frame, camera_rays, &gbuffer)?;
         }
         self.passes_are_of(frame, FrameStage::Gbuffer);
         if let Some(gradient_pixels) = &traced.gradient_pixels {
@@ -184,12 +205,11 @@ impl FullFrame {
         Ok(())
     }
 
-    /// The stages after the light.
-    fn after_light(
+    /// The stages from the light to the interleave.
+    fn flat_frame(
         &self,
         frame: &mut Frame<'_>,
         inputs: &StageInputs<'_>,
-        moment: Moment,
         params: &FrameParams,
     ) -> pt_core::Result<()> {
         if let (Some(denoise), Some(composite)) = (&self.denoise, &self.composite) {
@@ -203,6 +223,17 @@ impl FullFrame {
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_interleave(frame, self))?;
         }
         self.passes_are_of(frame, FrameStage::Checkerboard);
+        Ok(())
+    }
+
+    /// The stages after the interleave.
+    fn show(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        moment: Moment,
+        params: &FrameParams,
+    ) -> pt_core::Result<()> {
         let fed = self.oracles.as_ref().is_some_and(Oracles::feeds_taa);
         let jitter = if fed { [0.0; 2] } else { moment.jitter };
         self.post.record_with(frame, inputs, moment.time_step, jitter, &params.post, |frame, written| {
@@ -225,6 +256,7 @@ impl FullFrame {
     /// Forgets the frames so far, after a cut or a teleport of the camera: the next one starts over.
     pub fn reset_history(&mut self) {
         self.images.reset_history();
+        self.more_planes.iter_mut().for_each(MorePlanes::reset_history);
         self.previous_camera = None;
     }
 }

@@ -106,6 +106,12 @@ impl Oracles {
         if let Some(reason) = on.iter().find_map(|stage| stage.cannot_be_fed(params)) {
             return Err(Error::Unsupported(reason));
         }
+        if frame.more_planes.is_some() {
+            return Err(Error::Unsupported(
+                "a frame of several planes cannot be fed with ground truth, which does not tell them apart; gbuffer.decomposition=replacement"
+                    .into(),
+            ));
+        }
         let size = frame.images.size();
         if frame.radiance().extent() != size || frame.images.output_size() != size {
             return Err(Error::Unsupported(

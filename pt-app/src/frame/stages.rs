@@ -76,7 +76,12 @@ pub(super) struct TracedStages {
 
 impl TracedStages {
     /// Compiles their kernels side by side.
-    pub(super) fn new(device: &Device, variant: TraceVariant, params: &FrameParams) -> Result<Self> {
+    pub(super) fn new(
+        device: &Device,
+        variant: TraceVariant,
+        has_planes: bool,
+        params: &FrameParams,
+    ) -> Result<Self> {
         let FrameParams { indirect, .. } = params;
         let lights = &params.direct();
         thread::scope(|threads| {
@@ -84,7 +89,7 @@ impl TracedStages {
             let bounces = indirect.is_on().then(|| {
                 threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect))
             });
-            let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant));
+            let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant, has_planes));
             let godrays =
                 params.gbuffer.godrays.is_on().then(|| threads.spawn(|| Godrays::new(device, variant)));
             let gradient_pixels = params

@@ -75,8 +75,8 @@ impl<'r> Frame<'r> {
 impl<'f, 'r> Pass<'f, 'r> {
     pub(super) fn new(frame: &'f mut Frame<'r>, name: &str, kernel: &'f Kernel) -> Self {
         Self {
+            name: frame.full_name(name),
             frame,
-            name: name.into(),
             kernel,
             bound: BTreeMap::new(),
             addressed: Vec::new(),

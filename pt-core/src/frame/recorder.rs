@@ -106,7 +106,7 @@ impl Recorder {
         if let Some(counter) = &mut self.ray_counter {
             counter.begin_frame();
         }
-        Ok(Frame { recorder: self, slot: index, started, passes: Vec::new() })
+        Ok(Frame { recorder: self, slot: index, started, passes: Vec::new(), suffix: String::new() })
     }
 
     /// Waits for all frames and returns the times of the frames since the last call: of all frames, or, where they are more than 2048, of
@@ -234,6 +234,8 @@ pub struct Frame<'r> {
     slot: usize,
     started: Instant,
     passes: Vec<String>,
+    /// At the end of the names of passes.
+    suffix: String,
 }
 
 impl<'r> Frame<'r> {
@@ -245,6 +247,15 @@ impl<'r> Frame<'r> {
     /// Passes recorded so far.
     pub fn pass_count(&self) -> usize {
         self.passes.len()
+    }
+
+    /// Ends the names of the kernels' passes from here on with `suffix`, to tell those of stages that run several times in a frame.
+    pub fn end_names_with(&mut self, suffix: &str) {
+        self.suffix = suffix.into();
+    }
+
+    pub(super) fn full_name(&self, pass: &str) -> String {
+        format!("{pass}{}", self.suffix)
     }
 
     pub(super) fn ray_counter(&mut self) -> Option<&mut RayCounter> {

@@ -3,6 +3,7 @@
 
 mod kinds;
 mod media;
+mod planes;
 mod rig;
 mod through;
 

@@ -6,7 +6,7 @@ use pt_core::frame::Uniforms;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
-use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract};
+use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract, plane_count};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_scene::{Camera, Instance, Material, Mesh, Projection, Scene};
 use pt_shaders::channels::{self, ChannelId};
@@ -120,10 +120,21 @@ impl Rig {
     }
 
     pub fn render(&self, scene: &Scene, cameras: [&Camera; 2], params: &GbufferParams, count: u32) -> Frames {
+        self.render_plane(scene, cameras, params, count, 0)
+    }
+
+    pub fn render_plane(
+        &self,
+        scene: &Scene,
+        cameras: [&Camera; 2],
+        params: &GbufferParams,
+        count: u32,
+        plane: u32,
+    ) -> Frames {
         let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
         let variant = gpu.variant();
         let primary = PrimaryRays::new(&self.device, variant).unwrap();
-        let stage = ReflectRefract::new(&self.device, variant).unwrap();
+        let stage = ReflectRefract::new(&self.device, variant, plane_count(scene, params) > 1).unwrap();
         let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&self.device, "frame_uniforms").unwrap();
         let mut recorder = Recorder::new(&self.device).unwrap();
@@ -143,7 +154,7 @@ impl Rig {
             let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
             primary.record(&mut frame, &inputs, params).unwrap();
             for bounce in 0..params.reflect_refract {
-                stage.record(&mut frame, &inputs, params, 0, bounce).unwrap();
+                stage.record(&mut frame, &inputs, params, 0, bounce, plane).unwrap();
             }
             frame.submit().unwrap();
             recorder.finish().unwrap();

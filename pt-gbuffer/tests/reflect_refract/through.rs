@@ -61,7 +61,7 @@ fn show(rig: &Rig, scene: &Scene, cameras: &[Camera], size: [u32; 2], params: &G
     let mut gpu = GpuScene::new(&rig.device, scene, rig.backend).unwrap();
     let variant = gpu.variant();
     let primary = PrimaryRays::new(&rig.device, variant).unwrap();
-    let stage = ReflectRefract::new(&rig.device, variant).unwrap();
+    let stage = ReflectRefract::new(&rig.device, variant, false).unwrap();
     let search = ReplacedMotion::new(&rig.device, variant).unwrap();
     let io = [PrimaryRays::IO, ReflectRefract::IO, ReplacedMotion::IO];
     let mut images = ChannelImages::alone(&rig.device, FrameSizes::same(size), &io).unwrap();
@@ -76,7 +76,7 @@ fn show(rig: &Rig, scene: &Scene, cameras: &[Camera], size: [u32; 2], params: &G
         let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
         primary.record(&mut frame, &inputs, params).unwrap();
         for bounce in 0..params.reflect_refract {
-            stage.record(&mut frame, &inputs, params, 0, bounce).unwrap();
+            stage.record(&mut frame, &inputs, params, 0, bounce, 0).unwrap();
         }
         if params.searches_motion() {
             search.record(&mut frame, &inputs, params).unwrap();

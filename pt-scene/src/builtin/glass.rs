@@ -11,7 +11,7 @@ use super::noise::picture;
 use super::shapes::Shape;
 use super::solids::{box_faces, on_ring, split_at_level, triangulate};
 use super::{add_material, place};
-use crate::{Camera, Material, Scene, TextureRef};
+use crate::{Camera, CameraKey, CameraPath, Material, Scene, TextureRef};
 
 const SEGMENTS: usize = 128;
 /// Measures in metres: radii of the wall, height of the glass, of its inner bottom and of the water; how far the water reaches
@@ -177,5 +177,14 @@ fn surroundings() -> Scene {
         Vec3::new(0.0, 0.05, 0.0),
         0.46,
     ));
+    // A quarter of the way round the glasses in four seconds.
+    let keys = (0..=4).map(|i| {
+        let (sin, cos) = (0.35 + 0.4 * i as f32).sin_cos();
+        let position = Vec3::new(0.27 * sin, 0.175, 0.27 * cos);
+        CameraKey { time: f64::from(i), position, target: Vec3::new(0.0, 0.05, 0.0) }
+    });
+    if let Some(path) = CameraPath::new(keys.collect()) {
+        scene.cameras.push(Camera::on_path("tour", path, 0.46));
+    }
     scene
 }

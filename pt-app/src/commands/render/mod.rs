@@ -11,7 +11,7 @@ use crate::ground_truth::{TruthOf, path_trace, radiance};
 use crate::interrupt::Interrupt;
 use crate::origin::Origin;
 use crate::output::Output;
-use crate::params::FrameParams;
+use crate::params::{FrameParams, check_one_plane};
 use crate::progress::Progress;
 use crate::session::{Session, check_host_memory, fold_seed, open_scene};
 use anyhow::Result;
@@ -44,6 +44,9 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
     for notice in scene.notices.iter().chain(&hidden_lobes(&scene, &params.gbuffer)) {
         print_warning(notice);
+    }
+    if args.aov.is_some() {
+        check_one_plane(&params, &scene, "--aov")?;
     }
     let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
     let size = args.frame.output_size();

@@ -12,7 +12,7 @@ use pt_core::harness::{StageArgs, check_output, save};
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
 use pt_core::{FrameSizes, StageInputs};
-use pt_gbuffer::{GbufferParams, PrimaryRays, ReflectRefract};
+use pt_gbuffer::{Decomposition, GbufferParams, PrimaryRays, ReflectRefract};
 use pt_image::image_file::{ImageSize, OutputFormat, PixelLayout, write_png};
 use pt_import::LoadOptions;
 use pt_scene::BadTexels;
@@ -64,6 +64,10 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         "godrays.density is {}: this program loads no lights that a medium could scatter; use pt render",
         params.godrays.density
     );
+    ensure!(
+        params.decomposition == Decomposition::Replacement,
+        "gbuffer.decomposition=planes: this program makes one G-buffer; pt render runs a frame for each plane"
+    );
     if let Some(path) = &args.output {
         check_output(path)?;
     }
@@ -88,7 +92,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let variant = params.variant(gpu.variant());
     let primary = PrimaryRays::new(&device, variant)?;
-    let reflect_refract = ReflectRefract::new(&device, variant)?;
+    let reflect_refract = ReflectRefract::new(&device, variant, false)?;
     let images = ChannelImages::alone(&device, FrameSizes::same(size), &[PrimaryRays::IO])?;
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
@@ -99,7 +103,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         primary.record(frame, &inputs, &params)?;
         (0..params.reflect_refract)
             // The light lists that highlights need are not part of the program.
-            .try_for_each(|bounce| reflect_refract.record(frame, &inputs, &params, 0, bounce))
+            .try_for_each(|bounce| reflect_refract.record(frame, &inputs, &params, 0, bounce, 0))
     })?;
     write!(out, "{times}")?;
     let rate = times.pass("primary rays").and_then(|pass| pass.mthreads_per_s()).unwrap_or(0.0);

@@ -1,7 +1,7 @@
 //! Rounds of frames, and what is known of their passes.
 
 use super::file::{How, Part, PassRecord, Rays, StageRow, Times};
-use crate::frame::{FrameStage, FullFrame};
+use crate::frame::{FrameStage, FullFrame, Stage};
 use crate::params::FrameParams;
 use crate::session::Session;
 use anyhow::{Context, Result};
@@ -84,6 +84,11 @@ impl<'a> Whole<'a> {
             frame.submit()?;
         }
         Ok(recorder.ray_counts()?)
+    }
+
+    /// Whether a stage can run alone: of several planes it would be the part of one.
+    pub(super) fn can_replay(&self, from: Stage) -> bool {
+        from == Stage::Post || self.full.planes().len() == 1
     }
 
     /// A stage alone, on the images of the last frame.
@@ -255,10 +260,11 @@ impl PassSamples {
 
 /// The kind of rays whose rate those of a pass are compared with.
 fn ray_kind(pass: &str) -> RayKind {
-    match pass {
+    // Passes of the other planes say which.
+    match pass.split(", plane ").next().unwrap_or(pass) {
         "primary rays" => RayKind::Primary,
         "shadow rays" => RayKind::Shadow,
-        _ if pass.starts_with("bounce shadow rays") || pass.starts_with("bounce glass") => {
+        pass if pass.starts_with("bounce shadow rays") || pass.starts_with("bounce glass") => {
             RayKind::BounceShadow
         }
         _ => RayKind::Bounce,

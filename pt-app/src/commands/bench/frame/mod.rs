@@ -125,7 +125,7 @@ pub fn run(args: &BenchFrameArgs, subject: Subject, out: &mut impl Write) -> Res
 
     let mut whole = Whole::new(&mut session, plan)?;
     let mut parts = Vec::new();
-    let replayed = |stage: FrameStage| stage.replayed().map(|_| stage);
+    let replayed = |stage: FrameStage| stage.replayed().filter(|&from| whole.can_replay(from)).map(|_| stage);
     let alone: Vec<FrameStage> = match subject {
         Subject::Frame => Vec::new(),
         Subject::Stage(stage) => replayed(stage).into_iter().collect(),
