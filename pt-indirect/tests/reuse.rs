@@ -107,7 +107,7 @@ fn steps(label: Label) -> [f64; BANDS - 1] {
     const N: usize = 50;
     let half = f64::from(HALF);
     let at = |i: usize| ((i as f64 + 0.5) / N as f64 * 2.0 - 1.0) * half;
-    let mut light: Vec<f64> = (0..N * N).map(|i| label(DVec3::new(at(i % N), 0.0, at(i / N)))).collect();
+    let mut labels: Vec<f64> = (0..N * N).map(|i| label(DVec3::new(at(i % N), 0.0, at(i / N)))).collect();
     labels.sort_by(f64::total_cmp);
     std::array::from_fn(|b| labels[(b + 1) * N * N / BANDS])
 }
