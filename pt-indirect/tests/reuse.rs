@@ -11,7 +11,6 @@ use pt_indirect::oracle::rectangle_form_factor;
 use pt_indirect::records::{BounceReuse, RestirVisibility};
 use pt_light_sampling::test_support::polygon;
 use pt_scene::{Camera, Light, Material, Scene};
-use pt_shaders::NamedEnum;
 use std::f64::consts::PI;
 
 const SIZE: [u32; 2] = [40, 16];
