@@ -98,24 +98,26 @@ fn floor_light(texel: &Texel) -> Option<f64> {
     Some((texel.irradiance + texel.specular).element_sum())
 }
 
-/// Light that parts the bands, dark to bright: bands have equal parts of the floor.
-fn steps() -> [f64; BANDS - 1] {
+/// By what pixels of the floor are put into bands: their place says.
+type Label = fn(DVec3) -> f64;
+
+/// Values of `label` that part the bands: these have equal parts of the floor.
+fn steps(label: Label) -> [f64; BANDS - 1] {
     const N: usize = 50;
     let half = f64::from(HALF);
     let at = |i: usize| ((i as f64 + 0.5) / N as f64 * 2.0 - 1.0) * half;
-    let mut light: Vec<f64> =
-        (0..N * N).map(|i| exact_light(DVec3::new(at(i % N), 0.0, at(i / N)))).collect();
-    light.sort_by(f64::total_cmp);
-    std::array::from_fn(|b| light[(b + 1) * N * N / BANDS])
+    let mut labels: Vec<f64> = (0..N * N).map(|i| label(DVec3::new(at(i % N), 0.0, at(i / N)))).collect();
+    labels.sort_by(f64::total_cmp);
+    std::array::from_fn(|b| labels[(b + 1) * N * N / BANDS])
 }
 
 /// Means of the texels of bands.
-fn bands(texels: &[Texel], values: &[Option<f64>], steps: &[f64; BANDS - 1]) -> [f64; BANDS] {
+fn bands(texels: &[Texel], values: &[Option<f64>], label: Label, steps: &[f64; BANDS - 1]) -> [f64; BANDS] {
     let (mut sums, mut counts) = ([0.0; BANDS], [0.0; BANDS]);
     for (texel, value) in texels.iter().zip(values) {
         let (Some(value), Some(position)) = (value, texel.position) else { continue };
         assert!(value.is_finite(), "{position}: {value}");
-        let band = steps.partition_point(|step| *step < exact_light(position));
+        let band = steps.partition_point(|step| *step < label(position));
         sums[band] += value;
         counts[band] += 1.0;
     }
@@ -131,9 +133,14 @@ struct Runs {
 }
 
 impl Runs {
-    /// Of the last frames of runs; `value` of a texel.
+    /// Of the last frames of runs; `value` of a texel, in bands of brightness.
     fn of(rig: &mut Rig, frames: u32, value: impl Fn(&Texel) -> Option<f64>) -> Self {
-        let steps = steps();
+        Self::of_bands(rig, frames, exact_light, value)
+    }
+
+    /// The same in bands of another label.
+    fn of_bands(rig: &mut Rig, frames: u32, label: Label, value: impl Fn(&Texel) -> Option<f64>) -> Self {
+        let steps = steps(label);
         let (mut square, mut count) = (0.0, 0);
         let run = |seed| {
             rig.images.reset_history();
@@ -143,7 +150,7 @@ impl Runs {
                 square += value * value;
                 count += 1;
             }
-            bands(&texels, &values, &steps)
+            bands(&texels, &values, label, &steps)
         };
         let bands = (0..RUNS).map(run).collect();
         Self { bands, square: square / f64::from(count) }
@@ -156,11 +163,15 @@ impl Runs {
         Self { bands, square: self.square }
     }
 
+    fn mean(&self) -> [f64; BANDS] {
+        let n = self.bands.len() as f64;
+        std::array::from_fn(|b| self.bands.iter().map(|run| run[b]).sum::<f64>() / n)
+    }
+
     /// Means over the runs, in standard errors.
     fn deviations(&self, case: &str) -> [f64; BANDS] {
         let n = self.bands.len() as f64;
-        let mean: [f64; BANDS] =
-            std::array::from_fn(|b| self.bands.iter().map(|run| run[b]).sum::<f64>() / n);
+        let mean = self.mean();
         let squares = |b: usize| self.bands.iter().map(|run| (run[b] - mean[b]).powi(2)).sum::<f64>();
         let error: [f64; BANDS] = std::array::from_fn(|b| (squares(b) / (n - 1.0) / n).sqrt());
         let deviations = std::array::from_fn(|b| mean[b] / error[b].max(1e-12));
@@ -255,7 +266,8 @@ fn parts_of_the_light_add_up() {
     let runs = |params: &IndirectParams| {
         let (scene, camera) =
             planes(material("floor", 0.5), Material { metallic: 0.5, ..material("ceiling", 0.5) });
-        Runs::of(&mut Rig::new(&device, scene, camera, SIZE, params), 1, floor_light)
+        // The sun shines along x.
+        Runs::of_bands(&mut Rig::new(&device, scene, camera, SIZE, params), 1, |p| p.x, floor_light)
     };
     let none = runs(&IndirectParams::default());
     let base = restir(RestirVisibility::InWeight, 0);
@@ -268,9 +280,15 @@ fn parts_of_the_light_add_up() {
 fn biased_settings_are_biased() {
     let device = TestDevice::open();
     let none = errors(&device, &IndirectParams::default(), 1);
+    let (scene, camera) = lambertian_planes();
+    let mut rig = Rig::new(&device, scene, camera, SIZE, &IndirectParams::default());
+    let light = Runs::of(&mut rig, 1, |texel| floor_light(texel).and(texel.position).map(exact_light)).mean();
     for visibility in [RestirVisibility::None, RestirVisibility::Final] {
         let case = visibility.name();
-        let deviations = errors(&device, &restir(visibility, 0), 1).less(&none).deviations(case);
+        let bias = errors(&device, &restir(visibility, 0), 1).less(&none);
+        let percent: [f64; BANDS] = std::array::from_fn(|b| 100.0 * bias.mean()[b] / light[b]);
+        println!("{case}: bias of the bands, dark to bright: {percent:+.1?} %");
+        let deviations = bias.deviations(case);
         assert!(deviations.iter().any(|d| d.abs() > 4.0), "{case} is unbiased here");
     }
 }
