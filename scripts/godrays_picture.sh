@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes docs/godrays.png: sunlight in the hazy air of a hall, as the last of some real-time frames, as the mean of frames, and as the reference.
-# Sun and sky give light, without bounces, so that the shafts stand out.
+# Sun and sky give light, with four bounces.
 #
 # usage: scripts/godrays_picture.sh [PT]
 #
@@ -18,7 +18,7 @@ command -v "$pt" >/dev/null || {
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 view=(gallery --look 0,1.5,8,-4,3.5,-6 --size "$size")
-light=(--set lights.positional=false --set lights.emissive=false --set indirect.bounces=0)
+light=(--set lights.positional=false --set lights.emissive=false --set indirect.bounces=4)
 air=() truth=()
 for value in density=0.06 albedo=0.9 anisotropy=0.5 max_distance=60; do
     air+=(--set "gbuffer.godrays.$value")
@@ -26,5 +26,5 @@ for value in density=0.06 albedo=0.9 anisotropy=0.5 max_distance=60; do
 done
 "$pt" render "${view[@]}" "${light[@]}" "${air[@]}" --profile realtime --frames 16 -o "$work/frame.exr"
 "$pt" render "${view[@]}" "${light[@]}" "${air[@]}" --profile unbiased --frames "$frames" --accumulate -o "$work/mean.exr"
-"$pt" reference "${view[@]}" "${truth[@]}" --light-types sun,environment --max-bounces 0 --spp "$spp" -o "$work/reference.exr"
+"$pt" reference "${view[@]}" "${truth[@]}" --light-types sun,environment --max-bounces 4 --spp "$spp" -o "$work/reference.exr"
 "$pt" sheet "$work/frame.exr" "$work/mean.exr" "$work/reference.exr" --columns 3 --tile "$size" -o docs/godrays.png
