@@ -34,6 +34,7 @@ mod physical_sky;
 mod portal;
 mod posing;
 mod scene;
+mod shows;
 mod sky;
 mod texture;
 mod transform;
@@ -54,7 +55,7 @@ pub use glam;
 pub use light::{Light, LightKind, shines};
 pub use limits::MAX_RADIANCE;
 pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef, media};
-pub use material_kind::{MaterialKind, Shows};
+pub use material_kind::MaterialKind;
 pub use mesh::Mesh;
 pub use mips::{
     MipLevel, decode_texel, decode_texel_16, encode_normal, encode_normal_16, linear_from_srgb,
@@ -64,6 +65,7 @@ pub use motion::{Blink, LightMotion, Motion};
 pub use physical_sky::PhysicalSky;
 pub use portal::{MAX_PORTALS, Portal};
 pub use scene::{Attachment, Instance, Scene, Statistics};
+pub use shows::Shows;
 pub use sky::{default_sky, default_sun};
 pub use texture::{BlockFormat, Filter, MAX_TEXTURE_SIDE, MipFilter, Sampler, Texels, Texture, Wrap};
 pub use transform::{MAX_COORDINATE, is_invertible, thicken, thickened, visible};

@@ -1,6 +1,6 @@
 //! Kinds of surfaces: names for sets of material values. What draws a surface reads the values alone.
 
-use crate::{AlphaMode, Material};
+use crate::{AlphaMode, Material, Shows};
 use glam::{Vec3, Vec4Swizzles};
 use pt_shaders::named_enum;
 
@@ -36,20 +36,6 @@ named_enum! {
         /// Shows what a camera of the scene sees.
         Camera = "camera",
     }
-}
-
-/// What rays find at a surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Shows {
-    /// The surface.
-    #[default]
-    Itself,
-    /// The environment and the discs of directional lights, as where there is no surface: rays to infinity end there, and what is behind the
-    /// surface is not seen. Light that comes from infinity passes; other light is stopped.
-    Environment,
-    /// What the camera of this index in [`crate::Scene::cameras`] sees, across the first texture coordinates from 0 to 1, in 16:9, through
-    /// a pinhole. Seen by the camera, in mirrors and through smooth glass; for light that bounces the surface is what its other values say.
-    Camera(u32),
 }
 
 /// Extinction per metre of water and of slime: 20 times what Quake II RTX has per unit of length, 1/40 m, at its density of 0.5.
