@@ -290,35 +290,6 @@ fn a_camera_that_sees_itself_ends_black() {
     assert!(reference(&scene, &camera, size, 4).iter().all(|(mean, _)| *mean == DVec3::ZERO));
 }
 
-/// A mirror that faces a sun of 0.3 rad: illuminance over its projected solid angle.
-#[test]
-fn a_mirror_shows_the_disc_of_the_sun_as_the_reference_does() {
-    let mut scene = Scene::default();
-    let wall = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Vec3::new(x, y, 0.0));
-    polygon(&mut scene, &wall, Material::metal("mirror", Vec3::ONE, 0.0));
-    let sun = Light::directional("sun", Vec3::NEG_Z, Vec3::ONE);
-    scene.lights.push(Light { angular_radius: 0.3, ..sun });
-    let camera = Camera::look_at("mirrored", Vec3::Z * 3.0, Vec3::ZERO, 1.0);
-    let camera = Camera { projection: Projection::Orthographic { ymag: 0.5 }, ..camera };
-    let (size, disc) = ([8, 6], 1.0 / (PI * 0.3f64.sin().powi(2)));
-    for (sets, expected) in [(&[][..], disc), (&["gbuffer.sun_discs=false"][..], 0.0)] {
-        let backend = TraceBackend::Compute;
-        let mut frames = Frames::with_params(scene.clone(), &camera, backend, size, 5, false, params(sets));
-        frames.render(0.0);
-        for pixel in frames.image(FLAT_COLOR).pixels {
-            // 2^-10: throughput is a half float.
-            assert!(
-                (f64::from(pixel[1]) - expected).abs() <= 2e-3 * disc,
-                "{sets:?}: {pixel:?} for {expected}"
-            );
-        }
-        frames.finish();
-    }
-    for (mean, _) in reference(&scene, &camera, size, 4) {
-        assert!((mean - disc).abs().max_element() < 2e-3 * disc, "reference: {mean} for {disc}");
-    }
-}
-
 /// The steepest and the shortest waves that there are, after eleven days.
 #[test]
 fn the_wildest_water_is_finite() {
