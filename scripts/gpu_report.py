@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-BACKENDS = ["compute", "ray-query", "rt-pipeline"]
+BACKENDS = ["compute", "ray-query", "rt-pipeline", "rt-reorder"]
 
 
 def run(*command):

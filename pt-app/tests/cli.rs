@@ -143,7 +143,7 @@ fn render_refuses_what_cannot_be() {
         );
     }
     let backend = refused("--backend cuda");
-    for known in ["auto", "compute", "ray-query", "rt-pipeline"] {
+    for known in ["auto", "compute", "ray-query", "rt-pipeline", "rt-reorder"] {
         assert!(backend.contains(known), "{backend}");
     }
     assert!(refused("--frames 0").contains("0 is not in 1.."));

@@ -72,7 +72,7 @@ fn unknown_names_are_refused() {
     refused("cornell --set gbufer.jitter=none", &["\"gbufer.jitter\"", "closest: \"gbuffer.jitter\""]);
     refused("cornell --set post.output=dispaly", &["post.output", "dispaly", "display"]);
     refused("cornell --backend cuda", &["cuda", "--device"]);
-    refused("cornell --backend rays", &["rays", "auto, compute, ray-query, rt-pipeline"]);
+    refused("cornell --backend rays", &["rays", "auto, compute, ray-query, rt-pipeline, rt-reorder"]);
     refused("cornell --profile relatime", &["profile relatime", "still, realtime"]);
     refused("cornell --aov normal,albdo", &["--aov albdo", "pt passes lists them"]);
     refused("cornell --device voodoo", &["voodoo", "devices: 0"]);

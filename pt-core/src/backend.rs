@@ -17,6 +17,9 @@ named_enum! {
         RayQuery = "ray-query",
         /// `VK_KHR_ray_tracing_pipeline`.
         RtPipeline = "rt-pipeline",
+        /// As `RtPipeline`; after each ray that asks for its nearest hit, the device may sort its threads by what they have hit
+        /// (`VK_NV_ray_tracing_invocation_reorder`).
+        RtReorder = "rt-reorder",
     }
 }
 
@@ -29,7 +32,7 @@ impl Default for TraceBackend {
 
 impl TraceBackend {
     /// All that find hits, that is without `Auto`.
-    pub const CONCRETE: [Self; 3] = [Self::Compute, Self::RayQuery, Self::RtPipeline];
+    pub const CONCRETE: [Self; 4] = [Self::Compute, Self::RayQuery, Self::RtPipeline, Self::RtReorder];
 
     /// Why the device can't do it; `None`: it can.
     pub fn missing(self, device: &Device) -> Option<String> {
@@ -37,6 +40,7 @@ impl TraceBackend {
         let extension = match self {
             Self::RayQuery if !capabilities.ray_query => "VK_KHR_ray_query",
             Self::RtPipeline if !capabilities.rt_pipeline => "VK_KHR_ray_tracing_pipeline",
+            Self::RtReorder if !capabilities.rt_reorder => "VK_NV_ray_tracing_invocation_reorder",
             _ => return None,
         };
         Some(format!("{} ({}) has no {extension}", device.info().name, device.info().driver))

@@ -1,4 +1,4 @@
-//! The three trace backends against the native traversal, and against each other.
+//! The trace backends against the native traversal, and against each other.
 
 use glam::{Affine3A, Quat, UVec3, Vec2, Vec3, Vec4};
 use pt_core::random::{RandomSource, coverage_number};
@@ -408,7 +408,7 @@ fn auto_takes_a_backend_that_no_other_clearly_beats() {
         return;
     }
     let rate = |b| choice.mrays_per_s.iter().find(|(other, _)| *other == b).map_or(0.0, |(_, rate)| *rate);
-    for backend in available {
+    for backend in available.into_iter().filter(|&b| b != TraceBackend::RtReorder) {
         assert!(rate(backend) > 0.0 && rate(backend) <= CLEARLY_FASTER * rate(choice.backend));
     }
 }

@@ -113,7 +113,7 @@ fn seen(device: &TestDevice, scene: &Scene, backend: TraceBackend, opacity_table
 fn rays_see_the_same_with_a_table() {
     let device = TestDevice::open();
     let scene = wall();
-    for backend in [TraceBackend::Compute, TraceBackend::RayQuery, TraceBackend::RtPipeline] {
+    for backend in TraceBackend::CONCRETE {
         if let Some(why) = backend.missing(&device) {
             println!("skipped: {why}");
             continue;

@@ -46,7 +46,7 @@ pub const STUDY: &[Key] = &[
         "backends",
         "strings",
         Toml("[\"auto\"]"),
-        "Trace backends: `auto`, `compute`, `ray-query`, `rt-pipeline`.",
+        "Trace backends: `auto`, `compute`, `ray-query`, `rt-pipeline`, `rt-reorder`.",
     ),
     key("seeds", "whole number, or a list of them", Toml("5"), "Seeds, or how many, counted from 0."),
     key("frames", "whole number above 0", Toml("16"), "Frames that each cell renders."),

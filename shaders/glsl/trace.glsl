@@ -1,4 +1,4 @@
-// Three backends trace rays behind this interface. A kernel that traces rays (`*.trace`) includes this header and is compiled once for
+// Four backends trace rays behind this interface. A kernel that traces rays (`*.trace`) includes this header and is compiled once for
 // each backend. It can call
 //
 //     Hit trace_closest(Ray ray, uint mask, uvec2 ray_coverage)     nearest hit in [t_min, t_max]; instance == NONE: nothing

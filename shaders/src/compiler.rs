@@ -64,11 +64,12 @@ pub enum CompileError {
     },
 }
 
-/// The three ways a `.trace` kernel is compiled: file suffix, define, stage.
-const TRACE_VARIANTS: [(&str, &str, ShaderStage); 3] = [
+/// The ways a `.trace` kernel is compiled: file suffix, define, stage.
+const TRACE_VARIANTS: [(&str, &str, ShaderStage); 4] = [
     ("compute", "TRACE_COMPUTE", ShaderStage::Compute),
     ("ray_query", "TRACE_RAY_QUERY", ShaderStage::Compute),
     ("ray_gen", "TRACE_RT_PIPELINE", ShaderStage::RayGeneration),
+    ("ray_gen_reorder", "TRACE_RT_REORDER", ShaderStage::RayGeneration),
 ];
 
 /// Compiles the kernels of one crate.
@@ -140,10 +141,12 @@ impl Kernels {
                     writeln!(
                         table,
                         "#[doc = \"`{stem}.trace`\"]\npub const {constant}: ::pt_shaders::TraceCode = \
-                         ::pt_shaders::TraceCode {{ name: \"{stem}\", compute: {}, ray_query: {}, ray_gen: {} }};",
+                         ::pt_shaders::TraceCode {{ name: \"{stem}\", compute: {}, ray_query: {}, ray_gen: {}, \
+                         ray_gen_reorder: {} }};",
                         code("compute", "Compute"),
                         code("ray_query", "Compute"),
                         code("ray_gen", "RayGen"),
+                        code("ray_gen_reorder", "RayGen"),
                     )
                     .expect("writing to a String");
                     continue;
@@ -187,6 +190,11 @@ impl Kernels {
         text.push_str(match define {
             Some("TRACE_RAY_QUERY") => "#extension GL_EXT_ray_query : require\n",
             Some("TRACE_RT_PIPELINE") => "#extension GL_EXT_ray_tracing : require\n",
+            Some("TRACE_RT_REORDER") => {
+                "#extension GL_EXT_ray_tracing : require\n\
+                 #extension GL_NV_shader_invocation_reorder : require\n\
+                 #define TRACE_RT_PIPELINE 1\n"
+            }
             None if stage != ShaderStage::Compute => "#extension GL_EXT_ray_tracing : require\n",
             _ => "",
         });

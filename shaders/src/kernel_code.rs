@@ -37,4 +37,6 @@ pub struct TraceCode {
     pub ray_query: ShaderCode,
     /// Ray generation shader of a `VK_KHR_ray_tracing_pipeline`.
     pub ray_gen: ShaderCode,
+    /// The same with `VK_NV_ray_tracing_invocation_reorder`.
+    pub ray_gen_reorder: ShaderCode,
 }

@@ -77,6 +77,9 @@ fn describe(info: &DeviceInfo, choice: Option<&Choice>, out: &mut impl Write) ->
         match (rate, missing) {
             (Some(rate), _) => writeln!(out, "  {:<12}{rate:.2} Mrays/s on {SCENE}", backend.name())?,
             (None, Some(why)) => writeln!(out, "  {:<12}not there: {why}", backend.name())?,
+            (None, None) if backend == TraceBackend::RtReorder => {
+                writeln!(out, "  {:<12}there; auto does not try it", backend.name())?;
+            }
             (None, None) => writeln!(out, "  {:<12}the only one", backend.name())?,
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, VkContext};
 use crate::memory::host_free_bytes;
-use ash::{khr, vk};
+use ash::{khr, nv, vk};
 use serde::Serialize;
 use std::ffi::CStr;
 
@@ -13,6 +13,8 @@ pub struct Capabilities {
     pub ray_query: bool,
     /// `VK_KHR_ray_tracing_pipeline`.
     pub rt_pipeline: bool,
+    /// `VK_NV_ray_tracing_invocation_reorder`. A device may have it and never sort.
+    pub rt_reorder: bool,
     /// Nanoseconds per timestamp tick; 0 = no timestamps.
     pub timestamp_period: f32,
     /// Largest storage-buffer binding in bytes.
@@ -99,6 +101,7 @@ struct Features {
     acceleration: vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
     ray_query: vk::PhysicalDeviceRayQueryFeaturesKHR<'static>,
     rt_pipeline: vk::PhysicalDeviceRayTracingPipelineFeaturesKHR<'static>,
+    rt_reorder: vk::PhysicalDeviceRayTracingInvocationReorderFeaturesNV<'static>,
 }
 
 /// Name and value of each required feature bit, so that a missing one can be named.
@@ -175,6 +178,9 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
     let rt_pipeline = ray_tracing
         && has(khr::ray_tracing_pipeline::NAME)
         && supported.rt_pipeline.ray_tracing_pipeline != 0;
+    let rt_reorder = rt_pipeline
+        && has(nv::ray_tracing_invocation_reorder::NAME)
+        && supported.rt_reorder.ray_tracing_invocation_reorder != 0;
     let missing: Vec<_> =
         required(&mut supported).iter().filter(|(_, v)| **v == 0).map(|(n, _)| *n).collect();
     // A family that also draws is the one that desktop tools can look into.
@@ -227,6 +233,7 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
         capabilities: Capabilities {
             ray_query,
             rt_pipeline,
+            rt_reorder,
             timestamp_period: core.limits.timestamp_period,
             max_storage_buffer_range: core.limits.max_storage_buffer_range,
             max_image_side: core.limits.max_image_dimension2_d,
@@ -257,14 +264,15 @@ fn filters_16_bit_unorm(instance: &ash::Instance, physical: vk::PhysicalDevice) 
 }
 
 fn query_features(instance: &ash::Instance, physical: vk::PhysicalDevice, out: &mut Features) {
-    let Features { core, v11, v12, v13, acceleration, ray_query, rt_pipeline } = out;
+    let Features { core, v11, v12, v13, acceleration, ray_query, rt_pipeline, rt_reorder } = out;
     let mut chain = vk::PhysicalDeviceFeatures2::default()
         .push_next(v11)
         .push_next(v12)
         .push_next(v13)
         .push_next(acceleration)
         .push_next(ray_query)
-        .push_next(rt_pipeline);
+        .push_next(rt_pipeline)
+        .push_next(rt_reorder);
     // SAFETY: valid handles; drivers skip structs they do not know.
     unsafe { instance.get_physical_device_features2(physical, &mut chain) };
     core.features = chain.features;
@@ -275,6 +283,7 @@ fn query_features(instance: &ash::Instance, physical: vk::PhysicalDevice, out: &
     acceleration.p_next = std::ptr::null_mut();
     ray_query.p_next = std::ptr::null_mut();
     rt_pipeline.p_next = std::ptr::null_mut();
+    rt_reorder.p_next = std::ptr::null_mut();
 }
 
 pub(super) fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
@@ -311,6 +320,7 @@ pub(super) fn create_device(instance: &ash::Instance, candidate: &Candidate) -> 
     f.acceleration.acceleration_structure = vk::TRUE;
     f.ray_query.ray_query = vk::TRUE;
     f.rt_pipeline.ray_tracing_pipeline = vk::TRUE;
+    f.rt_reorder.ray_tracing_invocation_reorder = vk::TRUE;
     let mut extensions = Vec::new();
     let ray_tracing = capabilities.ray_query || capabilities.rt_pipeline;
     let priorities = [1.0];
@@ -329,6 +339,10 @@ pub(super) fn create_device(instance: &ash::Instance, candidate: &Candidate) -> 
     if capabilities.rt_pipeline {
         extensions.push(khr::ray_tracing_pipeline::NAME.as_ptr());
         info = info.push_next(&mut f.rt_pipeline);
+    }
+    if capabilities.rt_reorder {
+        extensions.push(nv::ray_tracing_invocation_reorder::NAME.as_ptr());
+        info = info.push_next(&mut f.rt_reorder);
     }
     info = info
         .enabled_extension_names(&extensions)

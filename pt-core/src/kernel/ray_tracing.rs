@@ -10,7 +10,7 @@ use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use crate::kernels;
 use ash::vk;
-use pt_shaders::{GpuStruct, TraceCode};
+use pt_shaders::{GpuStruct, ShaderCode, TraceCode};
 use std::sync::Arc;
 
 /// Regions of a shader binding table, and the buffer that they lie in.
@@ -45,32 +45,35 @@ impl Kernel {
             }
             TraceBackend::Compute => Self::compute::<P>(device, &code.compute, constants),
             TraceBackend::RayQuery => Self::compute::<P>(device, &code.ray_query, constants),
-            TraceBackend::RtPipeline => Self::ray_tracing::<P>(device, code, constants),
+            TraceBackend::RtPipeline => Self::ray_tracing::<P>(device, code, &code.ray_gen, constants),
+            TraceBackend::RtReorder => Self::ray_tracing::<P>(device, code, &code.ray_gen_reorder, constants),
         }
     }
 
     fn ray_tracing<P: GpuStruct>(
         device: &Device,
         code: &TraceCode,
+        ray_gen: &ShaderCode,
         constants: &[(&str, Constant)],
     ) -> Result<Self> {
-        let make = || program::<P>(device, code, constants);
-        let program = device.inner().programs.get::<P>(device.raw(), &code.ray_gen, constants, make)?;
-        let launch = Launch::RayTracing(BindingTable::new(device, code.name, program.pipeline)?);
-        Ok(Self(Arc::new(Inner { device: device.clone(), name: code.name, program, launch })))
+        let make = || program::<P>(device, code, ray_gen, constants);
+        let program = device.inner().programs.get::<P>(device.raw(), ray_gen, constants, make)?;
+        let launch = Launch::RayTracing(BindingTable::new(device, ray_gen.name, program.pipeline)?);
+        Ok(Self(Arc::new(Inner { device: device.clone(), name: ray_gen.name, program, launch })))
     }
 }
 
 fn program<P: GpuStruct>(
     device: &Device,
     code: &TraceCode,
+    ray_gen: &ShaderCode,
     constants: &[(&str, Constant)],
 ) -> Result<Program> {
     let extension = device.inner().ray_tracing_pipeline.as_ref();
     let extension = extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
-    let ray_gen = &code.ray_gen;
     let shells = [&kernels::TRACE_MISS, &kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT];
-    let mut interface = reflection::reflect::<P>(code.name, ray_gen.stage, ray_gen.spirv)?;
+    // The interface of either ray generation shader; spirq does not know the types of the one that sorts threads.
+    let mut interface = reflection::reflect::<P>(code.name, code.ray_gen.stage, code.ray_gen.spirv)?;
     let mut shaders = vec![(ray_gen, interface.constants.clone())];
     for shell in shells {
         let reflection = reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?;
@@ -80,7 +83,7 @@ fn program<P: GpuStruct>(
     constants::check(code.name, &interface.constants, constants)?;
     use vk::ShaderStageFlags as S;
     let all = S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR;
-    Program::new(device, code.name, interface, constants, all, |_, layout| {
+    Program::new(device, ray_gen.name, interface, constants, all, |_, layout| {
         let modules = (shaders.iter())
             .map(|(shader, declared)| Module::new(device, shader.spirv, declared, constants))
             .collect::<Result<Vec<_>>>()?;
@@ -191,5 +194,25 @@ impl BindingTable {
             size: stride,
         };
         Ok(Self { buffer, ray_gen: region(0), miss: region(1), hit: region(2) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::access;
+    use super::*;
+
+    /// Devices without the extension never load the module that sorts threads. Its interface is taken from the other one.
+    #[test]
+    fn the_module_that_sorts_threads_has_the_same_interface() {
+        for code in [&kernels::RAY_LIST_CLOSEST, &kernels::RAY_LIST_CLOSEST_OPAQUE] {
+            let [plain, sorting] = [&code.ray_gen, &code.ray_gen_reorder].map(|c| reflection::words(c.spirv));
+            let [a, b] = [&plain, &sorting].map(|words| access::examine(words));
+            assert!(!a.accesses.is_empty() && a.accesses == b.accesses, "{}", code.name);
+            let [a, b] =
+                [a, b].map(|m| m.structs.into_iter().map(|s| (s.name, s.members)).collect::<Vec<_>>());
+            assert!(!a.is_empty() && a == b, "{}", code.name);
+            assert_ne!(plain, sorting);
+        }
     }
 }

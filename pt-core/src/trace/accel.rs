@@ -63,7 +63,7 @@ impl AccelStructure {
                 ));
             }
             TraceBackend::Compute => Kind::Compute(Box::new(Trees::new(device, meshes, instances, quality)?)),
-            TraceBackend::RayQuery | TraceBackend::RtPipeline => {
+            TraceBackend::RayQuery | TraceBackend::RtPipeline | TraceBackend::RtReorder => {
                 for mesh in meshes {
                     super::check_indices(mesh.positions, mesh.indices)?;
                 }

@@ -181,14 +181,16 @@ const CHOICE_ROUNDS: u32 = 6;
 /// changes from run to run changes the last bits of pictures. Ray tracing hardware is several times as fast.
 pub const CLEARLY_FASTER: f64 = 1.5;
 
-/// The backend for this scene, see [`Choice`]. A CPU device takes compute. On others each is timed for a few milliseconds on rays from random points of its bounds.
+/// The backend for this scene, see [`Choice`]. A CPU device takes compute. On others each is timed for a few milliseconds on rays from random points of its bounds,
+/// except for rt-reorder: what sorting gains shows in shading and not in rays.
 ///
 /// # Errors
 /// When a backend can't be set up.
 pub fn choose(device: &Device, meshes: &[MeshGeometry], instances: &[InstancePlacement]) -> Result<Choice> {
     let reason = |b: TraceBackend| b.missing(device).map(|why| (b, why));
     let missing: Vec<_> = TraceBackend::CONCRETE.into_iter().filter_map(reason).collect();
-    let available = TraceBackend::available(device);
+    let mut available = TraceBackend::available(device);
+    available.retain(|&b| b != TraceBackend::RtReorder);
     let bounds = scene_bounds(meshes, instances);
     // Backends of a CPU device run the same instructions on the same cores, and a loaded machine would choose for them.
     let differ = available.len() > 1 && device.info().kind != "cpu";

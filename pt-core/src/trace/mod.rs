@@ -1,8 +1,9 @@
-//! Three backends trace rays behind one GLSL interface (`trace.glsl`); [`TraceBackend`] selects one.
+//! Four backends trace rays behind one GLSL interface (`trace.glsl`); [`TraceBackend`] selects one.
 //!
 //! * compute: our two-level wide BVH traversed in GLSL, on every device;
 //! * ray-query: `VK_KHR_ray_query` in compute kernels;
-//! * rt-pipeline: `VK_KHR_ray_tracing_pipeline`.
+//! * rt-pipeline: `VK_KHR_ray_tracing_pipeline`;
+//! * rt-reorder: the same with `VK_NV_ray_tracing_invocation_reorder`.
 //!
 //! All backends find the same hit: instance, triangle of its mesh, and barycentrics and t computed by one GLSL function.
 

@@ -46,7 +46,7 @@ struct Args {
     /// Seed of the random numbers.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u32,
-    /// Trace backend: auto (measures), compute, ray-query or rt-pipeline.
+    /// Trace backend: auto (measures), compute, ray-query, rt-pipeline or rt-reorder.
     #[arg(long, value_name = "B", default_value_t = TraceBackend::Auto)]
     backend: TraceBackend,
     #[command(flatten)]

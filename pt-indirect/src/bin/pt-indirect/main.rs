@@ -42,7 +42,7 @@ pub struct Args {
     /// How the surfaces that bounce rays meet pick a local light.
     #[arg(long, value_name = "NAME", value_parser = sampler, default_value = LightSampler::Power.name())]
     sampler: LightSampler,
-    /// Trace backend: auto (measures), compute, ray-query or rt-pipeline.
+    /// Trace backend: auto (measures), compute, ray-query, rt-pipeline or rt-reorder.
     #[arg(long, value_name = "B", default_value_t = TraceBackend::Auto)]
     backend: TraceBackend,
     #[command(flatten)]

@@ -106,7 +106,7 @@ struct Args {
     /// Writes for each sampler its mean and its error in false colour as PNG.
     #[arg(long, value_name = "DIR")]
     heatmaps: Option<PathBuf>,
-    /// Trace backend: auto, compute, ray-query or rt-pipeline.
+    /// Trace backend: auto, compute, ray-query, rt-pipeline or rt-reorder.
     #[arg(long, default_value = "auto")]
     backend: TraceBackend,
     /// Device, by index or part of its name [default: the best].
