@@ -25,6 +25,8 @@ fn main() {
         TAA_ROWS,
         TONEMAP_ROWS,
         EASU_ROWS,
+        EASU_HALF_ROWS,
+        RCAS_HALF_ROWS,
         RCAS_COLUMNS,
         RCAS_ROWS,
         HISTOGRAM_SPAN,

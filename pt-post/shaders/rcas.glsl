@@ -1,8 +1,8 @@
 // Robust contrast-adaptive sharpening of display codes (sRGB or PQ, 0..1): AMD FidelityFX Super Resolution 1, as described in
-// Lottes 2021. Included by rcas.comp and rcas_codes.comp, which differ in the format that they store.
+// Lottes 2021. Included by rcas.comp and rcas_codes.comp, which differ in the format that they store; rcas_half.comp is the same in fp16.
 //
-// The pixel e becomes (e + w (b + d + f + h)) / (1 + 4 w) with its four cross neighbours. w is the most negative at which a
-// pixel within the neighbours' range cannot leave 0..1 in any channel, at least -3/16, times push.strength.
+// The pixel e becomes (e + w (b + d + f + h)) / (1 + 4 w) with its four cross neighbours. w is the most negative at which neither it nor any
+// pixel within the neighbours' range can leave 0..1 in any channel, at least -3/16, times push.strength.
 #include "display_codes.glsl"
 #include "post_records.glsl"
 
@@ -29,9 +29,9 @@ float luma(vec3 c) { return c.g + 0.5 * (c.r + c.b); }
 vec3 sharpened(vec3 b, vec3 d, vec3 e, vec3 f, vec3 h) {
     vec3 low = min(min(b, d), min(f, h));
     vec3 high = max(max(b, d), max(f, h));
-    // -w at which e = low beside four neighbours `high` becomes 0, and e = high beside four `low` becomes 1.
-    vec3 to_black = low / max(4.0 * high, 1e-6);
-    vec3 to_white = (1.0 - high) / max(4.0 - 4.0 * low, 1e-6);
+    // -w at which the darker of e and low beside four neighbours `high` becomes 0, and the brighter of e and high beside four `low` becomes 1.
+    vec3 to_black = min(low, e) / max(4.0 * high, 1e-6);
+    vec3 to_white = (1.0 - max(high, e)) / max(4.0 - 4.0 * low, 1e-6);
     vec3 room = min(to_black, to_white);
     float w = -clamp(min(room.r, min(room.g, room.b)), 0.0, LIMIT) * push.strength;
     if (push.denoise != 0u) {

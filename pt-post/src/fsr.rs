@@ -4,7 +4,9 @@ use crate::dither::noise_buffer;
 use crate::images::{DISPLAY_CODES, UPSCALED_CODES};
 use crate::kernels;
 use crate::params::{PostParams, Upscale};
-use crate::records::{EASU_ROWS, EasuPush, Encoding, RCAS_COLUMNS, RCAS_ROWS, RcasPush};
+use crate::records::{
+    EASU_HALF_ROWS, EASU_ROWS, EasuPush, Encoding, RCAS_COLUMNS, RCAS_HALF_ROWS, RCAS_ROWS, RcasPush,
+};
 use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Kernel, Result, StageIo};
 use pt_shaders::channels::{ChannelId, Format};
 
@@ -15,6 +17,8 @@ pub struct Fsr {
     rcas_kernel: Kernel,
     rcas_codes_kernel: Kernel,
     blue_noise: Buffer,
+    /// Whether EASU, and RCAS into 8-bit codes, compute in half floats.
+    half: bool,
 }
 
 impl Fsr {
@@ -24,16 +28,28 @@ impl Fsr {
         StageIo { writes, ..StageIo::of("fsr") }
     }
 
-    /// Creates the kernels.
+    /// Creates the kernels: those in half floats on GPUs that have them. CPU devices are slower with them.
     ///
     /// # Errors
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
+        let info = device.info();
+        Self::with_precision(device, info.capabilities.half_floats && !info.is_cpu())
+    }
+
+    /// As [`Self::new`]. `half`: EASU, and RCAS into 8-bit codes, compute in half floats.
+    ///
+    /// # Errors
+    /// When the device refuses; it needs [`pt_core::Capabilities::half_floats`].
+    pub fn with_precision(device: &Device, half: bool) -> Result<Self> {
+        let [easu, rcas] =
+            if half { [&kernels::EASU_HALF, &kernels::RCAS_HALF] } else { [&kernels::EASU, &kernels::RCAS] };
         Ok(Self {
-            easu_kernel: Kernel::compute::<EasuPush>(device, &kernels::EASU, &[])?,
-            rcas_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS, &[])?,
+            easu_kernel: Kernel::compute::<EasuPush>(device, easu, &[])?,
+            rcas_kernel: Kernel::compute::<RcasPush>(device, rcas, &[])?,
             rcas_codes_kernel: Kernel::compute::<RcasPush>(device, &kernels::RCAS_CODES, &[])?,
             blue_noise: noise_buffer(device)?,
+            half,
         })
     }
 
@@ -63,7 +79,7 @@ impl Fsr {
                 .sample("source", source)
                 .write("target", upscaled)
                 .push(&EasuPush { input_size: source.extent().into() })
-                .dispatch([width, height.div_ceil(EASU_ROWS), 1])?;
+                .dispatch([width, height.div_ceil(if self.half { EASU_HALF_ROWS } else { EASU_ROWS }), 1])?;
             source = upscaled;
         }
         let sharpen = params.upscale == Upscale::Fsr1 || params.fsr.sharpen;
@@ -77,7 +93,11 @@ impl Fsr {
         let kernel = if eight_bits { &self.rcas_kernel } else { &self.rcas_codes_kernel };
         let pass = frame.pass("rcas", kernel).sample("source", source).write("target", target);
         let pass = if eight_bits { pass.read("blue_noise", &self.blue_noise) } else { pass };
-        let groups = [width.div_ceil(RCAS_COLUMNS), height.div_ceil(RCAS_ROWS)];
-        pass.push(&push).dispatch([groups[0] * (RCAS_COLUMNS + 2), groups[1], 1])
+        let threads = if eight_bits && self.half {
+            [width.div_ceil(2), height.div_ceil(RCAS_HALF_ROWS), 1]
+        } else {
+            [width.div_ceil(RCAS_COLUMNS) * (RCAS_COLUMNS + 2), height.div_ceil(RCAS_ROWS), 1]
+        };
+        pass.push(&push).dispatch(threads)
     }
 }

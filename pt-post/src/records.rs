@@ -27,6 +27,10 @@ pub const TAA_ROWS: u32 = 8;
 pub const TONEMAP_ROWS: u32 = 4;
 /// Rows of pixels that a thread of `easu.comp` does: a divisor of 16.
 pub const EASU_ROWS: u32 = 2;
+/// The same of `easu_half.comp`.
+pub const EASU_HALF_ROWS: u32 = 4;
+/// Rows of pixels that a thread of `rcas_half.comp` does.
+pub const RCAS_HALF_ROWS: u32 = 4;
 /// Columns of pixels that a group of `rcas.comp` or `rcas_codes.comp` does; two threads more read their neighbours.
 pub const RCAS_COLUMNS: u32 = 30;
 /// Rows of pixels that it does.

@@ -23,6 +23,8 @@ pub struct Capabilities {
     pub max_image_side: u32,
     /// Sampled images may hold compressed blocks (BC1 to BC7).
     pub texture_compression_bc: bool,
+    /// Arithmetic in half floats.
+    pub half_floats: bool,
     /// Sampled images of 16-bit unorm codes are filtered linearly.
     pub texture_16_bit_unorm: bool,
     /// Size of the bindless texture table.
@@ -238,6 +240,7 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
             max_storage_buffer_range: core.limits.max_storage_buffer_range,
             max_image_side: core.limits.max_image_dimension2_d,
             texture_compression_bc: supported.core.features.texture_compression_bc != 0,
+            half_floats: supported.v12.shader_float16 != 0,
             texture_16_bit_unorm: filters_16_bit_unorm(instance, physical),
             max_textures: MAX_TEXTURES
                 .min(core.limits.max_per_stage_descriptor_samplers)
@@ -316,6 +319,7 @@ pub(super) fn create_device(instance: &ash::Instance, candidate: &Candidate) -> 
     for (_, bit) in required(&mut f) {
         *bit = vk::TRUE;
     }
+    f.v12.shader_float16 = vk::Bool32::from(capabilities.half_floats);
     f.core.features.texture_compression_bc = vk::Bool32::from(capabilities.texture_compression_bc);
     f.acceleration.acceleration_structure = vk::TRUE;
     f.ray_query.ray_query = vk::TRUE;

@@ -81,7 +81,9 @@ pub fn rcas(source: &Image, strength: f64, denoise: bool) -> Image {
         for channel in 0..3 {
             let low = ring.iter().map(|c| c[channel]).fold(1.0, f64::min);
             let high = ring.iter().map(|c| c[channel]).fold(0.0, f64::max);
-            room = room.min(low / (4.0 * high).max(1e-6)).min((1.0 - high) / (4.0 - 4.0 * low).max(1e-6));
+            let to_black = low.min(e[channel]) / (4.0 * high).max(1e-6);
+            let to_white = (1.0 - high.max(e[channel])) / (4.0 - 4.0 * low).max(1e-6);
+            room = room.min(to_black).min(to_white);
         }
         let mut w = -room.max(0.0) * strength;
         if denoise {
