@@ -28,13 +28,17 @@ impl Fsr {
         StageIo { writes, ..StageIo::of("fsr") }
     }
 
-    /// Creates the kernels: those in half floats on GPUs that have them. CPU devices are slower with them.
+    /// Creates the kernels: those in half floats on GPUs that have them.
     ///
     /// # Errors
     /// When the device refuses.
     pub fn new(device: &Device) -> Result<Self> {
-        let info = device.info();
-        Self::with_precision(device, info.capabilities.half_floats && !info.is_cpu())
+        Self::with_precision(device, Self::computes_in_half_floats(device))
+    }
+
+    /// What [`Self::new`] takes for this device.
+    pub fn computes_in_half_floats(device: &Device) -> bool {
+        device.info().capabilities.half_floats && !device.info().is_cpu()
     }
 
     /// As [`Self::new`]. `half`: EASU, and RCAS into 8-bit codes, compute in half floats.
