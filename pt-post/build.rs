@@ -26,7 +26,6 @@ fn main() {
         TONEMAP_ROWS,
         EASU_ROWS,
         EASU_HALF_ROWS,
-        RCAS_HALF_ROWS,
         RCAS_COLUMNS,
         RCAS_ROWS,
         HISTOGRAM_SPAN,

@@ -1,12 +1,12 @@
-// rcas.comp in fp16: a thread does pairs of pixels beside each other, one in each half of its registers. 8-bit codes alone; those for HDR output have as
-// many bits as half floats.
+// rcas.comp in fp16: a thread does two pixels below each other at a time, one in each half of its registers. 8-bit codes alone; those for HDR output
+// have as many bits as half floats.
 #define DITHERED
 #include "display_codes.glsl"
 #include "post_records.glsl"
 #include "half.glsl"
 
-// A group does 2 * 32 x RCAS_HALF_ROWS * 4 pixels; each thread goes down RCAS_HALF_ROWS rows.
-layout(local_size_x = 32, local_size_y = 4) in;
+// A group is a row of threads that go down RCAS_ROWS rows of pixels, RCAS_COLUMNS wide, two at a time.
+layout(local_size_x = RCAS_COLUMNS + 2) in;
 layout(push_constant, scalar) uniform Push { RcasPush push; };
 layout(set = 2, binding = 0) uniform sampler2D source;
 layout(set = 2, binding = 1, rgba8) uniform writeonly image2D target;
@@ -15,10 +15,25 @@ const float16_t LIMIT = 0.25hf - 1.0hf / 16.0hf;
 // A divisor at least: far below a step of 8 bits.
 const float16_t LEAST = 1.0hf / 8192.0hf;
 
-// Two pixels.
+// Two pixels, the upper one first.
 struct Pair { f16vec2 r, g, b; };
 
-Pair pair(vec3 left, vec3 right) { return Pair(f16vec2(left.r, right.r), f16vec2(left.g, right.g), f16vec2(left.b, right.b)); }
+// A pair of each thread; twice: one is read while the next is written.
+shared uvec3 pairs[2][RCAS_COLUMNS + 2];
+
+Pair fetch(int x, ivec2 y) {
+    vec3 upper = texelFetch(source, ivec2(x, y.x), 0).rgb, lower = texelFetch(source, ivec2(x, y.y), 0).rgb;
+    return Pair(f16vec2(upper.r, lower.r), f16vec2(upper.g, lower.g), f16vec2(upper.b, lower.b));
+}
+
+Pair unpacked(uvec3 words) { return Pair(unpackFloat2x16(words.x), unpackFloat2x16(words.y), unpackFloat2x16(words.z)); }
+
+// The lower one of the first pair and the upper one of the second.
+f16vec2 between(f16vec2 first, f16vec2 second) { return f16vec2(first.y, second.x); }
+
+Pair between(Pair first, Pair second) {
+    return Pair(between(first.r, second.r), between(first.g, second.g), between(first.b, second.b));
+}
 
 f16vec2 luma(Pair c) { return c.g + 0.5hf * (c.r + c.b); }
 
@@ -52,21 +67,24 @@ void store(vec3 code, ivec2 p) { imageStore(target, p, vec4(to_8_bits(code, p, p
 
 void main() {
     ivec2 size = imageSize(target), last = size - 1;
-    ivec2 p = ivec2(gl_WorkGroupID.xy * gl_WorkGroupSize.xy + gl_LocalInvocationID.xy) * ivec2(2, RCAS_HALF_ROWS);
-    if (p.x > last.x || p.y > last.y) return;
-    ivec4 x = clamp(p.x + ivec4(-1, 0, 1, 2), 0, last.x);
-    ivec2 first = ivec2(x.y, max(p.y - 1, 0));
-    Pair above = pair(texelFetch(source, first, 0).rgb, texelFetch(source, ivec2(x.z, first.y), 0).rgb);
-    Pair here = pair(texelFetch(source, ivec2(x.y, p.y), 0).rgb, texelFetch(source, ivec2(x.z, p.y), 0).rgb);
-    for (int i = 0; i < int(RCAS_HALF_ROWS) && p.y <= last.y; ++i, ++p.y) {
-        int down = min(p.y + 1, last.y);
-        Pair below = pair(texelFetch(source, ivec2(x.y, down), 0).rgb, texelFetch(source, ivec2(x.z, down), 0).rgb);
-        Pair sides = pair(texelFetch(source, ivec2(x.x, p.y), 0).rgb, texelFetch(source, ivec2(x.w, p.y), 0).rgb);
-        Pair left = Pair(f16vec2(sides.r.x, here.r.x), f16vec2(sides.g.x, here.g.x), f16vec2(sides.b.x, here.b.x));
-        Pair right = Pair(f16vec2(here.r.y, sides.r.y), f16vec2(here.g.y, sides.g.y), f16vec2(here.b.y, sides.b.y));
-        Pair code = sharpened(above, left, here, right, below);
-        store(vec3(code.r.x, code.g.x, code.b.x), p);
-        if (p.x < last.x) store(vec3(code.r.y, code.g.y, code.b.y), p + ivec2(1, 0));
+    ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(RCAS_COLUMNS, RCAS_ROWS);
+    int thread = int(gl_LocalInvocationIndex);
+    // The first and the last thread only read.
+    ivec2 p = corner + ivec2(thread - 1, 0);
+    bool shown = thread > 0 && thread <= int(RCAS_COLUMNS) && p.x < size.x;
+    int x = clamp(p.x, 0, last.x);
+    Pair above = fetch(x, max(ivec2(p.y - 2, p.y - 1), 0)), here = fetch(x, min(ivec2(p.y, p.y + 1), last.y));
+    int end = min(corner.y + int(RCAS_ROWS), size.y);
+    for (uint parity = 0u; p.y < end; p.y += 2, parity ^= 1u) {
+        Pair below = fetch(x, min(ivec2(p.y + 2, p.y + 3), last.y));
+        pairs[parity][thread] = uvec3(packFloat2x16(here.r), packFloat2x16(here.g), packFloat2x16(here.b));
+        barrier();
+        if (shown) {
+            Pair left = unpacked(pairs[parity][thread - 1]), right = unpacked(pairs[parity][thread + 1]);
+            Pair code = sharpened(between(above, here), left, here, right, between(here, below));
+            store(vec3(code.r.x, code.g.x, code.b.x), p);
+            if (p.y < last.y) store(vec3(code.r.y, code.g.y, code.b.y), p + ivec2(0, 1));
+        }
         above = here;
         here = below;
     }

@@ -4,9 +4,7 @@ use crate::dither::noise_buffer;
 use crate::images::{DISPLAY_CODES, UPSCALED_CODES};
 use crate::kernels;
 use crate::params::{PostParams, Upscale};
-use crate::records::{
-    EASU_HALF_ROWS, EASU_ROWS, EasuPush, Encoding, RCAS_COLUMNS, RCAS_HALF_ROWS, RCAS_ROWS, RcasPush,
-};
+use crate::records::{EASU_HALF_ROWS, EASU_ROWS, EasuPush, Encoding, RCAS_COLUMNS, RCAS_ROWS, RcasPush};
 use pt_core::{Buffer, ChannelImages, Device, Frame, Image, Kernel, Result, StageIo};
 use pt_shaders::channels::{ChannelId, Format};
 
@@ -97,11 +95,7 @@ impl Fsr {
         let kernel = if eight_bits { &self.rcas_kernel } else { &self.rcas_codes_kernel };
         let pass = frame.pass("rcas", kernel).sample("source", source).write("target", target);
         let pass = if eight_bits { pass.read("blue_noise", &self.blue_noise) } else { pass };
-        let threads = if eight_bits && self.half {
-            [width.div_ceil(2), height.div_ceil(RCAS_HALF_ROWS), 1]
-        } else {
-            [width.div_ceil(RCAS_COLUMNS) * (RCAS_COLUMNS + 2), height.div_ceil(RCAS_ROWS), 1]
-        };
-        pass.push(&push).dispatch(threads)
+        let groups = [width.div_ceil(RCAS_COLUMNS), height.div_ceil(RCAS_ROWS)];
+        pass.push(&push).dispatch([groups[0] * (RCAS_COLUMNS + 2), groups[1], 1])
     }
 }

@@ -29,11 +29,9 @@ pub const TONEMAP_ROWS: u32 = 4;
 pub const EASU_ROWS: u32 = 2;
 /// The same of `easu_half.comp`.
 pub const EASU_HALF_ROWS: u32 = 4;
-/// Rows of pixels that a thread of `rcas_half.comp` does.
-pub const RCAS_HALF_ROWS: u32 = 4;
-/// Columns of pixels that a group of `rcas.comp` or `rcas_codes.comp` does; two threads more read their neighbours.
+/// Columns of pixels that a group of `rcas.comp`, `rcas_codes.comp` or `rcas_half.comp` does; two threads more read their neighbours.
 pub const RCAS_COLUMNS: u32 = 30;
-/// Rows of pixels that it does.
+/// Rows of pixels that it does, even.
 pub const RCAS_ROWS: u32 = 16;
 /// Side of the square of pixels that a thread of `histogram.comp` counts.
 pub const HISTOGRAM_SPAN: u32 = 4;
