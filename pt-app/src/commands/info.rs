@@ -78,7 +78,9 @@ fn describe(info: &DeviceInfo, choice: Option<&Choice>, out: &mut impl Write) ->
             (Some(rate), _) => writeln!(out, "  {:<12}{rate:.2} Mrays/s on {SCENE}", backend.name())?,
             (None, Some(why)) => writeln!(out, "  {:<12}not there: {why}", backend.name())?,
             (None, None) if backend == TraceBackend::RtReorder => {
-                writeln!(out, "  {:<12}there; auto does not try it", backend.name())?;
+                let sorts =
+                    if info.capabilities.rt_reorder_sorts { "" } else { ", and the device does not sort" };
+                writeln!(out, "  {:<12}there; auto does not try it{sorts}", backend.name())?;
             }
             (None, None) => writeln!(out, "  {:<12}the only one", backend.name())?,
         }

@@ -13,8 +13,10 @@ pub struct Capabilities {
     pub ray_query: bool,
     /// `VK_KHR_ray_tracing_pipeline`.
     pub rt_pipeline: bool,
-    /// `VK_NV_ray_tracing_invocation_reorder`. A device may have it and never sort.
+    /// `VK_NV_ray_tracing_invocation_reorder`.
     pub rt_reorder: bool,
+    /// Whether the device really sorts threads then: some only take the instructions.
+    pub rt_reorder_sorts: bool,
     /// Nanoseconds per timestamp tick; 0 = no timestamps.
     pub timestamp_period: f32,
     /// Largest storage-buffer binding in bytes.
@@ -149,11 +151,13 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
     let mut id = vk::PhysicalDeviceIDProperties::default();
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut rt = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
+    let mut reorder = vk::PhysicalDeviceRayTracingInvocationReorderPropertiesNV::default();
     let mut acceleration = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
     let mut properties = vk::PhysicalDeviceProperties2::default()
         .push_next(&mut id)
         .push_next(&mut driver)
         .push_next(&mut rt)
+        .push_next(&mut reorder)
         .push_next(&mut acceleration);
     // SAFETY: valid handles, chained structs outlive the calls.
     let (memory, families, extensions) = unsafe {
@@ -236,6 +240,9 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
             ray_query,
             rt_pipeline,
             rt_reorder,
+            rt_reorder_sorts: rt_reorder
+                && reorder.ray_tracing_invocation_reorder_reordering_hint
+                    == vk::RayTracingInvocationReorderModeNV::REORDER,
             timestamp_period: core.limits.timestamp_period,
             max_storage_buffer_range: core.limits.max_storage_buffer_range,
             max_image_side: core.limits.max_image_dimension2_d,
