@@ -151,17 +151,19 @@ fn surfaces_of_a_path_draw_independently() {
 #[test]
 fn grooves_are_filtered_after_shading() {
     let rig = Rig::new(TraceBackend::Compute).unwrap();
-    let flanks = |i: u32| if (i / 512) % 2 == 0 { [191, 128, 238, 255] } else { [64, 128, 238, 255] };
+    // Two rows of texels a flank; a pixel is about one texel wide and nine long.
+    let flanks =
+        |i: u32| if (i / 1024).is_multiple_of(2) { [191, 128, 238, 255] } else { [64, 128, 238, 255] };
     let texels = (0..512 * 512).flat_map(flanks).collect();
     let texture = Texture::rgba8("grooves", [512; 2], TextureUsage::Normal, texels);
-    // Bright within 4 degrees of the plane that the camera looks along, -Z at u = 0.25.
-    let bright = |x: i32| if (x - 90).abs() <= 4 { Vec3::ONE } else { Vec3::ZERO };
+    // Bright within a degree or two of where the plane reflects the camera's rays, -Z at u = 0.25; flanks show what is 6 degrees away.
+    let bright = |x: i32| if (x - 90).abs() <= 1 { Vec3::ONE } else { Vec3::ZERO };
     let sky = EnvironmentImage { width: 360, height: 2, texels: (0..720).map(|i| bright(i % 360)).collect() };
     let mut scene = Scene { textures: vec![texture], environment: Environment::new(sky), ..Scene::default() };
     let grooved =
         Material { normal_texture: Some(TextureRef::new(0)), ..Material::metal("grooved", Vec3::ONE, 0.0) };
     square(&mut scene, grooved, Affine3A::from_rotation_x(-std::f32::consts::FRAC_PI_2), false);
-    let eye = Vec3::new(0.0, 0.17, 0.98);
+    let eye = Vec3::new(0.0, 0.12, 0.993);
     let camera = Camera::look_at("grazing", eye, Vec3::ZERO, 0.1);
     let mean = |params: GbufferParams| {
         let params = GbufferParams { jitter: Jitter::Pixel, ..params };
@@ -171,6 +173,6 @@ fn grooves_are_filtered_after_shading() {
     let truth = mean(GbufferParams { texture_lod_bias: -8.0, ..follow(1) });
     let [before, after] = [follow(1), stochastic(1)].map(mean).map(|x| (x - truth).abs());
     println!("truth {truth}; error of filtering before shading {before}, after shading {after}");
-    assert!(before > 0.2, "the scene does not tell the filters apart: {before}");
-    assert!(after < 0.5 * before, "after shading {after}, before {before}");
+    assert!(before > 0.3, "the scene does not tell the filters apart: {before}");
+    assert!(after < 0.3 * before, "after shading {after}, before {before}");
 }
