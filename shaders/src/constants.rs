@@ -134,6 +134,14 @@ gpu_constants! {
     pub const TEXTURE_MIP_NEAREST: u32 = 8;
     /// Its sampler takes the finest mip level alone.
     pub const TEXTURE_MIP_OFF: u32 = 16;
+    /// Its sampler mirrors the texture along u where it repeats.
+    pub const TEXTURE_MIRROR_U: u32 = 32;
+    /// As [`TEXTURE_MIRROR_U`] along v.
+    pub const TEXTURE_MIRROR_V: u32 = 64;
+    /// Its sampler stretches the border along u.
+    pub const TEXTURE_CLAMP_U: u32 = 128;
+    /// As [`TEXTURE_CLAMP_U`] along v.
+    pub const TEXTURE_CLAMP_V: u32 = 256;
     /// All bits of samplers that do not filter in some way; without any, a sampler filters anisotropically.
     pub const TEXTURE_UNFILTERED: u32 = TEXTURE_MAG_NEAREST | TEXTURE_MIN_NEAREST | TEXTURE_MIP_NEAREST | TEXTURE_MIP_OFF;
     /// Largest anisotropy of the textures of materials: how many times as long as wide the filter may be.

@@ -2,7 +2,7 @@
 
 use crate::{
     AlphaMode, Filter, Instance, Light, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Shows, Texture,
-    TextureRef, media,
+    TextureRef, Wrap, media,
 };
 use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
@@ -13,8 +13,9 @@ use pt_shaders::records::{
     FEATURE_TEXTURE_FILTER, FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR,
     FEATURE_WAVES, InstanceRecord, LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED,
     MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_CAMERA_SHIFT, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
-    MATERIAL_OWN_MOTION, MATERIAL_SKY, MATERIAL_UNLIT, MaterialRecord, NONE, TEXTURE_MAG_NEAREST,
-    TEXTURE_MIN_NEAREST, TEXTURE_MIP_NEAREST, TEXTURE_MIP_OFF, TEXTURE_SECOND_UV, TextureSlot, VertexRecord,
+    MATERIAL_OWN_MOTION, MATERIAL_SKY, MATERIAL_UNLIT, MaterialRecord, NONE, TEXTURE_CLAMP_U,
+    TEXTURE_CLAMP_V, TEXTURE_MAG_NEAREST, TEXTURE_MIN_NEAREST, TEXTURE_MIP_NEAREST, TEXTURE_MIP_OFF,
+    TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_SECOND_UV, TextureSlot, VertexRecord,
 };
 
 fn texture_slot(texture: Option<TextureRef>, textures: &[Texture]) -> TextureSlot {
@@ -22,12 +23,16 @@ fn texture_slot(texture: Option<TextureRef>, textures: &[Texture]) -> TextureSlo
         return TextureSlot { texture: NONE, flags: 0, transform: [[0.0; 3]; 2] };
     };
     let bit = |on: bool, flag: u32| if on { flag } else { 0 };
-    let Sampler { mag, min, mip, .. } = textures[texture as usize].sampler;
+    let Sampler { mag, min, mip, wrap_u, wrap_v } = textures[texture as usize].sampler;
     let flags = bit(uv_set != 0, TEXTURE_SECOND_UV)
         | bit(mag == Filter::Nearest, TEXTURE_MAG_NEAREST)
         | bit(min == Filter::Nearest, TEXTURE_MIN_NEAREST)
         | bit(mip == MipFilter::Nearest, TEXTURE_MIP_NEAREST)
-        | bit(mip == MipFilter::Off, TEXTURE_MIP_OFF);
+        | bit(mip == MipFilter::Off, TEXTURE_MIP_OFF)
+        | bit(wrap_u == Wrap::MirroredRepeat, TEXTURE_MIRROR_U)
+        | bit(wrap_v == Wrap::MirroredRepeat, TEXTURE_MIRROR_V)
+        | bit(wrap_u == Wrap::ClampToEdge, TEXTURE_CLAMP_U)
+        | bit(wrap_v == Wrap::ClampToEdge, TEXTURE_CLAMP_V);
     let (m, t) = (transform.matrix2, transform.translation);
     let transform = [[m.x_axis.x, m.y_axis.x, t.x], [m.x_axis.y, m.y_axis.y, t.y]];
     TextureSlot { texture, flags, transform }
