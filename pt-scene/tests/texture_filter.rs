@@ -9,7 +9,7 @@ use pt_shaders::records::{FEATURE_TEXTURE_FILTER, MAX_TEXTURE_ANISOTROPY};
 const SIZE: [u32; 2] = [16, 8];
 const DRAWS: usize = 4096;
 
-/// Texels of a hash: neighbours have nothing in common. In the second half of the colours' range, so that coarser levels differ as well.
+/// Texels of a hash: neighbours have nothing in common.
 fn texture(sampler: Sampler) -> Texture {
     let texels = (0..SIZE[0] * SIZE[1] * 4).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     Texture { sampler, ..Texture::rgba8("hash", SIZE, TextureUsage::Data, texels) }
