@@ -100,7 +100,7 @@ knobs! {
         /// Which rays go through the back faces of single-sided materials, at all stages of the frame.
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
         /// Whether rays look up where alpha-tested triangles are opaque or transparent before they read the texture; the picture has the same bits.
-        pub opacity_table: bool = true, source "Gruen, Benthin and Woop 2020" => structural;
+        pub opacity_table: bool = false, source "Gruen, Benthin and Woop 2020" => structural;
         /// How textures are filtered at all surfaces that a frame shades: `stochastic` reads one texel a texture, whose noise averaged frames or anti-aliasing
         /// must remove.
         pub texture_filter: TextureFilter = TextureFilter::Hardware, source "Pharr et al. 2024" => structural;
