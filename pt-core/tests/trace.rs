@@ -118,7 +118,7 @@ fn rays() -> Vec<Ray> {
 fn scene(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> RayScene {
     let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
     let mut scene = RayScene::new(device, &geometry, instances, backend, Coverage::AlphaTest).unwrap();
-    let none = TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
+    let none = TextureSlot { texture: NONE, flags: 0, transform: [[0.0; 3]; 2] };
     let material = |flags| MaterialRecord {
         base_color: Vec4::ONE,
         flags,

@@ -38,7 +38,7 @@ fn run(device: &TestDevice, backend: TraceBackend, constants: &[(&str, Constant)
         mirrored: 0,
         material: NONE,
     };
-    let slot = TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
+    let slot = TextureSlot { texture: NONE, flags: 0, transform: [[0.0; 3]; 2] };
     let material = MaterialRecord {
         base_color: Vec4::ONE,
         flags: MATERIAL_MASK,

@@ -5,6 +5,7 @@
 #include "reflectance.glsl"
 #include "sky.glsl"
 #include "surface.glsl"
+#include "texture_random.glsl"
 
 struct SeenSurface {
     Hit hit;
@@ -19,13 +20,13 @@ struct SeenSurface {
     vec4 overlay;     // its part of channel transparent: emission (alpha 0), or an unlit material's colour (alpha 1)
 };
 
-// `radius`: of the pixel's cone at the hit, metres.
-SeenSurface seen_surface(Hit hit, vec3 direction, float radius, float lod_scale) {
+// `key`: channel rng_seed; `radius`: of the pixel's cone at the hit, metres.
+SeenSurface seen_surface(uvec2 key, Hit hit, vec3 direction, float radius, float lod_scale) {
     SeenSurface s;
     s.hit = hit;
     s.geometry = load_surface(hit.instance, hit.triangle, hit.barycentrics);
     s.position_prev = previous_position(hit.instance, hit.triangle, hit.barycentrics);
-    Footprint footprint = cone_footprint(s.geometry, direction, radius);
+    Footprint footprint = cone_footprint(s.geometry, direction, radius, texture_random(key, hit.instance));
     s.inverse_depth_range = 1.0 / footprint.depth_range;
     s.material = load_material(s.geometry, footprint, lod_scale);
 

@@ -25,7 +25,7 @@ mod replaced_motion;
 pub use godrays::{Godrays, GodraysParams};
 pub use hidden_lobes::hidden_lobes;
 pub use jitter::{frame_jitter, halton, r2};
-pub use params::{Decomposition, GbufferParams, Jitter, MotionOfReplaced, ThinRefraction};
+pub use params::{Decomposition, GbufferParams, Jitter, MotionOfReplaced, TextureFilter, ThinRefraction};
 pub use planes::plane_count;
 pub use primary::PrimaryRays;
 pub use reflect_refract::ReflectRefract;

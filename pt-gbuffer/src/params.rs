@@ -6,7 +6,7 @@ use pt_core::random::RandomSource;
 use pt_core::trace::TraceVariant;
 pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
 use pt_shaders::named_enum;
-use pt_shaders::records::{CameraRecord, Culling, FEATURE_OPACITY_TABLE};
+use pt_shaders::records::{CameraRecord, Culling, FEATURE_OPACITY_TABLE, FEATURE_TEXTURE_FILTER};
 
 named_enum! {
     /// Where in the pixel its ray goes.
@@ -52,6 +52,16 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// How textures are filtered over the footprint of a pixel.
+    pub enum TextureFilter {
+        /// By samplers, before shading.
+        Hardware = "hardware",
+        /// One texel is drawn with the weights of that filter; the mean over frames is filtered after shading.
+        Stochastic = "stochastic",
+    }
+}
+
 knobs! {
     /// Knobs of the G-buffer.
     pub struct GbufferParams {
@@ -91,6 +101,9 @@ knobs! {
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
         /// Whether rays look up where alpha-tested triangles are opaque or transparent before they read the texture; the picture has the same bits.
         pub opacity_table: bool = false, source "Gruen, Benthin and Woop 2020" => structural;
+        /// How textures are filtered at all surfaces that a frame shades: `stochastic` reads one texel a texture, whose noise averaged frames or anti-aliasing
+        /// must remove.
+        pub texture_filter: TextureFilter = TextureFilter::Hardware, source "Pharr et al. 2024" => structural;
         /// Source of the random numbers of all stages of the frame.
         pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020" => structural;
     }
@@ -104,8 +117,13 @@ impl GbufferParams {
 
     /// What the kernels of all stages of the frame are made for. `scene`: what they are for the scene.
     pub fn variant(&self, scene: TraceVariant) -> TraceVariant {
-        let without = if self.opacity_table { 0 } else { FEATURE_OPACITY_TABLE };
-        let scene_features = scene.scene_features & !without;
+        let mut scene_features = scene.scene_features;
+        if !self.opacity_table {
+            scene_features &= !FEATURE_OPACITY_TABLE;
+        }
+        if self.texture_filter == TextureFilter::Stochastic {
+            scene_features &= !FEATURE_TEXTURE_FILTER;
+        }
         TraceVariant { random: self.random, culling: self.culling, scene_features, ..scene }
     }
 

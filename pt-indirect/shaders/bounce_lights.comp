@@ -86,7 +86,7 @@ bvec2 shade(uint index) {
         }
         return bvec2(false);
     }
-    BounceVertex v = load_bounce_vertex(path, hit);
+    BounceVertex v = load_bounce_vertex(path, hit, bounce_texture_random(key, push.vertex + 1u));
     path.throughput *= medium_transmittance(v.medium, v.distance);
     float chord = path.passed + v.distance;
     bool unlit = (v.flags & MATERIAL_UNLIT) != 0u;

@@ -16,7 +16,7 @@ struct BounceVertex {
     Bsdf bsdf;
 };
 
-BounceVertex load_bounce_vertex(BouncePath path, Hit hit) {
+BounceVertex load_bounce_vertex(BouncePath path, Hit hit, vec4 texture_random) {
     BounceVertex v;
     vec3 direction = path.ray.direction;
     Surface s = load_surface(hit.instance, hit.triangle, hit.barycentrics);
@@ -28,7 +28,7 @@ BounceVertex load_bounce_vertex(BouncePath path, Hit hit) {
     v.front = dot(s.face_normal, direction) < 0.0;
     v.twice_area = length(cross(s.e1, s.e2));
     Footprint footprint = NO_FOOTPRINT;
-    if (push.texture_spread > 0.0) footprint = cone_footprint(s, direction, v.radius);
+    if (push.texture_spread > 0.0) footprint = cone_footprint(s, direction, v.radius, texture_random);
     v.sampled = load_material(s, footprint, push.lod_scale);
     v.solid = is_solid(MaterialTable(scene.materials).at[s.material]);
     v.medium = path.interior;

@@ -8,6 +8,7 @@
 #include "frame.glsl"
 #include "indirect_push.glsl"
 #include "reflectance.glsl"
+#include "texture_random.glsl"
 
 // As in direct lighting.
 const float MIN_ROUGHNESS = sqrt(1e-3);
@@ -38,7 +39,7 @@ FirstSurface load_first_surface(ivec2 p, vec4 position) {
 
     float path_length = exp2(imageLoad(ch_throughput, p).a), half_angle = imageLoad(ch_bounce_throughput, p).a;
     s.cone = vec2(cone_radius(frame.camera, half_angle, path_length, frame.size.y), half_angle);
-    Footprint footprint = cone_footprint(surface, direction, s.cone.x);
+    Footprint footprint = cone_footprint(surface, direction, s.cone.x, texture_random(imageLoad(ch_rng_seed, p).xy, visible.x));
     MaterialSample sampled = MaterialSample(base.rgb, metallic_roughness.x, max(metallic_roughness.y, MIN_ROUGHNESS), m.ior, m.specular,
                                             m.specular_color, 0.0, vec3(0.0), vec3(0.0));
     float side = dot(surface.face_normal, direction) < 0.0 ? 1.0 : -1.0;

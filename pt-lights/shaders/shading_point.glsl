@@ -7,6 +7,7 @@
 #include "channels.glsl"
 #include "frame.glsl"
 #include "lights_records.glsl"
+#include "texture_random.glsl"
 
 struct ShadingPoint {
     vec3 position;
@@ -37,7 +38,7 @@ void load_bsdf(ivec2 p, vec3 direction, inout ShadingPoint s) {
     Surface surface = load_surface(visible.x, visible.y, imageLoad(ch_barycentrics, p).xy);
     float path_length = exp2(imageLoad(ch_throughput, p).a);
     float radius = cone_radius(frame.camera, imageLoad(ch_bounce_throughput, p).a, path_length, frame.size.y);
-    Footprint footprint = cone_footprint(surface, direction, radius);
+    Footprint footprint = cone_footprint(surface, direction, radius, texture_random(imageLoad(ch_rng_seed, p).xy, visible.x));
     MaterialSample m = load_material(surface, footprint, push.lod_scale);
     LobesSample lobes = load_lobes(surface, footprint, push.lod_scale);
     m.roughness = max(m.roughness, MIN_ROUGHNESS);

@@ -42,7 +42,7 @@ PathVertex load_vertex(PathState path, Hit hit, uint channel) {
     v.twice_area = length(cross(s.e1, s.e2));
     // What the pixel's own samples do not average is not averaged.
     Footprint footprint = NO_FOOTPRINT;
-    if (ray_cones) footprint = cone_footprint(s, path.direction, path.cone.x);
+    if (ray_cones) footprint = cone_footprint(s, path.direction, path.cone.x, vec4(0.0));
     v.sampled = load_material(s, footprint, 1.0);
     v.is_passed = false;
     v.disperses = false;

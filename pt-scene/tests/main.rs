@@ -8,5 +8,6 @@ mod deform;
 mod environment;
 mod materials_on_device;
 mod physical_sky;
+mod texture_filter;
 mod textures;
 mod textures_16_bit;

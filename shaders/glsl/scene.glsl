@@ -46,15 +46,15 @@ vec2 interpolate(vec2 a, vec2 b, vec2 c, vec2 bary) {
     return r;
 }
 
-bool is_first_uv(uint uv_set) { return !scene_has(FEATURE_SECOND_UV) || uv_set == 0u; }
+bool is_first_uv(TextureSlot slot) { return !scene_has(FEATURE_SECOND_UV) || (slot.flags & TEXTURE_SECOND_UV) == 0u; }
 
 vec4 vertex_color(MeshRecord mesh, uint vertex) {
     return scene_has(FEATURE_VERTEX_COLOR) && mesh.colors != 0ul ? ColorTable(mesh.colors).at[vertex] : vec4(1.0);
 }
 
-vec2 triangle_uv(MeshRecord mesh, uvec3 index, vec2 bary, uint uv_set) {
+vec2 triangle_uv(MeshRecord mesh, uvec3 index, vec2 bary, TextureSlot slot) {
     VertexTable v = VertexTable(mesh.vertices);
-    bool first = is_first_uv(uv_set);
+    bool first = is_first_uv(slot);
     vec2 a = first ? vec2(v.at[index.x].uv0[0], v.at[index.x].uv0[1]) : vec2(v.at[index.x].uv1[0], v.at[index.x].uv1[1]);
     vec2 b = first ? vec2(v.at[index.y].uv0[0], v.at[index.y].uv0[1]) : vec2(v.at[index.y].uv1[0], v.at[index.y].uv1[1]);
     vec2 c = first ? vec2(v.at[index.z].uv0[0], v.at[index.z].uv0[1]) : vec2(v.at[index.z].uv1[0], v.at[index.z].uv1[1]);
@@ -86,7 +86,7 @@ float coverage(MeshRecord mesh, uint triangle, vec2 bary) {
     float alpha = material.at[material_index].base_color.w * vertex_alpha;
     TextureSlot slot = material.at[material_index].base_color_texture;
     if (slot.texture != NONE) {
-        vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot.uv_set));
+        vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot));
         alpha *= textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0).a;
     }
     if ((flags & MATERIAL_MASK) != 0u) return alpha >= material.at[material_index].alpha_cutoff ? 1.0 : 0.0;

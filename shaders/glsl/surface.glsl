@@ -1,6 +1,7 @@
 // From a hit to a surface: geometry in world space, now and in the last frame, and the material at it.
 #include "scene.glsl"
 #include "pack.glsl"
+#include "texture_filter.glsl"
 #include "waves.glsl"
 
 struct Surface {
@@ -47,10 +48,11 @@ struct Footprint {
     vec2 bary_x;
     vec2 bary_y;
     float depth_range; // along the ray, metres; 0: no footprint
+    vec4 random;       // of the stochastic texture filter, which draws a texel in the footprint
 };
 
 // Textures at their finest level.
-const Footprint NO_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 0.0);
+const Footprint NO_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 0.0, vec4(0.0));
 
 // Where the same point of the object was in the last frame.
 vec3 previous_position(uint instance_index, uint triangle, vec2 barycentrics) {
@@ -107,8 +109,8 @@ Surface load_surface(uint instance_index, uint triangle, vec2 barycentrics) {
 }
 
 // Ellipse that a ray cone of `radius` cuts out of the triangle's plane: Akenine-Moller et al. 2021, "Improved Shader and
-// Texture Level of Detail Using Ray Cones", JCGT 10(1), section 5.
-Footprint cone_footprint(Surface s, vec3 direction, float radius) {
+// Texture Level of Detail Using Ray Cones", JCGT 10(1), section 5. `random`: texture_random().
+Footprint cone_footprint(Surface s, vec3 direction, float radius, vec4 random) {
     vec3 n = s.face_normal;
     vec3 a1 = direction - dot(n, direction) * n;
     if (dot(a1, a1) < 1e-8) a1 = basis_around(n)[0];
@@ -119,6 +121,7 @@ Footprint cone_footprint(Surface s, vec3 direction, float radius) {
     vec3 area = cross(s.e1, s.e2);
     float scale = 1.0 / max(dot(area, area), 1e-30);
     Footprint f;
+    f.random = random;
     f.bary_x = vec2(dot(cross(a1, s.e2), area), dot(cross(s.e1, a1), area)) * scale;
     f.bary_y = vec2(dot(cross(a2, s.e2), area), dot(cross(s.e1, a2), area)) * scale;
     // A pixel is at least as deep as its footprint is wide: keeps 1 / depth_range finite at normal incidence at any scale.
@@ -128,13 +131,14 @@ Footprint cone_footprint(Surface s, vec3 direction, float radius) {
 
 vec4 sample_texture(TextureSlot slot, Surface s, Footprint f, float lod_scale) {
     // By choice and not by index, which would put the surface into memory.
-    bool first = is_first_uv(slot.uv_set);
+    bool first = is_first_uv(slot);
     vec2 uv = transform_uv(slot, first ? s.uv[0] : s.uv[1]);
     vec2 duv1 = first ? s.duv1[0] : s.duv1[1], duv2 = first ? s.duv2[0] : s.duv2[1];
     if (f.depth_range == NO_FOOTPRINT.depth_range) return textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0);
     mat2 linear = mat2(slot.transform[0][0], slot.transform[1][0], slot.transform[0][1], slot.transform[1][1]);
     vec2 dx = linear * (duv1 * f.bary_x.x + duv2 * f.bary_x.y) * lod_scale;
     vec2 dy = linear * (duv1 * f.bary_y.x + duv2 * f.bary_y.y) * lod_scale;
+    if (!scene_has(FEATURE_TEXTURE_FILTER)) return draw_texel(slot, uv, dx, dy, f.random);
     return textureGrad(textures[nonuniformEXT(slot.texture)], uv, dx, dy);
 }
 

@@ -122,6 +122,30 @@ gpu_constants! {
     pub const FEATURE_WAVES: u32 = 65536;
     /// Surfaces that show the view of a camera.
     pub const FEATURE_CAMERA_VIEWS: u32 = 131072;
+    /// Samplers that filter the textures of materials, which every scene has; kernels without it draw one texel (texture_filter.glsl).
+    pub const FEATURE_TEXTURE_FILTER: u32 = 262144;
+    /// Bit of `TextureSlot::flags`: the texture is read at the second UV set.
+    pub const TEXTURE_SECOND_UV: u32 = 1;
+    /// Its sampler takes the nearest texel when it is magnified.
+    pub const TEXTURE_MAG_NEAREST: u32 = 2;
+    /// Its sampler takes the nearest texel when it is minified.
+    pub const TEXTURE_MIN_NEAREST: u32 = 4;
+    /// Its sampler takes the nearest mip level.
+    pub const TEXTURE_MIP_NEAREST: u32 = 8;
+    /// Its sampler takes the finest mip level alone.
+    pub const TEXTURE_MIP_OFF: u32 = 16;
+    /// Its sampler mirrors the texture along u where it repeats.
+    pub const TEXTURE_MIRROR_U: u32 = 32;
+    /// As [`TEXTURE_MIRROR_U`] along v.
+    pub const TEXTURE_MIRROR_V: u32 = 64;
+    /// Its sampler stretches the border along u.
+    pub const TEXTURE_CLAMP_U: u32 = 128;
+    /// As [`TEXTURE_CLAMP_U`] along v.
+    pub const TEXTURE_CLAMP_V: u32 = 256;
+    /// All bits of samplers that do not filter in some way; without any, a sampler filters anisotropically.
+    pub const TEXTURE_UNFILTERED: u32 = TEXTURE_MAG_NEAREST | TEXTURE_MIN_NEAREST | TEXTURE_MIP_NEAREST | TEXTURE_MIP_OFF;
+    /// Largest anisotropy of the textures of materials: how many times as long as wide the filter may be.
+    pub const MAX_TEXTURE_ANISOTROPY: f32 = 8.0;
     /// Parts of an edge of a triangle in its opacity table.
     pub const OPACITY_SIDE: u32 = 8;
     /// State of a micro-triangle: material and texture decide.

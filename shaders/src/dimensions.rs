@@ -34,6 +34,9 @@ pub const MAX_BOUNCES: u32 = 16;
 /// Dimensions of a vertex of such a path; `bounce_random.glsl` of pt-indirect says which is which.
 pub const BOUNCE_DIMENSIONS: u32 = 8 + MAX_RIS_CANDIDATES;
 
+/// Dimensions of the stochastic texture filter: surfaces of instances whose numbers differ modulo it draw independent numbers.
+pub const TEXTURE_DIMENSIONS: u32 = 64;
+
 macro_rules! dimensions {
     ($($name:ident: $first:literal, $count:expr, $numbers:literal;)*) => {
         $(#[doc = $numbers] pub const $name: u32 = $first;)*
@@ -66,8 +69,9 @@ dimensions! {
     DIM_COSINE: 63, 1, "A direction of the environment by the cosine. x: whether; y, z: direction.";
     DIM_REUSE: 64, 1, "Choices of the reuse of bounces. x: of now or the past; y: of a neighbour.";
     DIM_REUSE_NEIGHBOURS: 65, MAX_RESTIR_NEIGHBOURS / 2, "Places of the neighbours 2 i (x, y) and 2 i + 1 (z, w) of the reuse of bounces.";
-    DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; 8 and on: candidates.";
+    DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; texture filter; 8 and on: candidates.";
     DIM_GODRAYS: 536, MAX_GODRAYS_STEPS, "Step i of a march through the medium. x: which directional light; y: where in the step; z, w: point on the light's disc.";
+    DIM_TEXTURE: 640, TEXTURE_DIMENSIONS, "Stochastic texture filter at a surface of instance i, from 640 + i modulo 64. x, y: texel; z: mip level; w: place along the footprint.";
     DIM_COVERAGE: 1024, 1024, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 1024 + i.";
 }
 
@@ -79,7 +83,8 @@ pub fn dimension(number: u32) -> Option<&'static Dimension> {
 /// GLSL constants (`dimensions.glsl`).
 pub fn glsl() -> String {
     let first = DIMENSIONS.iter().map(|d| format!("const uint {} = {}u;\n", d.name, d.first));
-    first.chain([format!("const uint BOUNCE_DIMENSIONS = {BOUNCE_DIMENSIONS}u;\n")]).collect()
+    let counts = [("BOUNCE_DIMENSIONS", BOUNCE_DIMENSIONS), ("TEXTURE_DIMENSIONS", TEXTURE_DIMENSIONS)];
+    first.chain(counts.map(|(name, count)| format!("const uint {name} = {count}u;\n"))).collect()
 }
 
 #[cfg(test)]

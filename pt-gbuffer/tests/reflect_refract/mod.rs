@@ -5,6 +5,7 @@ mod kinds;
 mod media;
 mod planes;
 mod rig;
+mod texture_filter;
 mod through;
 
 use glam::{Affine3A, DVec2, DVec3, Vec2, Vec3};

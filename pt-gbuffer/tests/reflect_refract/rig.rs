@@ -4,13 +4,13 @@ use glam::{Affine3A, DVec3, Mat3A, Vec2, Vec3, Vec4};
 use pt_core::channels::field_width;
 use pt_core::frame::Uniforms;
 use pt_core::test_support::TestDevice;
-use pt_core::trace::TraceBackend;
+use pt_core::trace::{TraceBackend, TraceVariant};
 use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
 use pt_gbuffer::{GbufferParams, Jitter, PrimaryRays, ReflectRefract, plane_count};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_scene::{Camera, Instance, Material, Mesh, Projection, Scene};
 use pt_shaders::channels::{self, ChannelId};
-use pt_shaders::records::FrameRecord;
+use pt_shaders::records::{Culling, FrameRecord};
 
 pub const SIZE: [u32; 2] = [32, 24];
 pub const IOR: f64 = 1.5;
@@ -132,7 +132,8 @@ impl Rig {
         plane: u32,
     ) -> Frames {
         let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
-        let variant = gpu.variant();
+        // Without the culling of the knobs: the tests look at the backs of sheets.
+        let variant = TraceVariant { culling: Culling::None, ..params.variant(gpu.variant()) };
         let primary = PrimaryRays::new(&self.device, variant).unwrap();
         let stage = ReflectRefract::new(&self.device, variant, plane_count(scene, params) > 1).unwrap();
         let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();

@@ -188,7 +188,7 @@ impl GpuScene {
             deforming.fill(&mut mesh_records);
         }
         let mesh_buffer = Buffer::from_slice(device, "meshes", &mesh_records)?;
-        let (material_records, lobe_records) = records::materials(&scene.materials);
+        let (material_records, lobe_records) = records::materials(&scene.materials, &scene.textures);
         let mixed_sides = masks.iter().any(|mask| mask & MASK_MIXED_SIDES != 0);
         let features =
             records::features(scene, &material_records) | if mixed_sides { FEATURE_MIXED_SIDES } else { 0 };

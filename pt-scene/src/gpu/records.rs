@@ -1,46 +1,65 @@
 //! From scene types to GPU records.
 
-use crate::{AlphaMode, Instance, Light, Lobes, Material, Mesh, Scene, Shows, TextureRef, media};
+use crate::{
+    AlphaMode, Filter, Instance, Light, Lobes, Material, Mesh, MipFilter, Sampler, Scene, Shows, Texture,
+    TextureRef, Wrap, media,
+};
 use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_CAMERA_VIEWS, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE,
     FEATURE_INSTANCES, FEATURE_LOBES, FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE,
     FEATURE_OPACITY_TABLE, FEATURE_PORTALS, FEATURE_SECOND_UV, FEATURE_SKY, FEATURE_SUN_DISC,
-    FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, FEATURE_WAVES, InstanceRecord,
-    LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED, MASK_TRANSMISSIVE, MATERIAL_BLEND,
-    MATERIAL_CAMERA_SHIFT, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK, MATERIAL_OWN_MOTION, MATERIAL_SKY,
-    MATERIAL_UNLIT, MaterialRecord, NONE, TextureSlot, VertexRecord,
+    FEATURE_TEXTURE_FILTER, FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR,
+    FEATURE_WAVES, InstanceRecord, LobeRecord, MASK_MIXED_SIDES, MASK_OPAQUE, MASK_SINGLE_SIDED,
+    MASK_TRANSMISSIVE, MATERIAL_BLEND, MATERIAL_CAMERA_SHIFT, MATERIAL_DOUBLE_SIDED, MATERIAL_MASK,
+    MATERIAL_OWN_MOTION, MATERIAL_SKY, MATERIAL_UNLIT, MaterialRecord, NONE, TEXTURE_CLAMP_U,
+    TEXTURE_CLAMP_V, TEXTURE_MAG_NEAREST, TEXTURE_MIN_NEAREST, TEXTURE_MIP_NEAREST, TEXTURE_MIP_OFF,
+    TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_SECOND_UV, TextureSlot, VertexRecord,
 };
 
-fn texture_slot(texture: Option<TextureRef>) -> TextureSlot {
+fn texture_slot(texture: Option<TextureRef>, textures: &[Texture]) -> TextureSlot {
     let Some(TextureRef { texture, uv_set, transform }) = texture else {
-        return TextureSlot { texture: NONE, uv_set: 0, transform: [[0.0; 3]; 2] };
+        return TextureSlot { texture: NONE, flags: 0, transform: [[0.0; 3]; 2] };
     };
+    let bit = |on: bool, flag: u32| if on { flag } else { 0 };
+    let Sampler { mag, min, mip, wrap_u, wrap_v } = textures[texture as usize].sampler;
+    let flags = bit(uv_set != 0, TEXTURE_SECOND_UV)
+        | bit(mag == Filter::Nearest, TEXTURE_MAG_NEAREST)
+        | bit(min == Filter::Nearest, TEXTURE_MIN_NEAREST)
+        | bit(mip == MipFilter::Nearest, TEXTURE_MIP_NEAREST)
+        | bit(mip == MipFilter::Off, TEXTURE_MIP_OFF)
+        | bit(wrap_u == Wrap::MirroredRepeat, TEXTURE_MIRROR_U)
+        | bit(wrap_v == Wrap::MirroredRepeat, TEXTURE_MIRROR_V)
+        | bit(wrap_u == Wrap::ClampToEdge, TEXTURE_CLAMP_U)
+        | bit(wrap_v == Wrap::ClampToEdge, TEXTURE_CLAMP_V);
     let (m, t) = (transform.matrix2, transform.translation);
     let transform = [[m.x_axis.x, m.y_axis.x, t.x], [m.x_axis.y, m.y_axis.y, t.y]];
-    TextureSlot { texture, uv_set, transform }
+    TextureSlot { texture, flags, transform }
 }
 
 /// The records of all materials, and of those lobes that they have.
-pub(super) fn materials(materials: &[Material]) -> (Vec<MaterialRecord>, Vec<LobeRecord>) {
+pub(super) fn materials(
+    materials: &[Material],
+    textures: &[Texture],
+) -> (Vec<MaterialRecord>, Vec<LobeRecord>) {
     let mut lobes = Vec::new();
     let media = media(materials);
     let records = materials.iter().zip(&media).map(|(m, &medium)| {
         let of_lobes =
             [m.transmission_texture, m.thickness_texture, m.specular_texture, m.specular_color_texture];
         let index = if m.lobes.is_some() || of_lobes.iter().any(Option::is_some) {
-            lobes.push(lobe(m));
+            lobes.push(lobe(m, textures));
             lobes.len() as u32 - 1
         } else {
             NONE
         };
-        material(m, index, medium, m.exterior.map(|exterior| media[exterior as usize]))
+        material(m, textures, index, medium, m.exterior.map(|exterior| media[exterior as usize]))
     });
     let records = records.collect();
     // A table without entries still has an address.
     if lobes.is_empty() {
-        lobes.push(lobe(&Material::default()));
+        lobes.push(lobe(&Material::default(), textures));
     }
     (records, lobes)
 }
@@ -71,9 +90,11 @@ pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
         | bit(scene.instances.len() != 1, FEATURE_INSTANCES)
         | bit(!scene.portals.is_empty(), FEATURE_PORTALS)
         | bit(scene.lights.iter().any(Light::is_disc), FEATURE_SUN_DISC)
+        | FEATURE_TEXTURE_FILTER
 }
 
-fn lobe(m: &Material) -> LobeRecord {
+fn lobe(m: &Material, textures: &[Texture]) -> LobeRecord {
+    let texture_slot = |texture| texture_slot(texture, textures);
     let absent = Lobes::default();
     let l = m.lobes.as_deref().unwrap_or(&absent);
     LobeRecord {
@@ -108,7 +129,14 @@ fn lobe(m: &Material) -> LobeRecord {
 /// round it down. Far less than a step of 8 bits.
 const ALPHA_ROUNDING: f32 = 1.0 / 2000.0;
 
-fn material(m: &Material, lobes: u32, medium: u32, exterior: Option<u32>) -> MaterialRecord {
+fn material(
+    m: &Material,
+    textures: &[Texture],
+    lobes: u32,
+    medium: u32,
+    exterior: Option<u32>,
+) -> MaterialRecord {
+    let texture_slot = |texture| texture_slot(texture, textures);
     let mut flags = 0;
     let mut alpha_cutoff = 0.0;
     match m.alpha_mode {
@@ -215,7 +243,7 @@ mod tests {
         for alpha in 1..=255u8 {
             let held = |alpha: u8| f16::from_f32(f32::from(alpha) / 255.0).to_f32();
             let alpha_mode = AlphaMode::Mask { cutoff: f32::from(alpha) / 255.0 };
-            let (records, _) = materials(&[Material { alpha_mode, ..Material::default() }]);
+            let (records, _) = materials(&[Material { alpha_mode, ..Material::default() }], &[]);
             let cutoff = records[0].alpha_cutoff;
             assert!(held(alpha) >= cutoff && held(alpha - 1) < cutoff, "{alpha}: {cutoff}");
         }

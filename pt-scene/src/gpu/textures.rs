@@ -6,6 +6,7 @@ use half::f16;
 use pt_core::Device;
 use pt_core::sampler::{self, MipMode, SamplerDesc};
 use pt_core::texture::{TextureDesc, TextureFormat, TextureTable, TextureTableBuilder};
+use pt_shaders::records::MAX_TEXTURE_ANISOTROPY;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::mpsc::{self, Receiver};
@@ -32,7 +33,7 @@ fn sampler(s: Sampler) -> SamplerDesc {
             MipFilter::Nearest => MipMode::Nearest,
             MipFilter::Linear => MipMode::Linear,
         },
-        max_anisotropy: 8.0,
+        max_anisotropy: MAX_TEXTURE_ANISOTROPY,
     }
 }
 

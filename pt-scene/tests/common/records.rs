@@ -7,8 +7,12 @@ pt_shaders::gpu_struct! {
         pub instance: u32,
         /// Triangle of the instance's mesh.
         pub triangle: u32,
-        /// UV that the footprint is wide: 0 reads the finest mip level.
-        pub footprint: f32,
+        /// UV that the footprint is wide along u and v.
+        pub footprint: glam::Vec2,
+        /// Numbers of the stochastic texture filter: texel.
+        pub random_texel: glam::Vec2,
+        /// Mip level, and place along the footprint.
+        pub random_level_place: glam::Vec2,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Materials as surface.glsl reads them on the device.
 
 use super::records::{MaterialCase, MaterialResult};
-use glam::{Affine3A, Vec2, Vec3, Vec4};
+use glam::{Affine3A, Vec2, Vec3, Vec4, Vec4Swizzles};
 use pt_core::SceneResources;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
@@ -42,18 +42,39 @@ pub fn scene(material: Material, textures: Vec<Texture>) -> Scene {
     scene
 }
 
-/// The material at points of the quad given by their first UV: the same whether the kernel was made for any scene or for this one.
-pub fn samples(device: &TestDevice, scene: &Scene, at: &[Vec2], footprint: f32) -> Vec<MaterialResult> {
+/// A point of the quad given by its first UV.
+pub fn case(uv: Vec2, footprint: Vec2, random: Vec4) -> MaterialCase {
     // The triangle's vertices are in the order 0, 2, 1: the second weight is v, the third u.
-    let case =
-        |uv: &Vec2| MaterialCase { barycentrics: Vec2::new(uv.y, uv.x), instance: 0, triangle: 0, footprint };
-    let cases: Vec<_> = at.iter().map(case).collect();
+    MaterialCase {
+        barycentrics: Vec2::new(uv.y, uv.x),
+        instance: 0,
+        triangle: 0,
+        footprint,
+        random_texel: random.xy(),
+        random_level_place: random.zw(),
+    }
+}
+
+/// The material at points of the quad given by their first UV, filtered by samplers.
+pub fn samples(device: &TestDevice, scene: &Scene, at: &[Vec2], footprint: f32) -> Vec<MaterialResult> {
+    let cases: Vec<_> = at.iter().map(|&uv| case(uv, Vec2::splat(footprint), Vec4::ZERO)).collect();
+    samples_of(device, scene, &cases, 0)
+}
+
+/// The material at points: the same whether the kernel was made for any scene or for this one. `without`: `FEATURE_*` bits to leave out.
+pub fn samples_of(
+    device: &TestDevice,
+    scene: &Scene,
+    at: &[MaterialCase],
+    without: u32,
+) -> Vec<MaterialResult> {
     let mut gpu = GpuScene::new(device, scene, TraceBackend::Compute).unwrap();
-    let cases = Buffer::from_slice(device, "cases", &cases).unwrap();
+    let cases = Buffer::from_slice(device, "cases", at).unwrap();
     let size = (at.len() * size_of::<MaterialResult>()) as u64;
     let results = Buffer::new(device, "results", size, Location::Device).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
     let [general, specialized]: [Vec<MaterialResult>; 2] = [u32::MAX, gpu.features()].map(|features| {
+        let features = features & !without;
         let kernel =
             Kernel::compute::<()>(device, &kernels::MATERIAL_SAMPLES, &[("scene_features", features.into())])
                 .unwrap();

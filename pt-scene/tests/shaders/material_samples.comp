@@ -11,8 +11,8 @@ void main() {
     if (i >= case_at.length()) return;
     MaterialCase c = case_at[i];
     Surface s = load_surface(c.instance, c.triangle, c.barycentrics);
-    // The test's quads have their UV edges along the axes.
-    Footprint f = Footprint(vec2(c.footprint, 0.0), vec2(0.0, c.footprint), 1.0);
+    // The test's quads have their UV edges along the axes: the second one along u.
+    Footprint f = Footprint(vec2(0.0, c.footprint.x), vec2(c.footprint.y, 0.0), 1.0, vec4(c.random_texel, c.random_level_place));
     MaterialSample m = load_material(s, f, 1.0);
     LobesSample l = load_lobes(s, f, 1.0);
     result_at[i] = MaterialResult(m.base_color, coverage(scene_mesh(scene_instance(c.instance).mesh), c.triangle, c.barycentrics), m.metallic, m.roughness, m.ior, m.specular, m.specular_color,

@@ -133,7 +133,7 @@ vec3 emitted_radiance(LocalLightRecord l, uint light, vec2 bary) {
     TextureSlot slot = MaterialTable(scene.materials).at[material_of(instance, mesh, e.triangle)].emissive_texture;
     if (slot.texture != NONE) {
         uvec3 index = IndexTable(mesh.indices).at[e.triangle];
-        vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot.uv_set));
+        vec2 uv = transform_uv(slot, triangle_uv(mesh, index, bary, slot));
         radiance *= textureLod(textures[nonuniformEXT(slot.texture)], uv, 0.0).rgb;
     }
     return radiance;

@@ -8,8 +8,8 @@ gpu_struct! {
     pub struct TextureSlot {
         /// Bindless index, or [`NONE`](super::NONE).
         pub texture: u32,
-        /// 0 or 1.
-        pub uv_set: u32,
+        /// `TEXTURE_*` bits.
+        pub flags: u32,
         /// UV transform: two rows of an affine 2x3 matrix (KHR_texture_transform).
         pub transform: [[f32; 3]; 2],
     }
