@@ -99,7 +99,7 @@ knobs! {
         pub godrays: GodraysParams;
         /// Which rays go through the back faces of single-sided materials, at all stages of the frame.
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
-        /// Whether rays look up where alpha-tested triangles are opaque or transparent before they read the texture; the picture has the same bits.
+        /// Whether rays look up where alpha-tested triangles are opaque or transparent before they read the texture; the same surfaces stop them.
         pub opacity_table: bool = false, source "Gruen, Benthin and Woop 2020" => structural;
         /// How textures are filtered at all surfaces that a frame shades: `stochastic` reads one texel a texture, whose noise averaged frames or anti-aliasing
         /// must remove.
