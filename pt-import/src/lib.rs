@@ -190,6 +190,7 @@ fn path_of(document: &Document, origins: &Origins, images: &[usize], scene: &Sce
         },
         Part::Camera(i) => format!("nodes[{}].camera", origins.cameras[i]),
         Part::Environment => "environment".into(),
+        Part::Effects => "effects".into(),
     }
 }
 

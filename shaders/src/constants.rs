@@ -122,6 +122,14 @@ gpu_constants! {
     pub const FEATURE_WAVES: u32 = 65536;
     /// Surfaces that show the view of a camera.
     pub const FEATURE_CAMERA_VIEWS: u32 = 131072;
+    /// Particles, sprites, beams or fog.
+    pub const FEATURE_EFFECTS: u32 = 262144;
+
+    /// Most fog volumes that a scene may have.
+    pub const MAX_FOG_VOLUMES: u32 = 8;
+    /// Bits of `EffectNode::effects` that hold a number of effects.
+    pub const EFFECT_COUNT_BITS: u32 = 3;
+
     /// Parts of an edge of a triangle in its opacity table.
     pub const OPACITY_SIDE: u32 = 8;
     /// State of a micro-triangle: material and texture decide.

@@ -4,7 +4,7 @@ use crate::{AlphaMode, Instance, Light, Lobes, Material, Mesh, Scene, Shows, Tex
 use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
 use pt_shaders::records::{
-    FEATURE_BASE_COLOR_TEXTURE, FEATURE_CAMERA_VIEWS, FEATURE_COVERAGE, FEATURE_EMISSIVE_TEXTURE,
+    FEATURE_BASE_COLOR_TEXTURE, FEATURE_CAMERA_VIEWS, FEATURE_COVERAGE, FEATURE_EFFECTS, FEATURE_EMISSIVE_TEXTURE,
     FEATURE_INSTANCES, FEATURE_LOBES, FEATURE_METALLIC_ROUGHNESS_TEXTURE, FEATURE_NORMAL_TEXTURE,
     FEATURE_OPACITY_TABLE, FEATURE_PORTALS, FEATURE_SECOND_UV, FEATURE_SKY, FEATURE_SUN_DISC,
     FEATURE_TEXTURE_TRANSFORM, FEATURE_TRANSMISSION, FEATURE_VERTEX_COLOR, FEATURE_WAVES, InstanceRecord,
@@ -70,6 +70,7 @@ pub(super) fn features(scene: &Scene, materials: &[MaterialRecord]) -> u32 {
         | bit(scene.meshes.iter().any(Mesh::is_colored), FEATURE_VERTEX_COLOR)
         | bit(scene.instances.len() != 1, FEATURE_INSTANCES)
         | bit(!scene.portals.is_empty(), FEATURE_PORTALS)
+        | bit(!scene.effects.is_empty(), FEATURE_EFFECTS)
         | bit(scene.lights.iter().any(Light::is_disc), FEATURE_SUN_DISC)
 }
 
