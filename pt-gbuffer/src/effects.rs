@@ -55,7 +55,12 @@ impl Effects {
     ///
     /// # Errors
     /// When the pass does not fit into the frame.
-    pub fn record(&self, frame: &mut Frame<'_>, inputs: &StageInputs<'_>, params: &GbufferParams) -> Result<()> {
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        inputs: &StageInputs<'_>,
+        params: &GbufferParams,
+    ) -> Result<()> {
         let push = EffectsPush {
             jitter: frame_jitter(params.jitter, frame.index()).into(),
             jitter_per_pixel: u32::from(params.jitter == Jitter::Pixel),

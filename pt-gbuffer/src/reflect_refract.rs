@@ -42,7 +42,12 @@ impl ReflectRefract {
     ///
     /// # Errors
     /// When the device refuses it.
-    pub fn new(device: &Device, variant: TraceVariant, has_planes: bool, effect_layers: u32) -> pt_core::Result<Self> {
+    pub fn new(
+        device: &Device,
+        variant: TraceVariant,
+        has_planes: bool,
+        effect_layers: u32,
+    ) -> pt_core::Result<Self> {
         let mut constants = variant.constants().to_vec();
         constants.push(("has_planes", has_planes.into()));
         constants.push(("effect_layers", effect_layers.into()));

@@ -162,7 +162,10 @@ impl Effects {
                 return Err(format!("sprite {i}: texture {texture} does not exist"));
             }
         }
-        self.fog.iter().enumerate().try_for_each(|(i, e)| e.check().map_err(|what| format!("fog {i}: {what}")))
+        self.fog
+            .iter()
+            .enumerate()
+            .try_for_each(|(i, e)| e.check().map_err(|what| format!("fog {i}: {what}")))
     }
 }
 
@@ -211,7 +214,10 @@ fn check_body(points: &[Vec3], radius: f32, look: &Look, drift: &Drift) -> Resul
         return Err(format!("velocity {} is not finite or above {MAX_SPEED:e} m/s", drift.velocity));
     }
     if !(drift.period > 0.0 && drift.phase >= 0.0 && drift.phase.is_finite()) {
-        return Err(format!("period {} s is not above 0, or phase {} s is below 0", drift.period, drift.phase));
+        return Err(format!(
+            "period {} s is not above 0, or phase {} s is below 0",
+            drift.period, drift.phase
+        ));
     }
     Ok(())
 }
@@ -233,19 +239,32 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said_in_one_line() {
         let with_fog = |fog: FogVolume| Effects { fog: vec![fog], ..Effects::default() };
-        let says = |text: &str, part: &str| assert!(text.contains(part) && text.lines().count() == 1, "{text}");
+        let says =
+            |text: &str, part: &str| assert!(text.contains(part) && text.lines().count() == 1, "{text}");
         says(&refusal(with_fog(fog(-0.5, Vec3::ZERO))), "fog 0: its density is -0.5 1/m");
         // 1 + x - 0.5 z is negative at z = 4 alone.
-        says(&refusal(with_fog(fog(1.0, Vec3::new(1.0, 0.0, -0.5)))), "fog 0: its density is -1 1/m at [0, 0, 4]");
+        says(
+            &refusal(with_fog(fog(1.0, Vec3::new(1.0, 0.0, -0.5)))),
+            "fog 0: its density is -1 1/m at [0, 0, 4]",
+        );
         says(&refusal(with_fog(fog(f32::NAN, Vec3::ZERO))), "its density is not finite");
-        says(&refusal(Effects { fog: vec![fog(1.0, Vec3::ZERO); 9], ..Effects::default() }), "9 fog volumes, at most 8");
+        says(
+            &refusal(Effects { fog: vec![fog(1.0, Vec3::ZERO); 9], ..Effects::default() }),
+            "9 fog volumes, at most 8",
+        );
         let look = Look { radiance: Vec3::ONE, opacity: 0.5 };
         let particle = Particle { position: Vec3::ZERO, radius: 0.1, look, drift: Drift::default() };
         let with = |particle: Particle| Effects { particles: vec![particle], ..Effects::default() };
-        says(&refusal(with(Particle { position: Vec3::NAN, ..particle })), "particle 0: a coordinate is not finite");
+        says(
+            &refusal(with(Particle { position: Vec3::NAN, ..particle })),
+            "particle 0: a coordinate is not finite",
+        );
         says(&refusal(with(Particle { radius: 0.0, ..particle })), "radius 0 is not");
         says(&refusal(with(Particle { look: Look { opacity: 1.5, ..look }, ..particle })), "opacity 1.5");
-        says(&refusal(with(Particle { look: Look { radiance: -Vec3::ONE, ..look }, ..particle })), "radiance");
+        says(
+            &refusal(with(Particle { look: Look { radiance: -Vec3::ONE, ..look }, ..particle })),
+            "radiance",
+        );
         let sprite = Sprite {
             position: Vec3::ZERO,
             half_sides: [Vec3::X, Vec3::X],
@@ -257,7 +276,10 @@ mod tests {
         says(&refusal(with(sprite)), "sprite 0: its sides");
         says(&refusal(with(Sprite { half_sides: [Vec3::X, Vec3::Y], ..sprite })), "texture 7 does not exist");
         // As thin as it may be at a corner.
-        let scene = crate::Scene { effects: with_fog(fog(1.0, Vec3::new(0.0, 0.0, -0.25))), ..crate::Scene::default() };
+        let scene = crate::Scene {
+            effects: with_fog(fog(1.0, Vec3::new(0.0, 0.0, -0.25))),
+            ..crate::Scene::default()
+        };
         scene.validate().unwrap();
     }
 

@@ -134,7 +134,9 @@ impl Rig {
         let mut gpu = GpuScene::new(&self.device, scene, self.backend).unwrap();
         let variant = gpu.variant();
         let primary = PrimaryRays::new(&self.device, variant).unwrap();
-        let stage = ReflectRefract::new(&self.device, variant, plane_count(scene, params) > 1, params.effect_layers).unwrap();
+        let stage =
+            ReflectRefract::new(&self.device, variant, plane_count(scene, params) > 1, params.effect_layers)
+                .unwrap();
         let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&self.device, "frame_uniforms").unwrap();
         let mut recorder = Recorder::new(&self.device).unwrap();

@@ -47,7 +47,11 @@ pub(super) fn scene() -> Scene {
             radius: 0.12 + 0.2 * random(i, 3),
             look: Look { radiance: Vec3::splat(shade), opacity: 0.35 },
             drift: Drift {
-                velocity: Vec3::new(0.25 * (random(i, 4) - 0.3), 0.7 + 0.3 * random(i, 5), 0.2 * (random(i, 6) - 0.5)),
+                velocity: Vec3::new(
+                    0.25 * (random(i, 4) - 0.3),
+                    0.7 + 0.3 * random(i, 5),
+                    0.2 * (random(i, 6) - 0.5),
+                ),
                 period: 2.5,
                 phase: 2.5 * f64::from(random(i, 7)),
             },
@@ -58,7 +62,11 @@ pub(super) fn scene() -> Scene {
         radius: 0.012 + 0.012 * random(i, 10),
         look: Look { radiance: (4.0 + 16.0 * random(i, 11)) * Vec3::new(1.0, 0.45, 0.12), opacity: 0.0 },
         drift: Drift {
-            velocity: Vec3::new(1.6 * (random(i, 12) - 0.5), 0.8 + 1.2 * random(i, 13), 1.6 * (random(i, 14) - 0.5)),
+            velocity: Vec3::new(
+                1.6 * (random(i, 12) - 0.5),
+                0.8 + 1.2 * random(i, 13),
+                1.6 * (random(i, 14) - 0.5),
+            ),
             period: 1.0 + f64::from(random(i, 15)),
             phase: 2.0 * f64::from(random(i, 16)),
         },
@@ -72,8 +80,18 @@ pub(super) fn scene() -> Scene {
     scene.effects = Effects {
         particles: puffs.chain(sparks).collect(),
         beams: vec![
-            beam([Vec3::new(-2.6, 1.3, -0.8), Vec3::new(1.9, 0.5, 1.2)], 0.035, Vec3::new(6.0, 0.4, 0.3), Vec3::ZERO),
-            beam([Vec3::new(-1.6, 0.2, 0.8), Vec3::new(-1.6, 1.1, 0.8)], 0.06, Vec3::new(0.3, 1.2, 5.0), 0.3 * Vec3::X),
+            beam(
+                [Vec3::new(-2.6, 1.3, -0.8), Vec3::new(1.9, 0.5, 1.2)],
+                0.035,
+                Vec3::new(6.0, 0.4, 0.3),
+                Vec3::ZERO,
+            ),
+            beam(
+                [Vec3::new(-1.6, 0.2, 0.8), Vec3::new(-1.6, 1.1, 0.8)],
+                0.06,
+                Vec3::new(0.3, 1.2, 5.0),
+                0.3 * Vec3::X,
+            ),
         ],
         sprites: vec![Sprite {
             position: Vec3::new(-0.9, 1.5, 0.3),

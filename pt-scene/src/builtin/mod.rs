@@ -22,7 +22,10 @@ use crate::{Material, Mesh, Scene};
 /// Names of the built-in scenes, with one line each.
 pub const BUILTIN: &[(&str, &str)] = &[
     ("cornell", "the diffuse Cornell box with its classic measures and colours"),
-    ("effects", "sparks, smoke, beams, a picture in the air and fog, before a mirror and glass; most of it moves"),
+    (
+        "effects",
+        "sparks, smoke, beams, a picture in the air and fog, before a mirror and glass; most of it moves",
+    ),
     (
         "flicker",
         "a room in which objects, lights and the camera move and lights blink, to try what reuses earlier frames",

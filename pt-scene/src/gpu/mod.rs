@@ -9,6 +9,7 @@ mod records;
 mod textures;
 
 pub use camera::camera_record;
+pub use effects::{effect_records, effect_tree};
 pub use light_tables::LightTableSet;
 
 mod kernels {

@@ -12,7 +12,7 @@ use pt_core::harness::{StageArgs, check_output, save};
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
 use pt_core::{FrameSizes, StageInputs};
-use pt_gbuffer::{Effects, Decomposition, GbufferParams, PrimaryRays, ReflectRefract};
+use pt_gbuffer::{Decomposition, Effects, GbufferParams, PrimaryRays, ReflectRefract};
 use pt_image::image_file::{ImageSize, OutputFormat, PixelLayout, write_png};
 use pt_import::LoadOptions;
 use pt_scene::BadTexels;
