@@ -1,6 +1,6 @@
-//! Effects in whole frames: anti-aliasing leaves no trails behind them.
+//! Effects in whole frames: the reference sees the same, and anti-aliasing leaves no trails behind them.
 
-use crate::common::polygon;
+use crate::common::{assert_same, frames_mean, params, polygon, reference_mean};
 use glam::{DVec3, Vec3};
 use pt_core::trace::TraceBackend;
 use pt_post::images::RESOLVED;
@@ -84,4 +84,17 @@ fn no_trails() {
         assert!(rms < 0.1, "{what}: {rms}");
         assert!(behind < 5e-3, "{what}: {behind}");
     }
+}
+
+/// Smoke, sparks, fog, beams and a picture, before the wall, in the mirror and through the glass.
+#[test]
+fn the_reference_sees_the_same() {
+    let size = [48, 27];
+    let scene = pt_tests::builtin("effects");
+    let camera = scene.default_camera();
+    let sets = ["indirect.bounces=1", "gbuffer.reflect_refract=6", "gbuffer.effect_layers=16"];
+    let found = frames_mean(&scene, &camera, size, 96, params(&sets));
+    let truth = reference_mean(&scene, &camera, size, 1, 256);
+    println!("{found:?} {truth:?}");
+    assert_same("effects", found, truth, 0.01);
 }
