@@ -23,6 +23,7 @@ mod compression;
 mod dds;
 mod deformation;
 mod document;
+mod effect_extras;
 mod extensions;
 mod glb;
 mod images;

@@ -138,7 +138,10 @@ impl Effects {
     }
 
     /// What is wrong with them in a scene of `textures` textures.
-    pub(crate) fn check(&self, textures: usize) -> Result<(), String> {
+    ///
+    /// # Errors
+    /// The first flaw, in one line.
+    pub fn check(&self, textures: usize) -> Result<(), String> {
         if self.fog.len() > MAX_FOG_VOLUMES as usize {
             return Err(format!("{} fog volumes, at most {MAX_FOG_VOLUMES} are possible", self.fog.len()));
         }
