@@ -115,6 +115,10 @@ pub struct Effects {
 
 /// Fastest drift, metres per second.
 const MAX_SPEED: f32 = 1e6;
+/// Radii and sides, metres: their fourth powers are normal numbers in fp32.
+const SIZES: std::ops::RangeInclusive<f32> = 1e-6..=1e6;
+/// Highest extinction, 1/m.
+const MAX_DENSITY: f32 = 1e6;
 
 impl Effects {
     /// Whether there are none.
@@ -158,8 +162,8 @@ impl Effects {
             let sound = check_body(&[e.position, u, v], 1.0, &e.look, &e.drift);
             sound.map_err(|what| format!("sprite {i}: {what}"))?;
             let area = u.cross(v).length();
-            if !(area > 0.0 && area.is_finite()) {
-                return Err(format!("sprite {i}: its sides {u} and {v} span no area"));
+            if !(area >= SIZES.start().powi(2) && u.length().max(v.length()) <= *SIZES.end()) {
+                return Err(format!("sprite {i}: its sides {u} and {v} span no area or are above 1e6 m"));
             }
             if let Some(texture) = e.texture.filter(|&texture| texture as usize >= textures) {
                 return Err(format!("sprite {i}: texture {texture} does not exist"));
@@ -187,12 +191,19 @@ impl FogVolume {
         if !(self.density.is_finite() && self.gradient.is_finite()) {
             return Err("its density is not finite".into());
         }
-        // A linear function is least at a corner: on each axis where it falls.
-        let falls = Vec3::select(self.gradient.cmplt(Vec3::ZERO), max, min);
-        let least = self.density_at(falls);
+        // A linear function is least and largest at corners: on each axis where it falls or rises.
+        let falls = self.gradient.cmplt(Vec3::ZERO);
+        let [least, most] = [Vec3::select(falls, max, min), Vec3::select(falls, min, max)];
         let rounding = 1e-5 * (self.density.abs() + self.gradient.abs().dot(max - min));
-        if least < -rounding || !least.is_finite() {
-            return Err(format!("its density is {least} 1/m at {falls}, below 0"));
+        for (corner, wrong) in
+            [(least, self.density_at(least) < -rounding), (most, self.density_at(most) > MAX_DENSITY)]
+        {
+            if wrong {
+                return Err(format!(
+                    "its density is {} 1/m at {corner}, not in 0..1e6",
+                    self.density_at(corner)
+                ));
+            }
         }
         Ok(())
     }
@@ -203,12 +214,12 @@ fn check_body(points: &[Vec3], radius: f32, look: &Look, drift: &Drift) -> Resul
     if !points.iter().all(|p| p.is_finite() && p.abs().max_element() <= far) {
         return Err(format!("a coordinate is not finite or above {far:e} m"));
     }
-    if !(radius > 0.0 && radius <= far) {
-        return Err(format!("radius {radius} is not between 0 and {far:e} m"));
+    if !SIZES.contains(&radius) {
+        return Err(format!("radius {radius} m is not in 1e-6..1e6"));
     }
     let Look { radiance, opacity } = look;
-    if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
-        return Err(format!("radiance {radiance} is less than 0 or not finite"));
+    if !(radiance.cmpge(Vec3::ZERO).all() && radiance.cmple(Vec3::splat(crate::MAX_RADIANCE)).all()) {
+        return Err(format!("radiance {radiance} is not in 0..{:e}", crate::MAX_RADIANCE));
     }
     if !(0.0..=1.0).contains(opacity) {
         return Err(format!("opacity {opacity} is not in 0..1"));
@@ -250,6 +261,7 @@ mod tests {
             &refusal(with_fog(fog(1.0, Vec3::new(1.0, 0.0, -0.5)))),
             "fog 0: its density is -1 1/m at [0, 0, 4]",
         );
+        says(&refusal(with_fog(fog(1.0, Vec3::splat(1e6)))), "7000001 1/m at [1, 2, 4], not in 0..1e6");
         says(&refusal(with_fog(fog(f32::NAN, Vec3::ZERO))), "its density is not finite");
         says(
             &refusal(Effects { fog: vec![fog(1.0, Vec3::ZERO); 9], ..Effects::default() }),
@@ -262,7 +274,7 @@ mod tests {
             &refusal(with(Particle { position: Vec3::NAN, ..particle })),
             "particle 0: a coordinate is not finite",
         );
-        says(&refusal(with(Particle { radius: 0.0, ..particle })), "radius 0 is not");
+        says(&refusal(with(Particle { radius: 0.0, ..particle })), "radius 0 m is not");
         says(&refusal(with(Particle { look: Look { opacity: 1.5, ..look }, ..particle })), "opacity 1.5");
         says(
             &refusal(with(Particle { look: Look { radiance: -Vec3::ONE, ..look }, ..particle })),
