@@ -178,3 +178,61 @@ fn spread(x: u64) -> u64 {
     let x = (x | x << 4) & 0x030c_30c3;
     (x | x << 2) & 0x0924_9249
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hash::hash;
+
+    /// Effects that a traversal finds which enters the nodes that `met` says; and the nodes that it looks at.
+    fn found(nodes: &[EffectNode], met: impl Fn(&EffectNode) -> bool) -> (Vec<usize>, usize) {
+        let (mut effects, mut looked, mut node) = (Vec::new(), 0, 0);
+        while node < nodes.len() {
+            let n = &nodes[node];
+            looked += 1;
+            let count = n.effects & ((1 << EFFECT_COUNT_BITS) - 1);
+            let inside = met(n);
+            if inside {
+                let first = (n.effects >> EFFECT_COUNT_BITS) as usize;
+                effects.extend(first..first + count as usize);
+            }
+            node = if inside && count == 0 { node + 1 } else { n.skip as usize };
+        }
+        (effects, looked)
+    }
+
+    #[test]
+    fn the_tree_finds_what_is_there_and_skips_the_rest() {
+        for count in [0, 1, 4, 5, 1000] {
+            let scattered: Vec<_> = (0..count)
+                .map(|i| EffectRecord {
+                    position: 10.0 * Vec3::new(hash(i, 0, 1), hash(i, 1, 1), hash(i, 2, 1)),
+                    // Every third one is a sprite.
+                    radius: if i % 3 == 0 { 0.0 } else { 0.1 },
+                    axis: Vec3::new(0.3, 0.0, 0.2 * hash(i, 3, 1)),
+                    half_height: Vec3::new(0.0, 0.2, 0.0),
+                    ..bytemuck::Zeroable::zeroed()
+                })
+                .collect();
+            let (records, nodes) = effect_tree(scattered.clone());
+            let sorted = |list: &[EffectRecord]| {
+                let mut keys: Vec<_> = list.iter().map(|e| e.position.to_array().map(f32::to_bits)).collect();
+                keys.sort_unstable();
+                keys
+            };
+            assert_eq!(sorted(&records), sorted(&scattered));
+            let (all, _) = found(&nodes, |_| true);
+            assert_eq!(all, (0..count as usize).collect::<Vec<_>>());
+            assert_eq!(found(&nodes, |_| false).1, usize::from(count > 0));
+            // A box finds at least the effects whose boxes it meets.
+            let wanted = Bounds { min: Vec3::splat(4.0), max: Vec3::splat(6.0) };
+            let meets = |min: Vec3, max: Vec3| min.cmple(wanted.max).all() && wanted.min.cmple(max).all();
+            let (some, looked) = found(&nodes, |n| meets(n.min, n.max));
+            for (i, e) in records.iter().enumerate() {
+                let b = bounds(e);
+                assert!(!meets(b.min, b.max) || some.contains(&i));
+            }
+            assert!(count < 1000 || looked < nodes.len() / 4, "{looked} of {} nodes", nodes.len());
+        }
+    }
+}
