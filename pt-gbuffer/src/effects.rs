@@ -22,10 +22,10 @@ impl Effects {
         ..StageIo::of("effects")
     };
 
-    /// The images that the choice of the motion accesses.
+    /// The images that the choice of the motion accesses; it writes only where an effect decides.
     pub const MOTION: StageIo = StageIo {
         reads: &[images::EFFECTS_MOTION, FLAT_COLOR],
-        updates: &[FLAT_MOTION],
+        writes: &[FLAT_MOTION],
         ..StageIo::of("effects motion")
     };
 
