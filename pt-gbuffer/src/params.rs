@@ -92,7 +92,7 @@ knobs! {
         /// Which rays go through the back faces of single-sided materials, at all stages of the frame.
         pub culling: Culling = Culling::Camera, source "glTF 2.0, section 3.9.6" => structural;
         /// Whether rays look up where alpha-tested triangles are opaque or transparent before they read the texture; the picture has the same bits.
-        pub opacity_table: bool = true, source "Gruen, Benthin and Woop 2020" => structural;
+        pub opacity_table: bool = false, source "Gruen, Benthin and Woop 2020" => structural;
         /// Source of the random numbers of all stages of the frame.
         pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020" => structural;
     }

@@ -221,7 +221,7 @@ fn camera_paths_keep_clear_of_everything() {
             paths += 1;
         }
     }
-    assert_eq!(paths, 3);
+    assert_eq!(paths, 5);
 }
 
 #[test]

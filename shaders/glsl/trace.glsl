@@ -101,7 +101,7 @@ bool is_culled(uint instance, uint triangle, vec3 direction) {
 
 // Whether a ray stops at the point `bary` of a masked triangle.
 bool is_covered(MeshRecord mesh, uint instance, uint triangle, vec2 bary, uvec2 ray_coverage) {
-    if (scene_has(FEATURE_OPACITY_TABLE)) {
+    if (scene_has(FEATURE_OPACITY_TABLE) && mesh.opacity != 0ul) {
         uint state = opacity_state(mesh, triangle, bary);
         if (state != OPACITY_UNKNOWN) return state == OPACITY_OPAQUE;
     }

@@ -148,7 +148,7 @@ gpu_struct! {
         pub indices: u64,
         /// `uint[triangle_count]`: material index per triangle.
         pub triangle_materials: u64,
-        /// `uvec4[triangle_count - first_masked]`: opacity.glsl.
+        /// `uvec4[triangle_count - first_masked]`: opacity.glsl; 0: there is none.
         pub opacity: u64,
         /// Triangles from here on need the alpha test.
         pub first_masked: u32,
