@@ -36,9 +36,22 @@ fn scene(look: Look) -> Scene {
     scene
 }
 
-/// Error of the picture after some frames in motion against one that has stood still at the same place: relative RMS, and the mean over pixels that an effect
-/// has left.
-fn trail(look: Look) -> (f64, f64) {
+/// Frames that an effect takes to move by ten pixels.
+const BEFORE: u32 = 8;
+
+/// Errors of the picture after some frames in motion against one that has stood still at the same place.
+struct Trail {
+    /// RMS over the pixels that an effect is in, relative to the RMS of what it changes there.
+    covered: f64,
+    /// Mean over the pixels that an effect has left within the last frames, relative to the mean of what is seen there.
+    left: f64,
+    /// Pixels that have left.
+    count: usize,
+    /// Pixels with the motion of an effect.
+    followed: usize,
+}
+
+fn trail(look: Look) -> Trail {
     let params = pt_app::params::resolve(
         Some("realtime"),
         &["indirect.bounces=0", "denoise.variant=off"].map(String::from),
@@ -46,12 +59,12 @@ fn trail(look: Look) -> (f64, f64) {
     )
     .unwrap();
     let camera = Camera::look_at("front", Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 0.7);
-    let run = |moves: bool| {
+    // The picture and the motion of the last frame, `frame` being what is shown in frame number `index`.
+    let run = |scene: Scene, frame: &dyn Fn(u32) -> u32| {
         let backend = TraceBackend::Compute;
-        let mut frames = Frames::with_params(scene(look), &camera, backend, SIZE, 0, false, params.clone());
-        let last = f64::from(FRAMES - 1) / RATE;
+        let mut frames = Frames::with_params(scene, &camera, backend, SIZE, 0, false, params.clone());
         for index in 0..FRAMES {
-            frames.render(if moves { f64::from(index) / RATE } else { last });
+            frames.render(f64::from(frame(index)) / RATE);
         }
         let pixels: Vec<DVec3> = frames
             .floats(RESOLVED)
@@ -62,27 +75,40 @@ fn trail(look: Look) -> (f64, f64) {
         frames.finish();
         (pixels, motion)
     };
-    let (moving, motion) = run(true);
-    let (still, _) = run(false);
-    let squares: f64 = moving.iter().zip(&still).map(|(a, b)| (*a - *b).length_squared()).sum();
-    let total: f64 = still.iter().map(|c| c.length_squared()).sum();
+    let (moving, motion) = run(scene(look), &|index| index);
+    let (still, _) = run(scene(look), &|_| FRAMES - 1);
+    let (before, _) = run(scene(look), &|_| FRAMES - 1 - BEFORE);
+    let (bare, _) = run(Scene { effects: Effects::default(), ..scene(look) }, &|_| 0);
+    let (mut squares, mut total, mut off, mut shown, mut count) = (0.0, 0.0, 0.0, 0.0, 0);
+    for (((moving, still), before), bare) in moving.iter().zip(&still).zip(&before).zip(&bare) {
+        let error = (*moving - *still).length();
+        let is_bare = |pixel: &DVec3| (*pixel - *bare).length() < 0.01 * bare.length();
+        if !is_bare(still) {
+            squares += error * error;
+            total += (*still - *bare).length_squared();
+        } else if !is_bare(before) {
+            off += error;
+            shown += bare.length();
+            count += 1;
+        }
+    }
     let followed = motion.chunks(2).filter(|m| m[0] < -1e-3).count();
-    assert!(followed > 30, "{followed} pixels have the motion of an effect");
-    let left = moving.iter().zip(&still).zip(motion.chunks(2)).filter(|(_, m)| m[0] == 0.0);
-    let errors: Vec<f64> = left.map(|((a, b), _)| (*a - *b).length()).collect();
-    ((squares / total).sqrt(), errors.iter().sum::<f64>() / errors.len() as f64)
+    Trail { covered: (squares / total).sqrt(), left: off / shown, count, followed }
 }
 
+/// The tolerances are between the errors of the frame and those without the pass `effects motion`: smoke 0.37 and 0.29, light 0.40 and 1.5. The
+/// rim of smoke stays with the wall, which it hides by less than half.
 #[test]
 fn no_trails() {
-    for (what, look) in [
-        ("smoke", Look { radiance: Vec3::ZERO, opacity: 1.0 }),
-        ("light", Look { radiance: Vec3::new(4.0, 2.0, 1.0), opacity: 0.0 }),
+    for (what, look, most_covered, most_left) in [
+        ("smoke", Look { radiance: Vec3::ZERO, opacity: 1.0 }, 0.33, 0.15),
+        ("light", Look { radiance: Vec3::new(4.0, 2.0, 1.0), opacity: 0.0 }, 0.1, 0.15),
     ] {
-        let (rms, behind) = trail(look);
-        println!("{what}: relative RMS error {rms:.4}, mean error of pixels at rest {behind:.5}");
-        assert!(rms < 0.1, "{what}: {rms}");
-        assert!(behind < 5e-3, "{what}: {behind}");
+        let Trail { covered, left, count, followed } = trail(look);
+        println!("{what}: {covered:.4} of the effect, {left:.4} of {count} pixels left, {followed} followed");
+        assert!(count > 100 && followed > 50, "{what}: {count}, {followed}");
+        assert!(covered < most_covered, "{what}: {covered}");
+        assert!(left < most_left, "{what}: {left}");
     }
 }
 
@@ -95,6 +121,6 @@ fn the_reference_sees_the_same() {
     let sets = ["indirect.bounces=4", "gbuffer.reflect_refract=6", "gbuffer.effect_layers=16"];
     let found = frames_mean(&scene, &camera, size, 64, params(&sets));
     let truth = reference_mean(&scene, &camera, size, 8, 128);
-    println!("{found:?} {truth:?}");
-    assert_same("effects", found, truth, 0.02);
+    // Interpolated normals and the number of bounces differ by less than this.
+    assert_same("effects", found, truth, 0.01);
 }
