@@ -125,41 +125,47 @@ fn bounds(e: &EffectRecord) -> Bounds {
     }
 }
 
-/// The tree over `effects`, which it brings into leaf order: halves of the order of Morton codes (Lauterbach et al. 2009, "Fast BVH Construction on
-/// GPUs"), with links that skip a node (Smits 1998, "Efficiency Issues for Ray Tracing").
+/// The tree over `effects`, which it brings into leaf order: by the bits of Morton codes (Lauterbach et al. 2009, "Fast BVH Construction on GPUs"),
+/// with links that skip a node (Smits 1998, "Efficiency Issues for Ray Tracing").
 pub fn effect_tree(effects: Vec<EffectRecord>) -> (Vec<EffectRecord>, Vec<EffectNode>) {
     if effects.is_empty() {
         return (effects, Vec::new());
     }
     let boxes: Vec<Bounds> = effects.iter().map(bounds).collect();
     let all = boxes.iter().skip(1).fold(boxes[0], |all, b| union(&all, b));
-    let scale = 1023.0 / (all.max - all.min).max(Vec3::splat(f32::MIN_POSITIVE));
+    let scale = CELLS / (all.max - all.min).max(Vec3::splat(f32::MIN_POSITIVE));
     // The index makes the order of equal codes that of the scene.
-    let mut order: Vec<u64> = boxes
+    let mut order: Vec<Entry> = boxes
         .iter()
-        .enumerate()
-        .map(|(i, b)| {
-            let cell = ((0.5 * (b.min + b.max) - all.min) * scale).clamp(Vec3::ZERO, Vec3::splat(1023.0));
+        .zip(0..)
+        .map(|(b, i)| {
+            let cell = ((0.5 * (b.min + b.max) - all.min) * scale).clamp(Vec3::ZERO, Vec3::splat(CELLS));
             let [x, y, z] = cell.to_array().map(|c| spread(c as u64));
-            (x << 2 | y << 1 | z) << 32 | i as u64
+            (x << 2 | y << 1 | z, i)
         })
         .collect();
     order.sort_unstable();
-    let order: Vec<usize> = order.into_iter().map(|entry| (entry & 0xffff_ffff) as usize).collect();
     let mut nodes = Vec::with_capacity(effects.len());
     build(&boxes, &order, 0, &mut nodes);
-    (order.iter().map(|&i| effects[i]).collect(), nodes)
+    (order.iter().map(|&(_, i)| effects[i as usize]).collect(), nodes)
 }
 
+/// Morton code and number of an effect.
+type Entry = (u64, u32);
+
+/// Cells of the codes on an axis, less one: so many that a cell is small even where one effect is far from all others.
+const CELLS: f32 = ((1 << 21) - 1) as f32;
+
 /// Adds the subtree over `order`, whose first entry is number `first` in leaf order.
-fn build(boxes: &[Bounds], order: &[usize], first: usize, nodes: &mut Vec<EffectNode>) -> Bounds {
+fn build(boxes: &[Bounds], order: &[Entry], first: usize, nodes: &mut Vec<EffectNode>) -> Bounds {
     let own = nodes.len();
     nodes.push(EffectNode { min: Vec3::ZERO, skip: 0, max: Vec3::ZERO, effects: 0 });
+    let of = |entry: &Entry| &boxes[entry.1 as usize];
     let (b, effects) = if order.len() <= LEAF {
-        let b = order[1..].iter().fold(boxes[order[0]], |b, &i| union(&b, &boxes[i]));
+        let b = order[1..].iter().fold(*of(&order[0]), |b, entry| union(&b, of(entry)));
         (b, (first as u32) << EFFECT_COUNT_BITS | order.len() as u32)
     } else {
-        let (lower, upper) = order.split_at(order.len() / 2);
+        let (lower, upper) = order.split_at(split(order));
         let b = build(boxes, lower, first, nodes);
         (union(&b, &build(boxes, upper, first + lower.len(), nodes)), 0)
     };
@@ -167,16 +173,25 @@ fn build(boxes: &[Bounds], order: &[usize], first: usize, nodes: &mut Vec<Effect
     b
 }
 
+/// Where the highest bit changes in which codes differ; the middle where all are equal.
+fn split(order: &[Entry]) -> usize {
+    match (order[0].0 ^ order[order.len() - 1].0).checked_ilog2() {
+        Some(bit) => order.partition_point(|entry| entry.0 >> bit & 1 == 0),
+        None => order.len() / 2,
+    }
+}
+
 fn union(a: &Bounds, b: &Bounds) -> Bounds {
     Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }
 }
 
-/// Two zero bits before each of the lower ten.
+/// Two zero bits before each of the lower 21.
 fn spread(x: u64) -> u64 {
-    let x = (x | x << 16) & 0x0300_00ff;
-    let x = (x | x << 8) & 0x0300_f00f;
-    let x = (x | x << 4) & 0x030c_30c3;
-    (x | x << 2) & 0x0924_9249
+    let x = (x | x << 32) & 0x001f_0000_0000_ffff;
+    let x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+    let x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+    let x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+    (x | x << 2) & 0x1249_2492_4924_9249
 }
 
 #[cfg(test)]
@@ -202,9 +217,17 @@ mod tests {
     }
 
     #[test]
+    fn codes_interleave_bits() {
+        for x in [0, 1, 2, 3, 0x15_5555, 0x0a_aaaa, 0x1f_ffff_u64] {
+            let right = (0..21).fold(0, |code, bit| code | (x >> bit & 1) << (3 * bit));
+            assert_eq!(spread(x), right);
+        }
+    }
+
+    #[test]
     fn the_tree_finds_what_is_there_and_skips_the_rest() {
         for count in [0, 1, 4, 5, 1000] {
-            let scattered: Vec<_> = (0..count)
+            let mut scattered: Vec<_> = (0..count)
                 .map(|i| EffectRecord {
                     position: 10.0 * Vec3::new(hash(i, 0, 1), hash(i, 1, 1), hash(i, 2, 1)),
                     // Every third one is a sprite.
@@ -214,6 +237,9 @@ mod tests {
                     ..bytemuck::Zeroable::zeroed()
                 })
                 .collect();
+            // Ten of them at one place, and one far from all others.
+            (2..12).for_each(|i| if count == 1000 { scattered[i].position = scattered[1].position });
+            scattered.iter_mut().take(1).for_each(|e| e.position.x = 1e5);
             let (records, nodes) = effect_tree(scattered.clone());
             let sorted = |list: &[EffectRecord]| {
                 let mut keys: Vec<_> = list.iter().map(|e| e.position.to_array().map(f32::to_bits)).collect();
