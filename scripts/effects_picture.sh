@@ -8,7 +8,7 @@ set -euo pipefail
 
 case ${1-} in -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;; esac
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-readonly pt=${1:-target/release/pt} size=${SIZE:-640x360} frames=${FRAMES:-24}
+readonly pt=${1:-target/release/pt} size=${SIZE:-480x270} frames=${FRAMES:-16}
 command -v "$pt" >/dev/null || {
     printf 'effects_picture: %s is missing; build it with cargo build --release -p pt-app\n' "$pt" >&2
     exit 2
