@@ -160,6 +160,8 @@ fn mixture() -> Effects {
         sprites: vec![
             sprite(0.8, 0.3, look(0.2, 0.4, 0.2, 0.5)),
             sprite(1.8, -0.5, look(0.3, 0.0, 0.3, 0.4)),
+            // Half of it behind the wall.
+            sprite(-0.1, 0.6, look(0.1, 0.3, 0.6, 0.6)),
         ],
         fog: vec![
             fog([Vec3::new(-2.0, -1.0, 0.2), Vec3::new(0.3, 0.5, 1.4)], 0.1, Vec3::new(0.2, 0.3, 0.4)),
@@ -370,8 +372,10 @@ fn more_layers_err_less() {
         println!("{layers:2} layers: relative RMS error {error:.4}, {:.1} ms", shown.milliseconds);
         error
     });
-    assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
-    assert!(errors[2] < 0.5 * errors[0], "{errors:?}");
+    // The README has the figures. The order in which the tree's leaves come changes what is merged, by a few per cent.
+    for (error, most) in errors.iter().zip([0.17, 0.065, 0.013, 0.001, 5e-5]) {
+        assert!(*error < most, "{errors:?}");
+    }
 }
 
 #[test]

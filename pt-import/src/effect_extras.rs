@@ -4,6 +4,8 @@ use glam::{Affine3A, Vec3};
 use gltf::json::scene::Node;
 use pt_scene::{Beam, Drift, Effects, FogVolume, Look, Particle, SceneError, Sprite};
 use serde::Deserialize;
+use serde_json::value::RawValue;
+use std::collections::HashMap;
 
 use crate::document::Document;
 
@@ -54,11 +56,12 @@ pub(crate) fn add(
     at: &str,
     effects: &mut Effects,
 ) -> Result<(), SceneError> {
-    // Other programs put whatever they like there.
+    // Other programs put whatever they like there. The values are read as text, so that a number without a finite value counts as ours too.
     let object = node.extras.as_ref().and_then(|extras| serde_json::from_str(extras.get()).ok());
-    let Some(serde_json::Value::Object(object)) = object else { return Ok(()) };
+    let object: HashMap<String, Box<RawValue>> = object.unwrap_or_default();
     let Some(value) = object.get("pt_effect") else { return Ok(()) };
-    let one = Extras::deserialize(value).map_err(|error| error.to_string()).and_then(|e| effect(&e, world));
+    let one = serde_json::from_str(value.get()).map_err(|error| error.to_string());
+    let one = one.and_then(|e| effect(&e, world));
     let one = one.and_then(|one| one.check(0).map(|()| one));
     let one = one.map_err(|what| document.invalid(format!("{at}.extras.pt_effect"), what))?;
     effects.particles.extend(one.particles);

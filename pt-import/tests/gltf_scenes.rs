@@ -310,6 +310,14 @@ fn nodes_ask_for_effects() {
     glb.json["nodes"][0]["extras"] = json!({"pt_effect": {"kind": "fog", "size": [1, 1, 1], "density": 1}});
     let error = glb.load().unwrap_err().to_string();
     assert!(error.contains("is turned"), "{error}");
+    // A number above all others is no reason to take the effect for something of another program.
+    let mut glb = triangle();
+    glb.json["nodes"][0]["extras"] = json!({"pt_effect": {"kind": "particle", "radius": 11111}});
+    let mut file = glb.file();
+    let at = file.windows(5).position(|five| five == b"11111").unwrap();
+    file[at..at + 5].copy_from_slice(b"1e400");
+    let error = load_bytes(file, "test.glb", &plain()).unwrap_err().to_string();
+    assert!(error.contains("nodes[0].extras.pt_effect: number out of range"), "{error}");
 }
 
 /// `extras.pt_portal` of a node: a rectangle in its XY plane, centred. What is none is left out with a notice; other extras are of no concern.

@@ -238,7 +238,11 @@ mod tests {
                 })
                 .collect();
             // Ten of them at one place, and one far from all others.
-            (2..12).for_each(|i| if count == 1000 { scattered[i].position = scattered[1].position });
+            (2..12).for_each(|i| {
+                if count == 1000 {
+                    scattered[i].position = scattered[1].position
+                }
+            });
             scattered.iter_mut().take(1).for_each(|e| e.position.x = 1e5);
             let (records, nodes) = effect_tree(scattered.clone());
             let sorted = |list: &[EffectRecord]| {
