@@ -123,7 +123,7 @@ gpu_constants! {
     /// Surfaces that show the view of a camera.
     pub const FEATURE_CAMERA_VIEWS: u32 = 131072;
     /// Particles, sprites, beams or fog.
-    pub const FEATURE_EFFECTS: u32 = 262144;
+    pub const FEATURE_EFFECTS: u32 = 524288;
 
     /// Most fog volumes that a scene may have.
     pub const MAX_FOG_VOLUMES: u32 = 8;
