@@ -11,6 +11,7 @@ fn main() {
     pt_test_data::declare();
     let header = [
         records::CameraInteriorPush::glsl(),
+        records::EffectsPush::glsl(),
         records::GodraysPush::glsl(),
         records::PrimaryPush::glsl(),
         records::ReflectRefractPush::glsl(),

@@ -2,6 +2,7 @@
 //!
 //! * [`PrimaryRays`]: one ray a pixel through a thin lens; at its hit the whole contract is written: visibility, normals,
 //!   material, motion, inverse footprint depth, ray-cone texture gradients;
+//! * [`Effects`]: particles, sprites, beams and fog between the camera and these surfaces, if the scene has any;
 //! * [`Godrays`]: the medium between the camera and these surfaces, with the sunlight that it scatters, if there is one;
 //! * [`ReflectRefract`]: at mirrors and glass one ray on; the surface that it finds takes the place of the first one. The pass
 //!   is repeated [`GbufferParams::reflect_refract`] times;
@@ -10,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod camera_interior;
+mod effects;
 mod godrays;
 mod hidden_lobes;
 pub mod images;
@@ -22,6 +24,7 @@ pub mod records;
 mod reflect_refract;
 mod replaced_motion;
 
+pub use effects::Effects;
 pub use godrays::{Godrays, GodraysParams};
 pub use hidden_lobes::hidden_lobes;
 pub use jitter::{frame_jitter, halton, r2};

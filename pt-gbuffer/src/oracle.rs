@@ -2,6 +2,7 @@
 //! filter.
 
 pub mod dielectric;
+pub mod effects;
 pub mod godrays;
 
 use glam::{DMat4, DVec2, DVec3, Vec3};

@@ -95,6 +95,8 @@ knobs! {
         /// Whether reflection and refraction swap their checkerboard fields in every frame, so that each pixel gets both; for averaged frames
         /// without `checkerboard.blend_split`.
         pub alternate_fields: bool = false;
+        /// Effects along a ray that are kept sorted by distance, of those that it meets; of more the farthest two are blended into one.
+        pub effect_layers: u32 = 4, in 1..=16, source "Salvi and Vaidyanathan 2014" => structural;
         /// A medium that scatters sunlight.
         pub godrays: GodraysParams;
         /// Which rays go through the back faces of single-sided materials, at all stages of the frame.

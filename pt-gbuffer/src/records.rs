@@ -29,6 +29,18 @@ pt_shaders::gpu_struct! {
 }
 
 pt_shaders::gpu_struct! {
+    /// Push constants of `effects.comp`.
+    pub struct EffectsPush {
+        /// Sub-pixel offset of the whole frame, pixels in [-0.5, 0.5].
+        pub jitter: Vec2,
+        /// 1: every pixel has drawn its own offset instead.
+        pub jitter_per_pixel: u32,
+        /// Alignment.
+        pub pad: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
     /// Push constants of `replaced_motion.comp`.
     pub struct ReplacedMotionPush {
         /// Sub-pixel offset of this frame, pixels.

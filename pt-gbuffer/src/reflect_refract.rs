@@ -38,13 +38,19 @@ impl ReflectRefract {
         ..StageIo::of("reflect refract")
     };
 
-    /// Compiles the kernel. `has_planes`: the frame has several planes ([`crate::plane_count`]).
+    /// Compiles the kernel. `has_planes`: the frame has several planes ([`crate::plane_count`]). `effect_layers`: [`GbufferParams::effect_layers`].
     ///
     /// # Errors
     /// When the device refuses it.
-    pub fn new(device: &Device, variant: TraceVariant, has_planes: bool) -> pt_core::Result<Self> {
+    pub fn new(
+        device: &Device,
+        variant: TraceVariant,
+        has_planes: bool,
+        effect_layers: u32,
+    ) -> pt_core::Result<Self> {
         let mut constants = variant.constants().to_vec();
         constants.push(("has_planes", has_planes.into()));
+        constants.push(("effect_layers", effect_layers.into()));
         let kernel = Kernel::trace::<ReflectRefractPush>(
             device,
             &kernels::REFLECT_REFRACT,

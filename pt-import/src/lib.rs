@@ -23,6 +23,7 @@ mod compression;
 mod dds;
 mod deformation;
 mod document;
+mod effect_extras;
 mod extensions;
 mod glb;
 mod images;
@@ -190,6 +191,7 @@ fn path_of(document: &Document, origins: &Origins, images: &[usize], scene: &Sce
         },
         Part::Camera(i) => format!("nodes[{}].camera", origins.cameras[i]),
         Part::Environment => "environment".into(),
+        Part::Effects => "effects".into(),
     }
 }
 

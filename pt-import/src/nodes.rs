@@ -11,6 +11,7 @@ use gltf::json::{Camera as JsonCamera, Index, Scene as JsonScene};
 use serde::Deserialize;
 
 use crate::document::Document;
+use crate::effect_extras;
 use crate::meshes::Shape;
 use crate::notices::Notices;
 use crate::options::LoadOptions;
@@ -195,6 +196,7 @@ fn place(
 ) -> Result<(), SceneError> {
     let node = document.get(index, at)?;
     let number = index.value() as u32;
+    effect_extras::add(document, node, world, at, &mut scene.effects)?;
     scene.portals.extend(portal(node, world, at, notices));
     if scene.portals.len() > MAX_PORTALS {
         scene.portals.truncate(MAX_PORTALS);

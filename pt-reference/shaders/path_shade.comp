@@ -5,6 +5,7 @@
 #include "path_sort.glsl"
 #include "camera.glsl"
 #include "camera_view.glsl"
+#include "effects.glsl"
 #include "path_lights.glsl"
 #include "path_medium.glsl"
 #include "film.glsl"
@@ -173,6 +174,14 @@ bool scatter_in_medium(inout PathState path, float t, uint slot) {
     return true;
 }
 
+// The effects that the path's ray has passed, seen by the camera, perhaps in a mirror.
+void add_effects(inout PathState path, float reach) {
+    if (!scene_has(FEATURE_EFFECTS) || (path.flags & PATH_SEEN) == 0u) return;
+    EffectsSeen effects = effects_along(path.origin, path.direction, reach);
+    path.radiance += path.throughput * effects.radiance;
+    path.throughput *= effects.transmittance;
+}
+
 struct Onward { bool path, shadow; };
 
 // Which rays the slot has next.
@@ -181,8 +190,10 @@ Onward shade(uint slot) {
     Hit hit = load_hit(slot);
     path.segment++;
     Onward onward = Onward(false, false);
-    float t;
-    if (is_scattered(path, hit.instance == NONE ? SKY_DISTANCE : hit.t, t)) onward.shadow = scatter_in_medium(path, t, slot);
+    float reach = hit.instance == NONE ? SKY_DISTANCE : hit.t, t;
+    bool scattered = is_scattered(path, reach, t);
+    add_effects(path, scattered ? t : reach);
+    if (scattered) onward.shadow = scatter_in_medium(path, t, slot);
     else if (hit.instance == NONE) handle_miss(path);
     else onward.path = handle_hit(path, hit, slot, onward.shadow);
     if (!onward.path) path.flags |= PATH_ENDED;

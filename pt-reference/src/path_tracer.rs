@@ -118,6 +118,8 @@ impl PathTracer {
             ("medium_albedo", params.medium.albedo.into()),
             ("medium_anisotropy", params.medium.anisotropy.into()),
             ("medium_max_distance", params.medium.max_distance.into()),
+            // The most: rays that meet no more effects have them in their order.
+            ("effect_layers", 16u32.into()),
         ]);
         let compute = |code, constants: &[_]| Kernel::compute::<PathPush>(device, code, constants);
         let trace = |code, culling: Culling| {

@@ -14,6 +14,11 @@ impl Scene {
         if self.materials.iter().any(|material| material.waves.is_some()) {
             hash.text(&self.time);
         }
+        if !self.effects.is_empty() {
+            let crate::Effects { particles, sprites, beams, fog, time, time_prev } = &self.effects;
+            hash.text(&(particles, sprites, beams, fog));
+            hash.text(&self.effects.is_animated().then_some((time, time_prev)));
+        }
         hash.environment(&self.environment);
         self.portals.iter().for_each(|portal| hash.text(portal));
         for texture in &self.textures {
@@ -81,7 +86,7 @@ mod tests {
         let print = scene.fingerprint();
         assert_eq!(print, builtin("cornell").unwrap().fingerprint());
         assert_eq!(print.len(), 32);
-        let changes: [fn(&mut crate::Scene); 6] = [
+        let changes: [fn(&mut crate::Scene); 7] = [
             |s| s.materials[0].roughness += 1e-6,
             |s| s.meshes[0].positions[0].x += 1e-6,
             |s| s.instances[0].world_from_object.translation.y += 1.0,
@@ -91,6 +96,7 @@ mod tests {
                     .push(crate::Portal { corner: glam::Vec3::ZERO, edges: [glam::Vec3::X, glam::Vec3::Y] })
             },
             |s| s.meshes[0].triangle_materials[0] += 1,
+            |s| s.effects = builtin("effects").unwrap().effects,
         ];
         for change in changes {
             let mut other = scene.clone();

@@ -31,6 +31,8 @@ pub struct Scene {
     pub environment: Environment,
     /// Windows and other openings that it shines through; may be empty. Samplers look at the first [`crate::MAX_PORTALS`].
     pub portals: Vec<crate::Portal>,
+    /// Particles, sprites, beams and fog.
+    pub effects: crate::Effects,
     /// Animations of the file.
     pub animations: Vec<AnimationInfo>,
     /// The nodes that move instances, lights and joints; `None` when nothing does.
@@ -142,6 +144,7 @@ impl Scene {
             || self.instances.iter().any(|instance| instance.motion.is_some())
             || self.lights.iter().any(|light| light.motion.is_some())
             || self.materials.iter().any(|material| material.waves.is_some())
+            || self.effects.is_animated()
             || self.shown_cameras().any(|camera| camera.path.is_some() || camera.motion.is_some())
     }
 
@@ -174,6 +177,7 @@ impl Scene {
     /// [`Camera::at`], vertices on the device or by [`Scene::pose_meshes`].
     pub fn set_time(&mut self, now: f64, previous: f64) {
         self.time = now;
+        (self.effects.time, self.effects.time_prev) = (now, previous);
         for light in &mut self.lights {
             *light = light.at(now);
         }

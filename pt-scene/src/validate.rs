@@ -29,6 +29,8 @@ pub enum Part {
     Camera(usize),
     /// The environment.
     Environment,
+    /// The effects.
+    Effects,
 }
 
 /// What breaks an invariant, and how.
@@ -60,6 +62,7 @@ impl Scene {
             Part::Light(i) => format!("light {}", self.lights[i].name),
             Part::Camera(i) => format!("camera {}", self.cameras[i].name),
             Part::Environment => "environment".into(),
+            Part::Effects => "effects".into(),
         };
         SceneError::Inconsistent { scene: self.name.clone(), what: format!("{part}: {what}") }
     }
@@ -84,6 +87,7 @@ impl Scene {
         each(&self.textures, Part::Texture, |texture| texture.check())?;
         each(&self.lights, Part::Light, check_light)?;
         each(&self.cameras, Part::Camera, check_camera)?;
+        self.effects.check(self.textures.len()).map_err(|what| Flaw { part: Part::Effects, what })?;
         self.environment.check().map_err(|what| Flaw { part: Part::Environment, what })
     }
 

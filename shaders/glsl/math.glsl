@@ -6,6 +6,7 @@ const float INV_PI = 0.31830988618379067154;
 float square(float x) { return x * x; }
 
 float max_component(vec3 v) { return max(v.x, max(v.y, v.z)); }
+float min_component(vec3 v) { return min(v.x, min(v.y, v.z)); }
 
 // Rec. 709 luminance of linear RGB.
 float luminance(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }

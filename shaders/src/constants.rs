@@ -146,6 +146,14 @@ gpu_constants! {
     pub const TEXTURE_UNFILTERED: u32 = TEXTURE_MAG_NEAREST | TEXTURE_MIN_NEAREST | TEXTURE_MIP_NEAREST | TEXTURE_MIP_OFF;
     /// Largest anisotropy of the textures of materials: how many times as long as wide the filter may be.
     pub const MAX_TEXTURE_ANISOTROPY: f32 = 8.0;
+    /// Particles, sprites, beams or fog.
+    pub const FEATURE_EFFECTS: u32 = 524288;
+
+    /// Most fog volumes that a scene may have.
+    pub const MAX_FOG_VOLUMES: u32 = 8;
+    /// Bits of `EffectNode::effects` that hold a number of effects.
+    pub const EFFECT_COUNT_BITS: u32 = 3;
+
     /// Parts of an edge of a triangle in its opacity table.
     pub const OPACITY_SIDE: u32 = 8;
     /// State of a micro-triangle: material and texture decide.

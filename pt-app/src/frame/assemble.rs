@@ -9,7 +9,7 @@ use pt_checkerboard::{AddPlane, Interleave};
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, StageIo};
 use pt_denoise::{Composite, DenoiseChain, GradientPixels};
-use pt_gbuffer::{Godrays, PrimaryRays, ReflectRefract, ReplacedMotion, plane_count};
+use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReflectRefract, ReplacedMotion, plane_count};
 use pt_indirect::IndirectLighting;
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
@@ -68,8 +68,10 @@ impl FullFrame {
             .then(|| DenoiseChain::new(device, &params.denoise, indirect))
             .transpose()?;
         let mut stages: Vec<StageIo> = Vec::new();
+        let has_effects = traced.as_ref().is_some_and(|traced| traced.effects.is_some());
         if traced.is_some() {
             stages.push(PrimaryRays::IO);
+            stages.extend(has_effects.then_some(Effects::BLEND));
             stages.extend(
                 params
                     .gbuffer
@@ -92,6 +94,7 @@ impl FullFrame {
             stages.push(Composite::io_for(indirect));
         }
         stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
+        stages.extend(has_effects.then_some(Effects::MOTION));
         let sizes = params.post.sizes(output_size);
         let mut more_planes = None;
         let mut more_bytes = 0;

@@ -188,6 +188,9 @@ impl FullFrame {
         let gbuffer = GbufferParams { texture_lod_bias: lod_bias, ..params.gbuffer.clone() };
         let light_kinds = params.lights.push(0.0).kinds;
         traced.primary.record(frame, camera_rays, &gbuffer)?;
+        if let Some(effects) = &traced.effects {
+            effects.record(frame, camera_rays, &gbuffer)?;
+        }
         if let Some(godrays) = &traced.godrays {
             godrays.record(frame, camera_rays, &gbuffer.godrays, params.lights.glass_shadows)?;
         }
@@ -220,6 +223,9 @@ impl FullFrame {
         self.passes_are_of(frame, FrameStage::Denoise);
         if let Some(interleave) = &self.interleave {
             interleave.record(frame, inputs, &params.checkerboard)?;
+            if let Some(effects) = self.traced.as_ref().and_then(|traced| traced.effects.as_ref()) {
+                effects.record_motion(frame, inputs)?;
+            }
             self.oracles.as_ref().map_or(Ok(()), |oracles| oracles.after_interleave(frame, self))?;
         }
         self.passes_are_of(frame, FrameStage::Checkerboard);

@@ -5,7 +5,7 @@ use crate::session::join;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Result};
 use pt_denoise::GradientPixels;
-use pt_gbuffer::{Godrays, PrimaryRays, ReflectRefract, ReplacedMotion};
+use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::LightRays;
 use pt_lights::{DirectLighting, DirectParams};
@@ -62,6 +62,8 @@ impl Stage {
 /// The stages that trace rays: they need a scene.
 pub(super) struct TracedStages {
     pub(super) primary: PrimaryRays,
+    /// Absent in scenes without effects.
+    pub(super) effects: Option<Effects>,
     /// Absent without a medium.
     pub(super) godrays: Option<Godrays>,
     pub(super) reflect_refract: ReflectRefract,
@@ -89,7 +91,11 @@ impl TracedStages {
             let bounces = indirect.is_on().then(|| {
                 threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect))
             });
-            let reflect_refract = threads.spawn(|| ReflectRefract::new(device, variant, has_planes));
+            let layers = params.gbuffer.effect_layers;
+            let reflect_refract =
+                threads.spawn(move || ReflectRefract::new(device, variant, has_planes, layers));
+            let effects = Effects::are_in(variant.scene_features)
+                .then(|| threads.spawn(move || Effects::new(device, variant, layers)));
             let godrays =
                 params.gbuffer.godrays.is_on().then(|| threads.spawn(|| Godrays::new(device, variant)));
             let gradient_pixels = params
@@ -98,6 +104,7 @@ impl TracedStages {
             let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
             let mut stages = Self {
                 primary: PrimaryRays::new(device, variant)?,
+                effects: effects.map(join).transpose()?,
                 godrays: godrays.map(join).transpose()?,
                 reflect_refract: join(reflect_refract)?,
                 replaced_motion: (params.gbuffer.searches_motion())

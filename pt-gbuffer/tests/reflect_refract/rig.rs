@@ -135,7 +135,9 @@ impl Rig {
         // Without the culling of the knobs: the tests look at the backs of sheets.
         let variant = TraceVariant { culling: Culling::None, ..params.variant(gpu.variant()) };
         let primary = PrimaryRays::new(&self.device, variant).unwrap();
-        let stage = ReflectRefract::new(&self.device, variant, plane_count(scene, params) > 1).unwrap();
+        let stage =
+            ReflectRefract::new(&self.device, variant, plane_count(scene, params) > 1, params.effect_layers)
+                .unwrap();
         let images = ChannelImages::alone(&self.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
         let uniforms = Uniforms::new(&self.device, "frame_uniforms").unwrap();
         let mut recorder = Recorder::new(&self.device).unwrap();

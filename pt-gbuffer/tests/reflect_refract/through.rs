@@ -61,7 +61,8 @@ fn show(rig: &Rig, scene: &Scene, cameras: &[Camera], size: [u32; 2], params: &G
     let mut gpu = GpuScene::new(&rig.device, scene, rig.backend).unwrap();
     let variant = gpu.variant();
     let primary = PrimaryRays::new(&rig.device, variant).unwrap();
-    let stage = ReflectRefract::new(&rig.device, variant, false).unwrap();
+    let stage =
+        ReflectRefract::new(&rig.device, variant, false, GbufferParams::default().effect_layers).unwrap();
     let search = ReplacedMotion::new(&rig.device, variant).unwrap();
     let io = [PrimaryRays::IO, ReflectRefract::IO, ReplacedMotion::IO];
     let mut images = ChannelImages::alone(&rig.device, FrameSizes::same(size), &io).unwrap();

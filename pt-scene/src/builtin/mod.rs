@@ -1,6 +1,7 @@
 //! Scenes made by code: no files, the same bits every time.
 
 mod cornell;
+mod effects;
 mod flicker;
 mod furnace;
 mod gallery;
@@ -22,6 +23,10 @@ use crate::{Material, Mesh, Scene};
 pub const BUILTIN: &[(&str, &str)] = &[
     ("cornell", "the diffuse Cornell box with its classic measures and colours"),
     (
+        "effects",
+        "sparks, smoke, beams, a picture in the air and fog, before a mirror and glass; most of it moves",
+    ),
+    (
         "flicker",
         "a room in which objects, lights and the camera move and lights blink, to try what reuses earlier frames",
     ),
@@ -42,6 +47,7 @@ pub const BUILTIN: &[(&str, &str)] = &[
     ),
     ("plane", "one point light of 100 cd over a large Lambertian plane, for closed-form tests"),
     ("room", "a closed diffuse room of 236,000 triangles, to measure ray rates"),
+    ("sprites", "1,000 translucent pictures that overlap, to measure how effects are blended"),
     (
         "textures",
         "patterns near and far: a chequered plane to the horizon, zone plates, print, a wire fence, grazing walls",
@@ -57,6 +63,7 @@ pub const BUILTIN: &[(&str, &str)] = &[
 pub fn builtin(name: &str) -> Option<Scene> {
     let scene = match name {
         "cornell" => cornell::scene(),
+        "effects" => effects::scene(),
         "flicker" => flicker::scene(),
         "furnace" => furnace::scene(),
         "gallery" => gallery::scene(),
@@ -66,6 +73,7 @@ pub fn builtin(name: &str) -> Option<Scene> {
         "lamps" => lamps::scene(),
         "plane" => plane::scene(),
         "room" => room::scene(),
+        "sprites" => effects::sprites(),
         "textures" => textures::scene(),
         "veach" => veach::scene(),
         "window" => window::scene(),

@@ -3,11 +3,13 @@
 mod camera;
 mod deform;
 mod deform_records;
+mod effects;
 mod light_tables;
 mod records;
 mod textures;
 
 pub use camera::camera_record;
+pub use effects::{effect_records, effect_tree};
 pub use light_tables::LightTableSet;
 
 mod kernels {
@@ -17,6 +19,7 @@ mod kernels {
 use crate::opacity::opacity_tables;
 use crate::{Clusters, Scene};
 use deform::{Change, DeformingMeshes};
+use effects::EffectBuffers;
 use glam::{UVec3, Vec2, Vec3};
 use pt_core::blue_noise::mask_buffer;
 use pt_core::frame::{Pass, Uniforms};
@@ -49,6 +52,7 @@ pub struct GpuScene {
     placements: Vec<InstancePlacement>,
     masks: Vec<u32>,
     deforming: Option<DeformingMeshes>,
+    effects: Option<EffectBuffers>,
     mesh_records: Vec<MeshRecord>,
     mesh_buffer: Buffer,
     index_buffer: Buffer,
@@ -239,6 +243,7 @@ impl GpuScene {
             placements: Vec::new(),
             masks,
             deforming,
+            effects: EffectBuffers::new(device, &scene.effects)?,
             mesh_records,
             clusters,
             cluster_nodes,
@@ -349,6 +354,9 @@ impl GpuScene {
             self.accel.update(frame, &self.placements)?;
         }
         self.update_views(frame, scene)?;
+        if let Some(effects) = &mut self.effects {
+            effects.update(frame, &scene.effects, &mut self.record)?;
+        }
         if let Some(&first) = self.instance_records.first() {
             self.record.first_instance = first;
             self.record.first_mesh = self.mesh_records[first.mesh as usize];
@@ -421,6 +429,10 @@ impl SceneResources for GpuScene {
         let pass = updated.iter().fold(pass, |pass, table| pass.addresses_updated(table));
         let pass = match &self.deforming {
             Some(deforming) => deforming.bind(pass),
+            None => pass,
+        };
+        let pass = match &self.effects {
+            Some(effects) => effects.bind(pass),
             None => pass,
         };
         self.accel.bind(pass)

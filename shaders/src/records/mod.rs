@@ -1,11 +1,13 @@
 //! Records that several crates read on the GPU. Spaces: world is metres, +Y up, right-handed.
 
+mod effects;
 mod frame;
 mod light;
 mod material;
 mod scene;
 
 pub use crate::constants::*;
+pub use effects::*;
 pub use frame::*;
 pub use light::*;
 pub use material::*;
@@ -34,6 +36,9 @@ table! {
     MeshRecord,
     LightTablesRecord,
     SceneRecord,
+    EffectRecord,
+    EffectNode,
+    FogRecord,
     ClusterNode,
     VertexRecord,
     Ray,

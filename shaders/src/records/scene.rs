@@ -56,6 +56,16 @@ gpu_struct! {
         pub blue_noise: u64,
         /// `CameraRecord[]`: the scene's cameras, for surfaces that show what they see.
         pub cameras: u64,
+        /// `EffectRecord[]`, in leaf order of `effect_nodes`.
+        pub effects: u64,
+        /// `EffectNode[effect_node_count]`.
+        pub effect_nodes: u64,
+        /// `FogRecord[fog_count]`.
+        pub fog: u64,
+        /// Nodes of the tree over the effects.
+        pub effect_node_count: u32,
+        /// Number of fog volumes.
+        pub fog_count: u32,
         /// Number of instances.
         pub instance_count: u32,
         /// Number of emissive triangles.

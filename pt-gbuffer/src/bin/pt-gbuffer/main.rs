@@ -12,7 +12,7 @@ use pt_core::harness::{StageArgs, check_output, save};
 use pt_core::trace::TraceBackend;
 use pt_core::{ChannelImages, Frame, console};
 use pt_core::{FrameSizes, StageInputs};
-use pt_gbuffer::{Decomposition, GbufferParams, PrimaryRays, ReflectRefract};
+use pt_gbuffer::{Decomposition, Effects, GbufferParams, PrimaryRays, ReflectRefract};
 use pt_image::image_file::{ImageSize, OutputFormat, PixelLayout, write_png};
 use pt_import::LoadOptions;
 use pt_scene::BadTexels;
@@ -92,8 +92,13 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let variant = params.variant(gpu.variant());
     let primary = PrimaryRays::new(&device, variant)?;
-    let reflect_refract = ReflectRefract::new(&device, variant, false)?;
-    let images = ChannelImages::alone(&device, FrameSizes::same(size), &[PrimaryRays::IO])?;
+    let reflect_refract = ReflectRefract::new(&device, variant, false, params.effect_layers)?;
+    let effects = Effects::are_in(variant.scene_features)
+        .then(|| Effects::new(&device, variant, params.effect_layers))
+        .transpose()?;
+    let stages = [Some(PrimaryRays::IO), effects.as_ref().map(|_| Effects::BLEND)];
+    let stages: Vec<_> = stages.into_iter().flatten().collect();
+    let images = ChannelImages::alone(&device, FrameSizes::same(size), &stages)?;
     let uniforms = Uniforms::new(&device, "frame_uniforms")?;
     let times = args.stage.measure(&device, size, |frame: &mut Frame<'_>| {
         gpu.update(frame, &scene)?;
@@ -101,6 +106,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
         uniforms.upload(frame, &record)?;
         let inputs = StageInputs { scene: Some(&gpu), uniforms: Some(&uniforms), images: &images };
         primary.record(frame, &inputs, &params)?;
+        effects.iter().try_for_each(|effects| effects.record(frame, &inputs, &params))?;
         (0..params.reflect_refract)
             // The light lists that highlights need are not part of the program.
             .try_for_each(|bounce| reflect_refract.record(frame, &inputs, &params, 0, bounce, 0))
