@@ -124,6 +124,8 @@ gpu_constants! {
     pub const FEATURE_CAMERA_VIEWS: u32 = 131072;
     /// Samplers that filter the textures of materials, which every scene has; kernels without it draw one texel (texture_filter.glsl).
     pub const FEATURE_TEXTURE_FILTER: u32 = 262144;
+    /// Particles, sprites, beams or fog.
+    pub const FEATURE_EFFECTS: u32 = 524288;
     /// Bit of `TextureSlot::flags`: the texture is read at the second UV set.
     pub const TEXTURE_SECOND_UV: u32 = 1;
     /// Its sampler takes the nearest texel when it is magnified.
@@ -146,8 +148,6 @@ gpu_constants! {
     pub const TEXTURE_UNFILTERED: u32 = TEXTURE_MAG_NEAREST | TEXTURE_MIN_NEAREST | TEXTURE_MIP_NEAREST | TEXTURE_MIP_OFF;
     /// Largest anisotropy of the textures of materials: how many times as long as wide the filter may be.
     pub const MAX_TEXTURE_ANISOTROPY: f32 = 8.0;
-    /// Particles, sprites, beams or fog.
-    pub const FEATURE_EFFECTS: u32 = 524288;
 
     /// Most fog volumes that a scene may have.
     pub const MAX_FOG_VOLUMES: u32 = 8;
