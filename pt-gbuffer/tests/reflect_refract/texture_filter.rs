@@ -60,7 +60,7 @@ fn frames(scene: &Scene, params: &GbufferParams, count: u32) -> Vec<Vec<[f32; 3]
     let mut gpu = GpuScene::new(&rig.device, scene, rig.backend).unwrap();
     let variant = params.variant(gpu.variant());
     let primary = PrimaryRays::new(&rig.device, variant).unwrap();
-    let stage = ReflectRefract::new(&rig.device, variant, false).unwrap();
+    let stage = ReflectRefract::new(&rig.device, variant, false, 1).unwrap();
     let images = ChannelImages::alone(&rig.device, FrameSizes::same(SIZE), &[PrimaryRays::IO]).unwrap();
     let uniforms = Uniforms::new(&rig.device, "frame_uniforms").unwrap();
     let mut recorder = Recorder::new(&rig.device).unwrap();
