@@ -45,8 +45,8 @@ bool passes_glass(ivec2 p, uint slot, uint place, out bool through_glass, out ve
     uvec2 ray_coverage = slot_coverage(p, slot);
     passed = vec3(0.0);
     through_glass = true;
-    if (trace_occluded(ray, unseen_mask(push.mask), ray_coverage)) return false;
-    through_glass = glass_shadow(ray, ray_coverage, push.glass_shadows == GLASS_SHADOWS_STRAIGHT, passed);
+    if (trace_occluded(ray, unseen_mask(slot_mask(slot)), ray_coverage)) return false;
+    through_glass = glass_shadow(ray, ray_coverage, slot_glass_shadows(slot) == GLASS_SHADOWS_STRAIGHT, passed);
     return true;
 }
 

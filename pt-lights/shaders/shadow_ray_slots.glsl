@@ -49,6 +49,14 @@ uint slot_candidate(uint slot) {
 // The slot that may hold a sample of an emissive triangle.
 bool is_emissive_slot(uint slot) { return slot_candidate(slot) == (merged_rays ? CANDIDATE_LOCAL : CANDIDATE_EMISSIVE); }
 
+// With caustics photons carry the light of directional lights that glass bends or mirrors, and shadow rays only what goes straight on.
+layout(constant_id = 11) const bool has_caustics = false;
+
+bool is_caustic_slot(uint slot) { return has_caustics && slot_candidate(slot) == CANDIDATE_SUN; }
+uint slot_glass_shadows(uint slot) { return is_caustic_slot(slot) ? GLASS_SHADOWS_STRAIGHT : push.glass_shadows; }
+// What stops the ray of a slot for good.
+uint slot_mask(uint slot) { return is_caustic_slot(slot) ? MASK_OPAQUE : push.mask; }
+
 // Bounce rays leave the light behind glass alone: they do not go straight on. Where shadow rays are tinted, what bounce rays find is known
 // after the rays have been traced.
 bool shares_are_late() {

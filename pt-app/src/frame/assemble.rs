@@ -32,7 +32,7 @@ impl FullFrame {
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
         let planes = plane_count(scene, &params.gbuffer);
         let variant = params.gbuffer.variant(gpu.variant());
-        let traced = Some(TracedStages::new(device, variant, planes > 1, params)?);
+        let traced = Some(TracedStages::new(device, variant, scene, planes > 1, params)?);
         Self::assemble(device, traced, planes, Stage::Denoise, output_size, accumulate, params)
     }
 
@@ -68,7 +68,7 @@ impl FullFrame {
             .then(|| DenoiseChain::new(device, &params.denoise, indirect))
             .transpose()?;
         let mut stages: Vec<StageIo> = Vec::new();
-        if traced.is_some() {
+        if let Some(traced) = &traced {
             stages.push(PrimaryRays::IO);
             stages.extend(
                 params
@@ -83,6 +83,7 @@ impl FullFrame {
             stages.extend(params.gbuffer.searches_motion().then_some(ReplacedMotion::IO));
             stages.extend(params.has_gradient_pixels().then_some(GradientPixels::IO));
             stages.extend(DirectLighting::io(&params.lights));
+            stages.extend(traced.direct.caustics_io());
             if indirect {
                 stages.extend(IndirectLighting::io(&params.indirect));
             }
