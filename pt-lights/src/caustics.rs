@@ -122,7 +122,10 @@ impl Caustics {
             gather,
             target_count: targets.len() as u32,
             targets: Buffer::from_slice(device, "caustic targets", targets)?,
-            boxes: buffer("caustic boxes", size_of_val(targets) / size_of::<CausticTarget>() * size_of::<CausticBox>())?,
+            boxes: buffer(
+                "caustic boxes",
+                size_of_val(targets) / size_of::<CausticTarget>() * size_of::<CausticBox>(),
+            )?,
             head: buffer("caustic head", size_of::<CausticHead>())?,
             cells: buffer("caustic cells", cell_count as usize * size_of::<CausticCell>())?,
             cell_count,

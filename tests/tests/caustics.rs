@@ -16,10 +16,18 @@ const SIZE: [u32; 2] = [24, 24];
 const LUX: Vec3 = Vec3::new(3.0, 2.5, 2.0);
 /// Dark: what it reflects to the glass and gets back is little.
 const ALBEDO: f32 = 0.02;
+const IOR: f64 = 1.5;
 
 /// Direct light alone.
-const KNOBS: [&str; 4] =
-    ["lights.caustics=true", "lights.caustics_photons=65536", "indirect.bounces=0", "gbuffer.jitter=none"];
+const KNOBS: [&str; 5] = [
+    "lights.caustics=true",
+    "lights.caustics_photons=65536",
+    "lights.caustics_cell=0.1",
+    "indirect.bounces=0",
+    "gbuffer.jitter=none",
+];
+/// Frames of a mean.
+const COUNT: u32 = 24;
 
 fn with(more: &[&str]) -> Vec<String> {
     KNOBS.iter().chain(more).map(|&knob| knob.to_owned()).collect()
@@ -33,7 +41,8 @@ fn sun(towards: Vec3, angular_radius: f32) -> Light {
 fn floor(tilt: f32, sun: Light) -> (Scene, Camera) {
     let mut scene = Scene { lights: vec![sun], ..Scene::default() };
     let turn = Quat::from_rotation_z(tilt);
-    let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, z)| turn * Vec3::new(x, 0.0, z) * 10.0);
+    let corners =
+        [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, z)| turn * Vec3::new(x, 0.0, z) * 10.0);
     polygon(&mut scene, &corners, Material::lambertian("floor", Vec3::splat(ALBEDO)));
     let camera = Camera::look_at("above", turn * Vec3::Y * 0.9, Vec3::ZERO, 1.0);
     (scene, Camera { projection: Projection::Orthographic { ymag: 0.5 }, ..camera })
@@ -42,7 +51,8 @@ fn floor(tilt: f32, sun: Light) -> (Scene, Camera) {
 /// A slab of glass with its lower side at `height`.
 fn slab(scene: &mut Scene, height: f32, thickness: f32, material: Material) {
     let half = 0.5 * thickness;
-    let place = Affine3A::from_translation(Vec3::Y * (height + half)) * Affine3A::from_scale(Vec3::new(4.0, half, 4.0));
+    let place = Affine3A::from_translation(Vec3::Y * (height + half))
+        * Affine3A::from_scale(Vec3::new(2.0, half, 2.0));
     cube(scene, place, false, material);
 }
 
@@ -81,7 +91,13 @@ fn picture(frames: &Frames) -> Vec<DVec3> {
 }
 
 /// Of `count` frames.
-fn frame_blocks(scene: &Scene, camera: &Camera, backend: TraceBackend, sets: &[String], count: u32) -> Blocks {
+fn frame_blocks(
+    scene: &Scene,
+    camera: &Camera,
+    backend: TraceBackend,
+    sets: &[String],
+    count: u32,
+) -> Blocks {
     let mut frames = frames(scene, camera, backend, sets, 17);
     let n = f64::from(count);
     let size = (BLOCKS * BLOCKS) as usize;
@@ -125,7 +141,17 @@ fn assert_blocks(what: &str, found: &Blocks, expected: &Blocks, bias: f64) {
     let brightest = expected.mean.iter().fold(0.0f64, |m, v| m.max(v.max_element()));
     assert!(brightest > 0.0, "{what}: nothing is lit");
     let total = |b: &Blocks| b.mean.iter().sum::<DVec3>();
-    println!("{what}: energy {:.4} of what is expected", total(found) / total(expected));
+    let ratio = total(found) / total(expected);
+    let squares = |b: &Blocks| b.error.iter().map(|e| e * e).sum::<DVec3>();
+    let error = (squares(found) + squares(expected)).map(f64::sqrt) / total(expected);
+    println!("{what}: energy {ratio:.4} +- {error:.4} of what is expected");
+    for c in 0..3 {
+        assert!(
+            (ratio[c] - 1.0).abs() <= 4.0 * error[c] + bias,
+            "{what}: energy {ratio} of what is expected"
+        );
+        assert!(error[c] < 0.01, "{what}: too much noise to say anything: {error}");
+    }
     for (i, (f, e)) in found.mean.iter().zip(&expected.mean).enumerate() {
         let (fe, ee) = (found.error[i], expected.error[i]);
         println!("  block {i}: {:.6} +- {:.6}, expected {:.6} +- {:.6}", f.y, fe.y, e.y, ee.y);
@@ -142,9 +168,8 @@ fn exact(value: DVec3) -> Blocks {
     Blocks { mean: vec![value; size], error: vec![DVec3::ZERO; size] }
 }
 
-/// Fresnel's reflectance of unpolarised light that enters glass of index 1.5 at this cosine.
-fn fresnel(cos_i: f64) -> f64 {
-    let eta = 1.5;
+/// Fresnel's reflectance of unpolarised light that enters a medium of index `eta` at this cosine.
+fn fresnel(cos_i: f64, eta: f64) -> f64 {
     let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (eta * eta)).sqrt();
     let s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
     let p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
@@ -153,7 +178,7 @@ fn fresnel(cos_i: f64) -> f64 {
 
 /// What a slab lets through, with all reflections inside of it.
 fn slab_transmittance(cos_i: f64) -> f64 {
-    let r = fresnel(cos_i);
+    let r = fresnel(cos_i, IOR);
     (1.0 - r) / (1.0 + r)
 }
 
@@ -166,7 +191,7 @@ fn floor_radiance(cos_floor: f64, transmittance: f64) -> DVec3 {
 const ROUNDING: f64 = 2e-3;
 
 fn glass() -> Material {
-    Material::solid("glass", 1.5)
+    Material::solid("glass", IOR as f32)
 }
 
 fn check_slab(backend: TraceBackend) {
@@ -178,8 +203,13 @@ fn check_slab(backend: TraceBackend) {
         let (mut scene, camera) = floor(0.0, sun(Vec3::new(sin, cos, 0.0), 0.0));
         slab(&mut scene, 1.0, 0.2, glass());
         let cos = f64::from(cos);
-        let found = frame_blocks(&scene, &camera, backend, &with(&[]), 8);
-        assert_blocks(&format!("slab, {degrees} degrees"), &found, &exact(floor_radiance(cos, slab_transmittance(cos))), ROUNDING);
+        let found = frame_blocks(&scene, &camera, backend, &with(&[]), COUNT);
+        assert_blocks(
+            &format!("slab, {degrees} degrees"),
+            &found,
+            &exact(floor_radiance(cos, slab_transmittance(cos))),
+            ROUNDING,
+        );
     }
 }
 
@@ -206,7 +236,13 @@ fn tilted_floors_are_evenly_lit() {
         // Above the camera and what the floor has below the slab.
         slab(&mut scene, 3.5, 0.2, glass());
         let expected = floor_radiance(f64::from(tilt).cos(), slab_transmittance(1.0));
-        let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&["lights.caustics_cell=0.07"]), 8);
+        let found = frame_blocks(
+            &scene,
+            &camera,
+            TraceBackend::Compute,
+            &with(&["lights.caustics_cell=0.07"]),
+            COUNT,
+        );
         assert_blocks(&format!("tilt {tilt}"), &found, &exact(expected), ROUNDING);
     }
 }
@@ -221,8 +257,43 @@ fn slabs_behind_each_other_are_lit_once() {
     let t = slab_transmittance(1.0);
     let r = 1.0 - t;
     let expected = floor_radiance(1.0, t * t / (1.0 - r * r));
-    let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&[]), 8);
+    let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&[]), COUNT);
     assert_blocks("two slabs", &found, &exact(expected), ROUNDING);
+}
+
+/// The floor lies in water, and the camera sees it through the surface: light is weakened on both ways, and radiance changes with the index.
+#[test]
+fn floors_under_water_are_lit() {
+    let (mut scene, camera) = floor(0.0, sun(Vec3::new(0.6, 0.8, 0.0), 0.0));
+    let (ior, color, depth) = (1.33f64, DVec3::new(0.9, 0.8, 0.5), 0.4);
+    let water = Material {
+        attenuation_color: color.as_vec3(),
+        attenuation_distance: 1.0,
+        ..Material::solid("water", ior as f32)
+    };
+    slab(&mut scene, -0.4, 0.4 + depth as f32, water);
+    let (t_in, t_out) = (1.0 - fresnel(0.8, ior), 1.0 - fresnel(1.0, ior));
+    let cos_t = (1.0 - (0.6 / ior).powi(2)).sqrt();
+    let passed = (depth / cos_t + depth) * color.map(f64::ln);
+    let expected = floor_radiance(0.8, t_in * t_out / (ior * ior)) * passed.map(f64::exp);
+    let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&[]), 2 * COUNT);
+    assert_blocks("under water", &found, &exact(expected), ROUNDING);
+}
+
+/// What stands between the sun and the glass, or between the glass and the floor, keeps its light.
+#[test]
+fn other_things_cast_shadows() {
+    for height in [2.0, 0.95] {
+        let (mut scene, camera) = floor(0.0, sun(Vec3::Y, 0.0));
+        slab(&mut scene, 1.0, 0.2, glass());
+        let corners =
+            [(-3.0, -3.0), (-3.0, 3.0), (3.0, 3.0), (3.0, -3.0)].map(|(x, z)| Vec3::new(x, height, z));
+        polygon(&mut scene, &corners, Material::lambertian("plate", Vec3::ONE));
+        let mut frames = frames(&scene, &camera, TraceBackend::Compute, &with(&[]), 5);
+        frames.render(0.0);
+        assert!(picture(&frames).iter().all(|p| *p == DVec3::ZERO), "plate at {height} m");
+        frames.finish();
+    }
 }
 
 /// Photons leave what goes straight on to the shadow rays, whatever `glass_shadows` says, and bring what a sheet mirrors.
@@ -231,10 +302,10 @@ fn light_through_sheets_is_there_once() {
     let pane = Material { thickness: 0.0, ..glass() };
     for shadows in ["lights.glass_shadows=tinted", "lights.glass_shadows=stopped"] {
         let (mut scene, camera) = floor(0.0, sun(Vec3::Y, 0.0));
-        let corners = [(-4.0, -4.0), (-4.0, 4.0), (4.0, 4.0), (4.0, -4.0)].map(|(x, z)| Vec3::new(x, 1.0, z));
+        let corners = [(-2.0, -2.0), (-2.0, 2.0), (2.0, 2.0), (2.0, -2.0)].map(|(x, z)| Vec3::new(x, 1.0, z));
         polygon(&mut scene, &corners, pane.clone());
-        let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&[shadows]), 8);
-        assert_blocks("pane", &found, &exact(floor_radiance(1.0, 1.0 - fresnel(1.0))), ROUNDING);
+        let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&[shadows]), COUNT);
+        assert_blocks("pane", &found, &exact(floor_radiance(1.0, 1.0 - fresnel(1.0, IOR))), ROUNDING);
     }
 }
 
@@ -244,7 +315,8 @@ fn ball(scene: &mut Scene) {
     let mut mesh = pt_scene::Mesh::default();
     for i in 0..=rings {
         for j in 0..=columns {
-            let (theta, phi) = (PI as f32 * i as f32 / rings as f32, 2.0 * PI as f32 * j as f32 / columns as f32);
+            let (theta, phi) =
+                (PI as f32 * i as f32 / rings as f32, 2.0 * PI as f32 * j as f32 / columns as f32);
             let n = Vec3::new(theta.sin() * phi.cos(), theta.cos(), -theta.sin() * phi.sin());
             mesh.positions.push(Vec3::new(0.0, 0.45, 0.0) + 0.3 * n);
             mesh.normals.push(n);
@@ -270,25 +342,38 @@ fn ball(scene: &mut Scene) {
     mesh.first_masked = mesh.indices.len();
     scene.instances.push(pt_scene::Instance::new("ball", scene.meshes.len() as u32, Affine3A::IDENTITY));
     scene.meshes.push(mesh);
-    scene.materials.push(Material { attenuation_color: Vec3::new(0.9, 0.5, 0.3), attenuation_distance: 0.5, ..glass() });
+    scene.materials.push(Material {
+        attenuation_color: Vec3::new(0.9, 0.5, 0.3),
+        attenuation_distance: 0.5,
+        ..glass()
+    });
 }
 
 #[test]
 fn blocks_are_those_of_the_reference() {
-    let towards = Vec3::new(0.25, 1.0, 0.1).normalize();
-    let (mut balls, camera) = floor(0.0, sun(towards, 0.15));
+    let towards = Vec3::new(0.5, 1.0, 0.2).normalize();
+    let (mut balls, camera) = floor(0.0, sun(towards, 0.25));
     ball(&mut balls);
-    let (mut water, _) = floor(0.0, sun(towards, 0.15));
+    let (mut water, _) = floor(0.0, sun(towards, 0.25));
     let waves = Waves { slope: 0.25, length: 0.6 };
     slab(&mut water, 1.0, 0.3, Material { waves: Some(waves), ..Material::solid("water", 1.33) });
-    let (mut slabs, _) = floor(0.0, sun(Vec3::new(1.0, 1.0, 0.0).normalize(), 0.15));
+    let (mut slabs, _) = floor(0.0, sun(Vec3::new(1.0, 1.0, 0.0).normalize(), 0.25));
     slab(&mut slabs, 1.0, 0.2, glass());
     for (what, scene, low) in [("slab", slabs, 0.9), ("water", water, 0.9), ("ball", balls, 0.1)] {
         // Below the glass, which it does not see.
-        let camera = Camera { world_from_camera: Affine3A::from_translation(Vec3::Y * (low - 0.9)) * camera.world_from_camera, ..camera.clone() };
-        let truth = reference_blocks(&scene, &camera, 1024);
-        let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&["lights.caustics_photons=262144"]), 8);
-        // What the floor gets back from the glass, and the width of a cell.
+        let camera = Camera {
+            world_from_camera: Affine3A::from_translation(Vec3::Y * (low - 0.9)) * camera.world_from_camera,
+            ..camera.clone()
+        };
+        let truth = reference_blocks(&scene, &camera, 512);
+        let found = frame_blocks(
+            &scene,
+            &camera,
+            TraceBackend::Compute,
+            &with(&["lights.caustics_cell=0.03"]),
+            2 * COUNT,
+        );
+        // What the floor gets back from the glass, and the blur of a cell at the borders of blocks.
         assert_blocks(what, &found, &truth, 0.01);
     }
 }
@@ -320,9 +405,12 @@ fn without_sun_or_glass_nothing_is_added() {
     dark.lights = vec![Light::point("lamp", Vec3::new(0.0, 0.8, 0.3), Vec3::ONE)];
     let mut rough = dry.clone();
     slab(&mut rough, 1.0, 0.2, Material { roughness: 0.3, ..glass() });
-    for (what, scene, more) in
-        [("no glass", dry, "lights.sun=true"), ("no sun", dark, "lights.sun=true"), ("rough", rough, "lights.sun=true"), ("off", lit, "lights.sun=false")]
-    {
+    for (what, scene, more) in [
+        ("no glass", dry, "lights.sun=true"),
+        ("no sun", dark, "lights.sun=true"),
+        ("rough", rough, "lights.sun=true"),
+        ("off", lit, "lights.sun=false"),
+    ] {
         let run = |caustics: &str| {
             let mut frames = frames(&scene, &camera, TraceBackend::Compute, &with(&[more, caustics]), 5);
             frames.render(0.0);
@@ -343,7 +431,8 @@ fn strange_suns_leave_the_picture_finite() {
     let (scene, camera) = floor(0.0, sun(Vec3::Y, 0.01));
     let mut scene = scene;
     slab(&mut scene, 1.0, 0.2, glass());
-    for (towards, lux) in [(Vec3::new(0.3, -1.0, 0.0), 1.0), (Vec3::Y, 0.0), (Vec3::Y, 1e34), (Vec3::X, 1.0)] {
+    for (towards, lux) in [(Vec3::new(0.3, -1.0, 0.0), 1.0), (Vec3::Y, 0.0), (Vec3::Y, 1e34), (Vec3::X, 1.0)]
+    {
         let mut scene = scene.clone();
         scene.lights = vec![Light { intensity: Vec3::splat(lux), ..sun(towards.normalize(), 0.01) }];
         let mut frames = frames(&scene, &camera, TraceBackend::Compute, &with(&[]), 5);
