@@ -24,7 +24,7 @@ knobs! {
         pub emissive: bool = true;
         /// Whether the environment gives light.
         pub environment: bool = true;
-        /// What becomes of the light on its way through transmissive surfaces: refraction, and so caustics, are left out in any case.
+        /// What becomes of the light on its way through transmissive surfaces, which is not bent: `caustics` is the light that is.
         pub glass_shadows: GlassShadows = GlassShadows::Tinted;
         /// Whether photons carry the light of directional lights that smooth glass bends or mirrors to the surfaces that it lights; sun rays go straight through
         /// nothing that bends light then.
