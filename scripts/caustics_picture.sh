@@ -17,7 +17,7 @@ command -v "$pt" >/dev/null || {
 }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-view=(kinds --look LOOK --size "$size")
+view=(kinds --look 1.5,1.0,-6.3,2.35,0.15,-4.85 --vfov 24 --size "$size")
 light=(--set lights.environment=false --set lights.emissive=false --set lights.positional=false --set indirect.bounces=0)
 "$pt" render "${view[@]}" "${light[@]}" --profile still --accumulate --frames "$frames" -o "$work/without.exr"
 "$pt" render "${view[@]}" "${light[@]}" --set lights.caustics=true --set lights.caustics_cell=0.01 --profile still --accumulate --frames "$frames" \

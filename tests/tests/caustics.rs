@@ -426,6 +426,26 @@ fn without_sun_or_glass_nothing_is_added() {
     }
 }
 
+/// Photons stop at rough glass: shadow rays do there what they do without photons.
+#[test]
+fn rough_glass_keeps_its_shadow_rays() {
+    let (mut scene, camera) = floor(0.0, sun(Vec3::Y, 0.0));
+    slab(&mut scene, 1.0, 0.2, Material { roughness: 0.3, ..glass() });
+    // In the dark under the floor, so that there are photons.
+    slab(&mut scene, -1.0, 0.2, glass());
+    let run = |caustics: &str| {
+        let mut frames = frames(&scene, &camera, TraceBackend::Compute, &with(&[caustics]), 5);
+        frames.render(0.0);
+        let (picture, passes) = (picture(&frames), frames.passes());
+        frames.finish();
+        (picture, passes.iter().any(|name| name.contains("caustic")))
+    };
+    let (on, off) = (run("lights.caustics=true"), run("lights.caustics=false"));
+    assert_eq!([on.1, off.1], [true, false]);
+    assert_eq!(on.0, off.0);
+    assert!(on.0.iter().all(|p| p.y > 0.01), "{:?}", on.0[0]);
+}
+
 /// A sun below the horizon, one without light, and one beyond all measure.
 #[test]
 fn strange_suns_leave_the_picture_finite() {
