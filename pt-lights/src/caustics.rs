@@ -179,3 +179,51 @@ impl Caustics {
         pass.touches_part().push(&push).dispatch(inputs.split_threads())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pt_light_sampling::test_support::polygon;
+    use pt_scene::{Light, Material};
+    use pt_shaders::glam::Affine3A;
+
+    /// `count` panes in a row of one metre each, and the sun.
+    fn panes(count: u32, material: &Material) -> Scene {
+        let mut scene = Scene::default();
+        scene.lights.push(Light::directional("sun", Vec3::NEG_Y, Vec3::ONE));
+        for i in 0..count {
+            let place = Affine3A::from_translation(Vec3::X * i as f32);
+            polygon(
+                &mut scene,
+                &[Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::X],
+                place,
+                material.clone(),
+            );
+        }
+        scene
+    }
+
+    #[test]
+    fn photons_are_aimed_at_smooth_glass() {
+        let glass = Material::solid("glass", 1.5);
+        let rough = Material { roughness: 0.3, ..glass.clone() };
+        let targets = caustic_targets(&panes(2, &glass));
+        assert_eq!(targets.iter().map(|t| t.instance).collect::<Vec<_>>(), [0, 1]);
+        for t in targets {
+            assert!(t.low.cmplt(Vec3::ZERO).all() && t.high.cmpgt(Vec3::new(1.0, 0.0, 1.0)).all(), "{t:?}");
+        }
+        assert!(caustic_targets(&panes(2, &rough)).is_empty());
+        assert!(caustic_targets(&panes(2, &Material::lambertian("wall", Vec3::ONE))).is_empty());
+        let dark = Scene { lights: Vec::new(), ..panes(2, &glass) };
+        assert!(caustic_targets(&dark).is_empty());
+    }
+
+    #[test]
+    fn many_targets_are_one() {
+        let glass = Material::solid("glass", 1.5);
+        assert_eq!(caustic_targets(&panes(MAX_TARGETS as u32, &glass)).len(), MAX_TARGETS);
+        let targets = caustic_targets(&panes(MAX_TARGETS as u32 + 1, &glass));
+        assert_eq!(targets.iter().map(|t| t.instance).collect::<Vec<_>>(), [NONE]);
+        assert!(targets[0].high.x > MAX_TARGETS as f32 + 1.0, "{:?}", targets[0]);
+    }
+}

@@ -26,8 +26,8 @@ knobs! {
         pub environment: bool = true;
         /// What becomes of the light on its way through transmissive surfaces, which is not bent: `caustics` is the light that is.
         pub glass_shadows: GlassShadows = GlassShadows::Tinted;
-        /// Whether photons carry the light of directional lights that smooth glass bends or mirrors to the surfaces that it lights; sun rays go straight through
-        /// nothing that bends light then.
+        /// Whether photons carry the light of directional lights that smooth glass bends or mirrors to the surfaces that it lights; such glass stops the
+        /// shadow rays of the sun then.
         pub caustics: bool = false, source "Jensen 1996" => structural;
         /// Photons of a frame.
         pub caustics_photons: u32 = 262_144, in 1024..=4_194_304 => structural;
