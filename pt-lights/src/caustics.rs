@@ -34,7 +34,7 @@ pub fn caustic_targets(scene: &Scene) -> Vec<CausticTarget> {
         let mesh = &scene.meshes[instance.mesh as usize];
         match &instance.material {
             Some(material) => smooth(material),
-            None => mesh.triangle_materials.iter().any(|m| smooth(m)),
+            None => mesh.triangle_materials.iter().any(&smooth),
         }
     };
     let instances: Vec<_> = (0..).zip(&scene.instances).filter(|(_, i)| is_target(i)).collect();
