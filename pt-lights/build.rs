@@ -19,8 +19,16 @@ fn main() {
         records::RestirVisibility::glsl(),
         records::DirectPush::glsl(),
     ];
+    let caustics = [
+        records::CausticTarget::glsl(),
+        records::CausticBox::glsl(),
+        records::CausticHead::glsl(),
+        records::CausticCell::glsl(),
+        records::CausticsPush::glsl(),
+    ];
     let kernels = pt_shaders::compiler::Kernels::new()
         .header("lights_records.glsl", header.concat())
+        .header("caustics_records.glsl", caustics.concat())
         .header("nee_at_records.glsl", records::NeeAtPush::glsl())
         .header("lights_images.glsl", images::glsl());
     kernels.compile("shaders");

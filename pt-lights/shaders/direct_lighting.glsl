@@ -38,6 +38,13 @@ void drop_hidden(ivec2 p) {
 }
 #endif
 
+// Photons carry what smooth glass bends.
+uint slot_stopping_glass(uint slot) {
+    uint stopping = stopping_glass(push.glass_shadows);
+    if (!is_caustic_slot(slot)) return stopping;
+    return push.glass_shadows == GLASS_SHADOWS_STOPPED ? STOPS_SMOOTH | STOPS_ROUGH : stopping | STOPS_SMOOTH;
+}
+
 // Where the ray of a slot met glass: whether it arrives all the same, and how much of the light passes. `through_glass`: false where what
 // it met has holes that it went through.
 bool passes_glass(ivec2 p, uint slot, uint place, out bool through_glass, out vec3 passed) {
@@ -45,8 +52,8 @@ bool passes_glass(ivec2 p, uint slot, uint place, out bool through_glass, out ve
     uvec2 ray_coverage = slot_coverage(p, slot);
     passed = vec3(0.0);
     through_glass = true;
-    if (trace_occluded(ray, unseen_mask(push.mask), ray_coverage)) return false;
-    through_glass = glass_shadow(ray, ray_coverage, push.glass_shadows == GLASS_SHADOWS_STRAIGHT, passed);
+    if (trace_occluded(ray, unseen_mask(slot_mask(slot)), ray_coverage)) return false;
+    through_glass = glass_shadow(ray, ray_coverage, slot_stopping_glass(slot), passed);
     return true;
 }
 

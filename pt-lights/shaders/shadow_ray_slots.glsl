@@ -49,6 +49,14 @@ uint slot_candidate(uint slot) {
 // The slot that may hold a sample of an emissive triangle.
 bool is_emissive_slot(uint slot) { return slot_candidate(slot) == (merged_rays ? CANDIDATE_LOCAL : CANDIDATE_EMISSIVE); }
 
+// With caustics photons carry the light of directional lights that smooth glass bends or mirrors. Shadow rays look for glass, which stops that light.
+layout(constant_id = 11) const bool has_caustics = false;
+
+bool is_caustic_slot(uint slot) { return has_caustics && slot_candidate(slot) == CANDIDATE_SUN; }
+bool slot_looks_for_glass(uint slot) { return is_caustic_slot(slot) || glass_tints(push.glass_shadows); }
+// What stops the ray of a slot, whatever it is made of.
+uint slot_mask(uint slot) { return is_caustic_slot(slot) ? MASK_OPAQUE : push.mask; }
+
 // Bounce rays leave the light behind glass alone: they do not go straight on. Where shadow rays are tinted, what bounce rays find is known
 // after the rays have been traced.
 bool shares_are_late() {

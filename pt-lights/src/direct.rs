@@ -1,7 +1,8 @@
+use crate::caustics::Caustics;
 use crate::kernels;
 use crate::nee_at::NeeAt;
 use crate::params::DirectParams;
-use crate::records::{DirectPush, LightRays, RayCounts, RestirVisibility};
+use crate::records::{CausticTarget, DirectPush, LightRays, RayCounts, RestirVisibility};
 use crate::restir::Restir;
 use crate::shadow_rays::ShadowRays;
 use pt_core::trace::TraceVariant;
@@ -19,6 +20,7 @@ pub struct DirectLighting {
     /// The passes before them, of `sampler=restir-di`.
     restir: Option<Restir>,
     nee_at: Option<NeeAt>,
+    caustics: Option<Caustics>,
     emission_share: EmissionShare,
 }
 
@@ -56,8 +58,24 @@ impl DirectLighting {
         all
     }
 
-    /// Compiles the kernels.
+    /// Compiles the kernels, without caustics.
     pub fn new(device: &Device, variant: TraceVariant, params: &DirectParams) -> Result<Self> {
+        Self::with_caustics(device, variant, params, &[])
+    }
+
+    /// Compiles the kernels. `targets`: those of [`caustic_targets`](crate::caustic_targets); without any the stage has no passes for caustics.
+    ///
+    /// # Errors
+    /// When the device refuses them, or has no room for the grid.
+    pub fn with_caustics(
+        device: &Device,
+        variant: TraceVariant,
+        params: &DirectParams,
+        targets: &[CausticTarget],
+    ) -> Result<Self> {
+        let caustics = (params.caustics && params.sun && !targets.is_empty())
+            .then(|| Caustics::new(device, variant, params, targets))
+            .transpose()?;
         let merged = params.rays == LightRays::Merged;
         let sampler = if merged { params.sampler } else { LightSampler::Power };
         let sampler = ("light_sampler", sampler.code().into());
@@ -79,7 +97,7 @@ impl DirectLighting {
         ];
         let choice = Kernel::compute::<DirectPush>(device, code, &constants)?;
         let mut constants = variant.unseen().constants().to_vec();
-        constants.push(merged);
+        constants.extend([merged, ("has_caustics", caustics.is_some().into())]);
         let trace =
             |code, constants: &_| Kernel::trace::<DirectPush>(device, code, variant.backend, constants);
         let tracing = trace(&kernels::SHADOW_RAYS, &constants)?;
@@ -97,7 +115,12 @@ impl DirectLighting {
         let nee_at = NeeAt::is_used(params).then(|| NeeAt::new(device)).transpose()?;
         let shadow_rays = ShadowRays::new(device);
         let emission_share = EmissionShare::LightSamples;
-        Ok(Self { choice, tracing, sum, shadow_rays, restir, nee_at, emission_share })
+        Ok(Self { choice, tracing, sum, shadow_rays, restir, nee_at, caustics, emission_share })
+    }
+
+    /// The images that the pass of caustics accesses after all others, if the stage has it.
+    pub fn caustics_io(&self) -> Option<StageIo> {
+        self.caustics.as_ref().map(|_| Caustics::IO)
     }
 
     /// Leaves part of the specular light of emissive triangles to the bounce rays of pt-indirect. Without this call no light is left out.
@@ -154,9 +177,15 @@ impl DirectLighting {
             push.choices = counted.choices.address();
         }
         self.shadow_rays.prepare(inputs.images.size(), params, &mut push)?;
+        if let Some(caustics) = &self.caustics {
+            caustics.record_photons(frame, inputs, params)?;
+        }
         for light_sample in 0..params.samples {
             push.light_sample = light_sample;
             self.record_sample(frame, inputs, params, &push, counted)?;
+        }
+        if let Some(caustics) = &self.caustics {
+            caustics.record_light(frame, inputs, params, texture_lod_bias)?;
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 //!
 //! [`DirectLighting`] lights the surfaces of the G-buffer; how lights are chosen and sampled is pt-light-sampling's part.
 
+mod caustics;
 mod direct;
 pub mod images;
 mod nee_at;
@@ -12,6 +13,7 @@ mod restir;
 mod shadow_rays;
 pub mod synthetic;
 
+pub use caustics::caustic_targets;
 pub use direct::{Counted, DirectLighting};
 pub use nee_at::NeeAt;
 pub use params::DirectParams;

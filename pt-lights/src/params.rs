@@ -24,8 +24,15 @@ knobs! {
         pub emissive: bool = true;
         /// Whether the environment gives light.
         pub environment: bool = true;
-        /// What becomes of the light on its way through transmissive surfaces: refraction, and so caustics, are left out in any case.
+        /// What becomes of the light on its way through transmissive surfaces, which is not bent: `caustics` is the light that is.
         pub glass_shadows: GlassShadows = GlassShadows::Tinted;
+        /// Whether photons carry the light of directional lights that smooth glass bends or mirrors to the surfaces that it lights; such glass stops the
+        /// shadow rays of the sun then.
+        pub caustics: bool = false, source "Jensen 1996" => structural;
+        /// Photons of a frame.
+        pub caustics_photons: u32 = 262_144, in 1024..=4_194_304 => structural;
+        /// Edge of the cells that photons are gathered in, the width of the blur.
+        pub caustics_cell: f32 = 0.02, in 1e-4..=1e3, unit "m";
         /// How materials of metalness between 0 and 1 are shaded.
         pub partial_metal: PartialMetal = PartialMetal::TwoBrdfs, source "glTF 2.0, appendix B.2";
         /// Perceptual roughness up to which a second ray, in a direction that the surface reflects, looks for the environment: sampling the

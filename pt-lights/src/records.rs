@@ -1,4 +1,6 @@
-//! Push constants of the kernels.
+//! Push constants of the kernels, and the records of their tables.
+
+use pt_shaders::glam::{UVec3, Vec3};
 
 pt_shaders::named_enum! {
     /// How a material of metalness between 0 and 1 is shaded.
@@ -126,6 +128,78 @@ pt_shaders::gpu_struct! {
         pub kept_proxies: u32,
         /// 1 = there is no last frame.
         pub reset: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// What photons are aimed at: a box in the space of an instance.
+    pub struct CausticTarget {
+        /// The instance; [`NONE`](pt_shaders::records::NONE): the box is in world space.
+        pub instance: u32,
+        /// Smallest corner.
+        pub low: Vec3,
+        /// Largest corner.
+        pub high: Vec3,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// A target where it is in this frame, world space.
+    pub struct CausticBox {
+        /// A corner.
+        pub corner: Vec3,
+        /// The edges that begin there.
+        pub edges: [Vec3; 3],
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// What stands before the cells of the photons.
+    pub struct CausticHead {
+        /// Irradiance times area, lm, that one unit of the cells' sums stands for.
+        pub flux_unit: f32,
+        /// Where the grid lies in this frame, parts of a cell.
+        pub offset: Vec3,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Light that arrived in a cell: sums of whole numbers, which are the same in any order.
+    pub struct CausticCell {
+        /// Hash of the cell's place; 0: the entry is free.
+        pub key: u32,
+        /// Flux.
+        pub flux: UVec3,
+        /// Sum of the directions that it came from, each times half the largest component of its flux; two's complement.
+        pub direction: UVec3,
+        /// Photons.
+        pub count: u32,
+    }
+}
+
+pt_shaders::gpu_struct! {
+    /// Of the passes of caustics.
+    pub struct CausticsPush {
+        /// `CausticTarget[targets]`.
+        pub targets: u64,
+        /// `CausticBox[targets]`.
+        pub boxes: u64,
+        /// [`CausticHead`].
+        pub head: u64,
+        /// `CausticCell[]`, a power of two of them.
+        pub cells: u64,
+        /// How many targets there are.
+        pub target_count: u32,
+        /// Cells less one.
+        pub cell_mask: u32,
+        /// Photons of a frame.
+        pub photons: u32,
+        /// Edge of a cell, metres.
+        pub cell_size: f32,
+        /// 2^bias on the texture gradients.
+        pub lod_scale: f32,
+        /// 1 = one BRDF of mixed parameters, see brdf.glsl.
+        pub mixed: u32,
     }
 }
 

@@ -20,16 +20,6 @@ void cross_interface(inout PathState path, PathVertex v) {
     path.interior = interior_cross(path.interior, medium_boundary(v.material), v.front);
 }
 
-// Index of refraction of a solid for red, green or blue light. KHR_materials_dispersion: the file's index is that of green light, red and
-// blue are as far from it as the Abbe number says.
-float channel_ior(Solid s, uint channel) {
-    if (!scene_has(FEATURE_LOBES) || s.word == 0u) return s.ior;
-    uint lobes = MaterialTable(scene.materials).at[solid_medium(s)].lobes;
-    if (lobes == NONE) return s.ior;
-    float spread = (s.ior - 1.0) * 0.025 * LobeTable(scene.lobes).at[lobes].dispersion;
-    return s.ior + (float(channel) - 1.0) * spread;
-}
-
 // `channel`: the one that counts where colours part.
 PathVertex load_vertex(PathState path, Hit hit, uint channel) {
     PathVertex v;

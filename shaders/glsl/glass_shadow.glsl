@@ -17,12 +17,15 @@ vec3 passed_glass(MaterialSample m, float cos_theta, float eta) {
     return m.base_color * ((1.0 - m.metallic) * m.transmission * (1.0 - max_component(f)));
 }
 
+// Which glass stops light, bits: what bends it, and what scatters it.
+const uint STOPS_SMOOTH = 1u, STOPS_ROUGH = 2u;
+uint stopping_glass(uint glass_shadows) { return glass_shadows == GLASS_SHADOWS_STRAIGHT ? STOPS_SMOOTH | STOPS_ROUGH : 0u; }
+
 // Whether the surface neither bends nor scatters what it lets through; as interface_transmits_straight() of the BSDF.
 bool passes_straight(MaterialSample m, bool solid) { return solid ? is_index_matched(m.ior) : m.roughness < MIRROR_ROUGHNESS; }
 
-// Part of the light along the ray that transmissive surfaces let through. False: the ray has met none. `straight`: glass that bends or
-// scatters light stops it.
-bool glass_shadow(Ray ray, uvec2 ray_coverage, bool straight, out vec3 passed) {
+// Part of the light along the ray that transmissive surfaces let through. False: the ray has met none. `stopping`: STOPS_*.
+bool glass_shadow(Ray ray, uvec2 ray_coverage, uint stopping, out vec3 passed) {
     passed = vec3(1.0);
     for (int i = 0; i < MAX_GLASS_SURFACES; i++) {
         Hit hit = trace_closest(ray, unseen_mask(MASK_TRANSMISSIVE), ray_coverage);
@@ -32,7 +35,7 @@ bool glass_shadow(Ray ray, uvec2 ray_coverage, bool straight, out vec3 passed) {
         MaterialRecord record = MaterialTable(scene.materials).at[s.material];
         float cos_theta = -dot(s.face_normal, ray.direction);
         bool solid = is_solid(record), leaves = solid && cos_theta < 0.0;
-        if (straight && !passes_straight(m, solid)) break;
+        if ((stopping & (m.roughness < MIRROR_ROUGHNESS ? STOPS_SMOOTH : STOPS_ROUGH)) != 0u && !passes_straight(m, solid)) break;
         if (leaves) passed *= absorption(record.attenuation_color, record.attenuation_distance, hit.t);
         passed *= passed_glass(m, abs(cos_theta), leaves ? 1.0 / m.ior : m.ior);
         if (max_component(passed) <= 0.0) break;

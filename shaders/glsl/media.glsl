@@ -6,6 +6,7 @@
 //     bool is_inside(InteriorList list)                            whether there is any solid
 //     float medium_eta(Crossing c)                                 ior beyond over ior here: Bsdf::eta at a true hit
 //     InteriorList interior_of(uvec4 words)                        a list that was stored without the indices of refraction
+//     float channel_ior(Solid s, uint channel)                     index of refraction of a solid for one colour
 //     float surface_eta(InteriorList list, float ior)              the same for a surface that bounds no medium
 //     vec3 medium_transmittance(InteriorList list, float length)   Beer and Lambert, for `length` inside what is there
 //
@@ -52,6 +53,16 @@ float medium_eta(Crossing c) { return c.beyond.ior / c.here.ior; }
 
 float surface_eta(InteriorList list, float ior) {
     return scene_has(FEATURE_TRANSMISSION) ? ior / interior_top(list).ior : ior;
+}
+
+// Index of refraction of a solid for red, green or blue light. KHR_materials_dispersion: the file's index is that of green light, red and
+// blue are as far from it as the Abbe number says.
+float channel_ior(Solid s, uint channel) {
+    if (!scene_has(FEATURE_LOBES) || s.word == 0u) return s.ior;
+    uint lobes = MaterialTable(scene.materials).at[solid_medium(s)].lobes;
+    if (lobes == NONE) return s.ior;
+    float spread = (s.ior - 1.0) * 0.025 * LobeTable(scene.lobes).at[lobes].dispersion;
+    return s.ior + (float(channel) - 1.0) * spread;
 }
 
 vec3 medium_transmittance(InteriorList list, float length) {

@@ -28,6 +28,9 @@ pub const MAX_RESTIR_NEIGHBOURS: u32 = 8;
 /// Most steps of a march through the medium.
 pub const MAX_GODRAYS_STEPS: u32 = 64;
 
+/// Most surfaces that a photon meets.
+pub const MAX_CAUSTIC_SEGMENTS: u32 = 16;
+
 /// Most bounces of a path of indirect light.
 pub const MAX_BOUNCES: u32 = 16;
 
@@ -71,6 +74,8 @@ dimensions! {
     DIM_REUSE_NEIGHBOURS: 65, MAX_RESTIR_NEIGHBOURS / 2, "Places of the neighbours 2 i (x, y) and 2 i + 1 (z, w) of the reuse of bounces.";
     DIM_INDIRECT: 128, (MAX_BOUNCES + 1) * BOUNCE_DIMENSIONS, "Vertex i of a path of indirect light, from 128 + 24 i on: direction; choices; light; light by power; shadow ray; texture filter; 8 and on: candidates.";
     DIM_GODRAYS: 536, MAX_GODRAYS_STEPS, "Step i of a march through the medium. x: which directional light; y: where in the step; z, w: point on the light's disc.";
+    DIM_CAUSTICS: 600, MAX_CAUSTIC_SEGMENTS + 1, "A photon, 600: x: which directional light; y: which target; z, w: point on the light's disc; 601 + i: its surface i. x: which lobe; y: reflection or transmission; z: which colour, where they part; w: rounding.";
+    DIM_CAUSTIC_PLACE: 617, 1, "x, y: where in a cell of photons a pixel looks.";
     DIM_TEXTURE: 640, TEXTURE_DIMENSIONS, "Stochastic texture filter at a surface of instance i, from 640 + i modulo 64. x, y: texel; z: mip level; w: place along the footprint.";
     DIM_COVERAGE: 1024, 1024, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 1024 + i.";
 }
@@ -83,7 +88,11 @@ pub fn dimension(number: u32) -> Option<&'static Dimension> {
 /// GLSL constants (`dimensions.glsl`).
 pub fn glsl() -> String {
     let first = DIMENSIONS.iter().map(|d| format!("const uint {} = {}u;\n", d.name, d.first));
-    let counts = [("BOUNCE_DIMENSIONS", BOUNCE_DIMENSIONS), ("TEXTURE_DIMENSIONS", TEXTURE_DIMENSIONS)];
+    let counts = [
+        ("BOUNCE_DIMENSIONS", BOUNCE_DIMENSIONS),
+        ("MAX_CAUSTIC_SEGMENTS", MAX_CAUSTIC_SEGMENTS),
+        ("TEXTURE_DIMENSIONS", TEXTURE_DIMENSIONS),
+    ];
     first.chain(counts.map(|(name, count)| format!("const uint {name} = {count}u;\n"))).collect()
 }
 

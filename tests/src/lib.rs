@@ -135,6 +135,12 @@ impl Frames {
         self.session.gpu.backend()
     }
 
+    /// Names of the passes of the last frame; waits for it.
+    pub fn passes(&mut self) -> Vec<String> {
+        self.recorder.finish().unwrap();
+        self.recorder.pass_table().iter().map(|pass| pass.name.clone()).collect()
+    }
+
     /// The backends that the device has.
     pub fn backends(&self) -> Vec<TraceBackend> {
         TraceBackend::available(&self.session.device)

@@ -1,6 +1,7 @@
 //! Tests that cross crates, in one program: it is linked once, and its tests share devices with their kernels.
 
 mod backends;
+mod caustics;
 mod closed_forms;
 mod common;
 mod effects;

@@ -32,7 +32,7 @@ impl FullFrame {
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
         let planes = plane_count(scene, &params.gbuffer);
         let variant = params.gbuffer.variant(gpu.variant());
-        let traced = Some(TracedStages::new(device, variant, planes > 1, params)?);
+        let traced = Some(TracedStages::new(device, variant, scene, planes > 1, params)?);
         Self::assemble(device, traced, planes, Stage::Denoise, output_size, accumulate, params)
     }
 
@@ -68,10 +68,9 @@ impl FullFrame {
             .then(|| DenoiseChain::new(device, &params.denoise, indirect))
             .transpose()?;
         let mut stages: Vec<StageIo> = Vec::new();
-        let has_effects = traced.as_ref().is_some_and(|traced| traced.effects.is_some());
-        if traced.is_some() {
+        if let Some(traced) = &traced {
             stages.push(PrimaryRays::IO);
-            stages.extend(has_effects.then_some(Effects::BLEND));
+            stages.extend(traced.effects.is_some().then_some(Effects::BLEND));
             stages.extend(
                 params
                     .gbuffer
@@ -85,6 +84,7 @@ impl FullFrame {
             stages.extend(params.gbuffer.searches_motion().then_some(ReplacedMotion::IO));
             stages.extend(params.has_gradient_pixels().then_some(GradientPixels::IO));
             stages.extend(DirectLighting::io(&params.lights));
+            stages.extend(traced.direct.caustics_io());
             if indirect {
                 stages.extend(IndirectLighting::io(&params.indirect));
             }
@@ -94,6 +94,7 @@ impl FullFrame {
             stages.push(Composite::io_for(indirect));
         }
         stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
+        let has_effects = traced.as_ref().is_some_and(|traced| traced.effects.is_some());
         stages.extend(has_effects.then_some(Effects::MOTION));
         let sizes = params.post.sizes(output_size);
         let mut more_planes = None;

@@ -8,7 +8,8 @@ use pt_denoise::GradientPixels;
 use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
 use pt_lights::records::LightRays;
-use pt_lights::{DirectLighting, DirectParams};
+use pt_lights::{DirectLighting, DirectParams, caustic_targets};
+use pt_scene::Scene;
 use pt_shaders::records::LightSampler;
 use pt_shaders::{NamedEnum, named_enum};
 use std::thread;
@@ -81,6 +82,7 @@ impl TracedStages {
     pub(super) fn new(
         device: &Device,
         variant: TraceVariant,
+        scene: &Scene,
         has_planes: bool,
         params: &FrameParams,
     ) -> Result<Self> {
@@ -101,7 +103,9 @@ impl TracedStages {
             let gradient_pixels = params
                 .has_gradient_pixels()
                 .then(|| threads.spawn(|| GradientPixels::new(device, variant, &params.denoise)));
-            let direct = threads.spawn(|| DirectLighting::new(device, variant, lights));
+            let targets = if lights.caustics { caustic_targets(scene) } else { Vec::new() };
+            let direct =
+                threads.spawn(move || DirectLighting::with_caustics(device, variant, lights, &targets));
             let mut stages = Self {
                 primary: PrimaryRays::new(device, variant)?,
                 effects: effects.map(join).transpose()?,
