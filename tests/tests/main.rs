@@ -3,6 +3,7 @@
 mod backends;
 mod closed_forms;
 mod common;
+mod compact;
 mod environment;
 mod godrays;
 mod gradient_pixels;
