@@ -8,7 +8,7 @@ use pt_core::{ChannelImages, FrameSizes, Recorder, StageInputs};
 use pt_gbuffer::{GbufferParams, PrimaryRays};
 use pt_scene::gpu::{GpuScene, camera_record};
 use pt_scene::{Camera, builtin};
-use pt_shaders::channels::{BASE_COLOR, COMPACT, ChannelId, GbufferFormat, METALLIC_ROUGHNESS, MOTION};
+use pt_shaders::channels::{COMPACT, ChannelId, GbufferFormat};
 use pt_shaders::records::FrameRecord;
 use std::collections::BTreeMap;
 
@@ -53,13 +53,13 @@ fn gbuffer(device: &TestDevice, gbuffer_format: GbufferFormat) -> Gbuffer {
 fn largest_error(id: ChannelId, value: f32) -> f32 {
     // Half a step of 8 bits, and half a step of the 16 bits of the full channel.
     let (step, full) = (0.5 / 255.0, 0.5 / 65535.0);
-    match id {
+    match id.channel().name {
         // (r + e)^2 - r^2 for a root r.
-        BASE_COLOR => 2.0 * value.sqrt() * step + step * step + 2.0 * full,
-        METALLIC_ROUGHNESS => step + full,
+        "base_color" => 2.0 * value.sqrt() * step + step * step + 2.0 * full,
+        "metallic_roughness" => step + full,
         // A device may round to either neighbour: 10 bits after the point, and steps of 2^-24 near zero.
-        MOTION => value.abs() / 1024.0 + f32::powi(2.0, -24),
-        _ => panic!("{}: no error is known", id.channel().name),
+        "motion" => value.abs() / 1024.0 + f32::powi(2.0, -24),
+        name => panic!("{name}: no error is known"),
     }
 }
 
