@@ -106,7 +106,7 @@ knobs! {
         /// must remove.
         pub texture_filter: TextureFilter = TextureFilter::Hardware, source "Pharr et al. 2024" => structural;
         /// Formats of the channels that hold surfaces: `compact` has base colour, metalness and roughness in 8 bits a number, and motion in half floats.
-        pub format: GbufferFormat = GbufferFormat::Full, source "seed" => structural;
+        pub format: GbufferFormat = GbufferFormat::Full => structural;
         /// Source of the random numbers of all stages of the frame.
         pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020" => structural;
     }
