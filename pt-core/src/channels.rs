@@ -6,7 +6,7 @@ use crate::history::History;
 use crate::image::Image;
 use crate::memory::check_size;
 use crate::sizes::FrameSizes;
-use pt_shaders::channels::{Channel, ChannelId, Lifetime};
+use pt_shaders::channels::{ChannelId, GbufferFormat, Lifetime};
 use std::collections::BTreeMap;
 
 pub use pt_shaders::records::field_width;
@@ -29,6 +29,7 @@ pub struct Lacking {
 /// the stages.
 pub struct ChannelImages {
     sizes: FrameSizes,
+    format: GbufferFormat,
     slots: BTreeMap<ChannelId, Slot>,
     /// Whether a frame has been recorded since the last reset.
     has_frame: bool,
@@ -36,10 +37,9 @@ pub struct ChannelImages {
     has_history: bool,
 }
 
-pub(crate) fn channel_bytes(id: ChannelId, sizes: FrameSizes, previous: bool) -> u64 {
-    let Channel { extent, format, .. } = id.channel();
-    let [width, height] = sizes.extent(*extent).map(u64::from);
-    width * height * u64::from(format.bytes()) * (1 + u64::from(previous))
+pub(crate) fn channel_bytes(id: ChannelId, format: GbufferFormat, sizes: FrameSizes, previous: bool) -> u64 {
+    let [width, height] = sizes.extent(id.channel().extent).map(u64::from);
+    width * height * u64::from(id.format(format).bytes()) * (1 + u64::from(previous))
 }
 
 impl ChannelImages {
@@ -54,14 +54,14 @@ impl ChannelImages {
         other_bytes: u64,
     ) -> Result<Self> {
         let images: BTreeMap<_, _> = images.into_iter().collect();
-        let bytes = images.iter().map(|(&id, &previous)| channel_bytes(id, sizes, previous)).sum::<u64>();
-        let bytes = bytes + other_bytes;
+        let format = device.gbuffer_format();
+        let bytes_of = |(&id, &previous)| channel_bytes(id, format, sizes, previous);
+        let bytes = images.iter().map(bytes_of).sum::<u64>() + other_bytes;
         check_size("a frame", sizes.frame, bytes, "the device", device.info().free_bytes())?;
         let mut slots = BTreeMap::new();
         for (id, previous) in images {
-            let channel = id.channel();
-            let extent = sizes.extent(channel.extent);
-            let image = |name: &str| Image::new(device, name, channel.format, extent);
+            let extent = sizes.extent(id.channel().extent);
+            let image = |name: &str| Image::new(device, name, id.format(format), extent);
             let name = id.full_name();
             let slot = if previous {
                 Slot::History(History::new(image(&name)?, image(&format!("{name}_prev"))?))
@@ -70,7 +70,7 @@ impl ChannelImages {
             };
             slots.insert(id, slot);
         }
-        Ok(Self { sizes, slots, has_frame: false, has_history: false })
+        Ok(Self { sizes, format, slots, has_frame: false, has_history: false })
     }
 
     /// Full frame in pixels.
@@ -164,7 +164,7 @@ impl ChannelImages {
     /// Bytes of an image, with last frame's where that is kept; 0 when it is not there.
     pub fn bytes_of(&self, id: ChannelId) -> u64 {
         let slot = self.slots.get(&id);
-        slot.map_or(0, |slot| channel_bytes(id, self.sizes, matches!(slot, Slot::History(_))))
+        slot.map_or(0, |slot| channel_bytes(id, self.format, self.sizes, matches!(slot, Slot::History(_))))
     }
 
     /// Bytes of all images.

@@ -19,7 +19,8 @@ pub(crate) const fn vk_format(format: Format) -> vk::Format {
         Format::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
         Format::Rg16Unorm => vk::Format::R16G16_UNORM,
         Format::Rgba16Unorm => vk::Format::R16G16B16A16_UNORM,
-        Format::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
+        Format::Rg8Unorm => vk::Format::R8G8_UNORM,
+        Format::Rgba8Unorm | Format::Rgba8Root => vk::Format::R8G8B8A8_UNORM,
         Format::R32Uint => vk::Format::R32_UINT,
         Format::Rg32Uint => vk::Format::R32G32_UINT,
         Format::Rgba32Uint => vk::Format::R32G32B32A32_UINT,
@@ -221,7 +222,8 @@ impl Image {
             }
             Format::Rg16Unorm | Format::Rgba16Unorm => u16s(1.0 / 65535.0),
             Format::R16Uint => u16s(1.0),
-            Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
+            Format::Rg8Unorm | Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
+            Format::Rgba8Root => bytes.iter().map(|&b| (f32::from(b) / 255.0).powi(2)).collect(),
             Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
                 bytes.chunks_exact(4).map(|b| bytemuck::pod_read_unaligned::<u32>(b) as f32).collect()
             }
@@ -323,7 +325,10 @@ fn encode_f32(format: Format, values: &[f32]) -> Vec<u8> {
         Format::Rg16Unorm | Format::Rgba16Unorm => {
             values.iter().map(unorm(65535.0)).flat_map(|v| (v as u16).to_le_bytes()).collect()
         }
-        Format::Rgba8Unorm => values.iter().map(unorm(255.0)).map(|v| v as u8).collect(),
+        Format::Rg8Unorm | Format::Rgba8Unorm => values.iter().map(unorm(255.0)).map(|v| v as u8).collect(),
+        Format::Rgba8Root => {
+            values.iter().map(|v| v.max(0.0).sqrt()).map(|v| unorm(255.0)(&v) as u8).collect()
+        }
         Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
             values.iter().flat_map(|&v| (v as u32).to_le_bytes()).collect()
         }

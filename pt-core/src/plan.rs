@@ -6,7 +6,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
 use crate::sizes::FrameSizes;
-use pt_shaders::channels::{ChannelId, Lifetime};
+use pt_shaders::channels::{ChannelId, GbufferFormat, Lifetime};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The images that a stage accesses: channels of the frame contract and its own private images.
@@ -127,8 +127,8 @@ impl FramePlan {
     }
 
     /// Bytes of the images that [`FramePlan::allocate`] makes.
-    pub fn bytes(&self) -> u64 {
-        self.images().map(|(id, previous)| channel_bytes(id, self.sizes, previous)).sum()
+    pub fn bytes(&self, format: GbufferFormat) -> u64 {
+        self.images().map(|(id, previous)| channel_bytes(id, format, self.sizes, previous)).sum()
     }
 
     /// Every image that the stages access, and whether last frame's content is kept.

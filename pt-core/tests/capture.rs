@@ -203,6 +203,14 @@ fn values_are_encoded() {
     let unorm = written(Format::Rg16Unorm, &[-1.0, 2.0, f32::NAN, 0.25]);
     assert_eq!(unorm[..3], [0.0, 1.0, 0.0]);
     assert!((unorm[3] - 0.25).abs() <= 0.5 / 65535.0);
+    assert_eq!(written(Format::Rg8Unorm, &[-1.0, 2.0, f32::NAN, 0.2]), [0.0, 1.0, 0.0, 0.2]);
+    let roots = written(Format::Rgba8Root, &[-1.0, 2.0, f32::NAN, 0.04, 1e-5, 0.5, 0.25, 1.0]);
+    assert_eq!(roots[..3], [0.0, 1.0, 0.0]);
+    for (root, value) in roots[3..].iter().zip([0.04f32, 1e-5, 0.5, 0.25, 1.0]) {
+        assert!((root.sqrt() - value.sqrt()).abs() <= 0.5001 / 255.0, "{root} for {value}");
+    }
+    // What was read is written back as it was.
+    assert_eq!(written(Format::Rgba8Root, &roots), roots);
     assert_eq!(written(Format::R16Uint, &[-3.0, 1e9]), [0.0, 65535.0]);
 
     let words = image(Format::Rg32Uint);

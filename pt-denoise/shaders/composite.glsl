@@ -7,6 +7,7 @@
 #include "channels.glsl"
 #include "composite_push.glsl"
 #include "constants.glsl"
+#include "gbuffer_format.glsl"
 #include "reflectance.glsl"
 #ifdef INDIRECT
 #include "bsdf/ggx.glsl"
@@ -74,7 +75,7 @@ void main() {
         return;
     }
     if (surface) {
-        vec4 base = imageLoad(ch_base_color, p);
+        vec4 base = base_color_of(imageLoad(ch_base_color, p));
         float metallic = imageLoad(ch_metallic_roughness, p).x;
         vec3 albedo = push.use_albedo != 0u ? vec3(push.albedo) : diffuse_albedo(base.rgb, metallic);
         vec3 diffuse = (texelFetch(light_hf, p, 0).rgb * push.scale_hf + low_frequency(p)) * albedo;

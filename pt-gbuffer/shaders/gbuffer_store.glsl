@@ -2,6 +2,7 @@
 #include "bsdf/shading_normal.glsl"
 #include "channels.glsl"
 #include "clusters.glsl"
+#include "gbuffer_format.glsl"
 #include "reflectance.glsl"
 #include "sky.glsl"
 #include "surface.glsl"
@@ -51,7 +52,7 @@ void store_surface(ivec2 p, SeenSurface s) {
     // What is transmitted does not leave diffusely: the dielectric's diffuse base is what remains (KHR_materials_transmission).
     vec3 base = s.material.base_color * mix(1.0 - s.material.transmission, 1.0, s.material.metallic);
     vec3 f0 = dielectric_f0(s.material.ior, s.material.specular, s.material.specular_color);
-    imageStore(ch_base_color, p, vec4(base, max_component(f0)));
+    imageStore(ch_base_color, p, base_color_code(vec4(base, max_component(f0))));
     imageStore(ch_metallic_roughness, p, vec4(s.material.metallic, s.material.roughness, 0.0, 0.0));
     imageStore(ch_normal, p, uvec4(pack_unit_vector(s.normal)));
     imageStore(ch_vertex_normal, p, uvec4(pack_unit_vector(s.vertex_normal)));

@@ -6,6 +6,7 @@ layout(local_size_x = 16, local_size_y = 8) in;
 #include "frame.glsl"
 #include "channels.glsl"
 #include "checkerboard.glsl"
+#include "gbuffer_format.glsl"
 #include "random.glsl"
 #include "surface.glsl"
 #include "gbuffer_records.glsl"
@@ -88,7 +89,7 @@ void main() {
         bool done;
         if (!newton_step(place, point, field, visible.x, done)) return;
         if (!done) continue;
-        imageStore(ch_motion, p, vec4((place - here) / vec2(frame.size), motion.zw));
+        imageStore(ch_motion, p, motion_code(vec4((place - here) / vec2(frame.size), motion.zw)));
         return;
     }
 }

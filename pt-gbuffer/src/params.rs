@@ -4,6 +4,7 @@ use crate::GodraysParams;
 use pt_core::knobs;
 use pt_core::random::RandomSource;
 use pt_core::trace::TraceVariant;
+use pt_shaders::channels::GbufferFormat;
 pub use pt_shaders::dimensions::MAX_REFLECT_REFRACT;
 use pt_shaders::named_enum;
 use pt_shaders::records::{CameraRecord, Culling, FEATURE_OPACITY_TABLE, FEATURE_TEXTURE_FILTER};
@@ -106,6 +107,8 @@ knobs! {
         /// How textures are filtered at all surfaces that a frame shades: `stochastic` reads one texel a texture, whose noise averaged frames or anti-aliasing
         /// must remove.
         pub texture_filter: TextureFilter = TextureFilter::Hardware, source "Pharr et al. 2024" => structural;
+        /// Formats of the channels that hold surfaces: `compact` has base colour, metalness and roughness in 8 bits a number, and motion in half floats.
+        pub format: GbufferFormat = GbufferFormat::Full => structural;
         /// Source of the random numbers of all stages of the frame.
         pub random: RandomSource = RandomSource::White, source "Jarzynski and Olano 2020; Ulichney 1993; Burley 2020" => structural;
     }

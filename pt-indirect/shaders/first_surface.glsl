@@ -6,6 +6,7 @@
 #include "camera.glsl"
 #include "channels.glsl"
 #include "frame.glsl"
+#include "gbuffer_format.glsl"
 #include "indirect_push.glsl"
 #include "reflectance.glsl"
 #include "texture_random.glsl"
@@ -29,7 +30,7 @@ FirstSurface load_first_surface(ivec2 p, vec4 position) {
     s.position = position.xyz;
     uvec2 visible = imageLoad(ch_visibility, p).xy;
     vec3 direction = unpack_unit_vector(imageLoad(ch_view_direction, p).x);
-    vec4 base = imageLoad(ch_base_color, p);
+    vec4 base = base_color_of(imageLoad(ch_base_color, p));
     vec2 metallic_roughness = imageLoad(ch_metallic_roughness, p).xy;
     s.world_from_local = basis_around(unpack_unit_vector(imageLoad(ch_normal, p).x));
     Surface surface = load_surface(visible.x, visible.y, imageLoad(ch_barycentrics, p).xy);

@@ -1,6 +1,7 @@
 // Gives the light of the paths to the surfaces of the G-buffer: its diffuse part to color_lf, the rest to color_spec. Extent: split frame; with
 // half_rows every other row.
 layout(local_size_x = 16, local_size_y = 8) in;
+#include "gbuffer_format.glsl"
 #include "light_channels.glsl"
 
 void add_up(ivec2 p, uint index) {
@@ -22,7 +23,7 @@ void add_up(ivec2 p, uint index) {
     if (push.half_rows != 0u) return;
     float metallic = imageLoad(ch_metallic_roughness, p).x;
     float factor = specular_factor(first.roughness, light.w);
-    vec3 specular = specular_light * first.specular * (factor / demodulation(imageLoad(ch_base_color, p), metallic));
+    vec3 specular = specular_light * first.specular * (factor / demodulation(base_color_of(imageLoad(ch_base_color, p)), metallic));
     vec4 color_spec = imageLoad(ch_color_spec, p);
     if (is_finite(specular)) color_spec.rgb += specular;
     if (first.is_specular) color_spec.a = light.w;

@@ -73,7 +73,7 @@ void add_up(ivec2 p, uint index) {
         sum.specular += reused.specular;
     }
     store_diffuse(p, ShLight(sum.luma, chroma_of(sum)));
-    color_spec.rgb += sum.specular / demodulation(imageLoad(ch_base_color, p), imageLoad(ch_metallic_roughness, p).x);
+    color_spec.rgb += sum.specular / demodulation(base_color_of(imageLoad(ch_base_color, p)), imageLoad(ch_metallic_roughness, p).x);
     imageStore(ch_color_spec, p, color_spec);
 }
 

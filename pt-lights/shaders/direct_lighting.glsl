@@ -8,6 +8,7 @@
 #include "shadow_ray_slots.glsl"
 #include "lights/light_sampler.glsl"
 #include "lights/statistics.glsl"
+#include "gbuffer_format.glsl"
 #include "glass_shadow.glsl"
 #include "rgb9e5.glsl"
 
@@ -127,7 +128,7 @@ void main() {
     vec4 base = vec4(0.0);
     float metallic = 0.0;
     if (state != 0u || push.light_sample > 0u) {
-        base = imageLoad(ch_base_color, p);
+        base = base_color_of(imageLoad(ch_base_color, p));
         metallic = imageLoad(ch_metallic_roughness, p).x;
     }
     if (state != 0u) add_slots(p, texel, state, base, metallic, sums, feedback);

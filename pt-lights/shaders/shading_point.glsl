@@ -6,6 +6,7 @@
 #include "camera.glsl"
 #include "channels.glsl"
 #include "frame.glsl"
+#include "gbuffer_format.glsl"
 #include "lights_records.glsl"
 #include "texture_random.glsl"
 
@@ -59,7 +60,7 @@ ShadingPoint load_shading_point(ivec2 p, vec4 position) {
     s.view = -direction * s.world_from_local;
     // The normal is on the viewer's side; what its 16 bits round below the horizon is lifted to grazing.
     s.view.z = max(s.view.z, 1e-4);
-    vec4 base = imageLoad(ch_base_color, p);
+    vec4 base = base_color_of(imageLoad(ch_base_color, p));
     vec2 metallic_roughness = imageLoad(ch_metallic_roughness, p).xy;
     MaterialRecord m = MaterialTable(scene.materials).at[floatBitsToUint(position.w) - 1u];
     s.roughness = metallic_roughness.y;

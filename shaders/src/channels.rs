@@ -116,6 +116,12 @@ impl ChannelId {
         (0..CHANNELS.len()).map(|index| Self::new(CHANNELS, index))
     }
 
+    /// The format of its image in frames of this kind.
+    pub fn format(self, gbuffer_format: GbufferFormat) -> Format {
+        let compact = compact_formats(gbuffer_format).iter().find(|(id, _)| *id == self);
+        compact.map_or(self.channel().format, |(_, format)| *format)
+    }
+
     /// Finds a channel of the frame contract by its name.
     pub fn by_name(name: &str) -> Option<ChannelId> {
         Self::all().find(|id| id.channel().name == name)
@@ -289,6 +295,28 @@ crate::image_table! { "";
         "Exposed, tone-mapped and sRGB-encoded picture.";
     DISPLAY_HDR: "display_hdr", Rgba16F, Output, Frame, RGBA, "PQ codes of Rec. 2020, or scRGB",
         "Exposed, tone-mapped and encoded picture for an HDR display.";
+}
+
+crate::named_enum! {
+    /// Formats of the channels that hold surfaces.
+    pub enum GbufferFormat {
+        /// Those of the table.
+        Full = "full",
+        /// Smaller ones: [`COMPACT`].
+        Compact = "compact",
+    }
+}
+
+/// Channels that have a smaller format with `gbuffer.format=compact`.
+pub const COMPACT: &[(ChannelId, Format)] =
+    &[(BASE_COLOR, Format::Rgba8Root), (METALLIC_ROUGHNESS, Format::Rg8Unorm), (MOTION, Format::Rgba16F)];
+
+/// The channels whose format is not that of the table.
+pub fn compact_formats(gbuffer_format: GbufferFormat) -> &'static [(ChannelId, Format)] {
+    match gbuffer_format {
+        GbufferFormat::Full => &[],
+        GbufferFormat::Compact => COMPACT,
+    }
 }
 
 /// Descriptor set that the images are declared in.

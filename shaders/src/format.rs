@@ -15,8 +15,13 @@ pub enum Format {
     Rg16Unorm,
     /// Four 16-bit unsigned normalised numbers.
     Rgba16Unorm,
+    /// Two 8-bit unsigned normalised numbers.
+    Rg8Unorm,
     /// Four 8-bit unsigned normalised numbers.
     Rgba8Unorm,
+    /// Four numbers in 0..1, of each its square root as an 8-bit unsigned normalised number: steps are finer where the numbers are small.
+    /// Kernels take roots and squares themselves (`base_color.glsl`).
+    Rgba8Root,
     /// One 32-bit unsigned integer.
     R32Uint,
     /// Two 32-bit unsigned integers.
@@ -37,7 +42,8 @@ impl Format {
             Self::Rgba16F => "rgba16f",
             Self::Rg16Unorm => "rg16",
             Self::Rgba16Unorm => "rgba16",
-            Self::Rgba8Unorm => "rgba8",
+            Self::Rg8Unorm => "rg8",
+            Self::Rgba8Unorm | Self::Rgba8Root => "rgba8",
             Self::R32Uint => "r32ui",
             Self::Rg32Uint => "rg32ui",
             Self::Rgba32Uint => "rgba32ui",
@@ -59,16 +65,17 @@ impl Format {
     pub const fn components(self) -> u32 {
         match self {
             Self::R32F | Self::R32Uint | Self::R16Uint => 1,
-            Self::Rg32F | Self::Rg16Unorm | Self::Rg32Uint => 2,
-            Self::Rgba32F | Self::Rgba16F | Self::Rgba16Unorm | Self::Rgba8Unorm | Self::Rgba32Uint => 4,
+            Self::Rg32F | Self::Rg16Unorm | Self::Rg8Unorm | Self::Rg32Uint => 2,
+            Self::Rgba32F | Self::Rgba16F | Self::Rgba16Unorm | Self::Rgba8Unorm | Self::Rgba8Root => 4,
+            Self::Rgba32Uint => 4,
         }
     }
 
     /// Bytes per texel.
     pub const fn bytes(self) -> u32 {
         match self {
-            Self::R16Uint => 2,
-            Self::R32F | Self::R32Uint | Self::Rg16Unorm | Self::Rgba8Unorm => 4,
+            Self::R16Uint | Self::Rg8Unorm => 2,
+            Self::R32F | Self::R32Uint | Self::Rg16Unorm | Self::Rgba8Unorm | Self::Rgba8Root => 4,
             Self::Rg32F | Self::Rg32Uint | Self::Rgba16F | Self::Rgba16Unorm => 8,
             Self::Rgba32F | Self::Rgba32Uint => 16,
         }

@@ -4,6 +4,7 @@ mod backends;
 mod caustics;
 mod closed_forms;
 mod common;
+mod compact;
 mod effects;
 mod environment;
 mod godrays;

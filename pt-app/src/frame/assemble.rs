@@ -32,7 +32,8 @@ impl FullFrame {
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
         let planes = plane_count(scene, &params.gbuffer);
         let variant = params.gbuffer.variant(gpu.variant());
-        let traced = Some(TracedStages::new(device, variant, scene, planes > 1, params)?);
+        let framed = device.with_gbuffer_format(params.gbuffer.format);
+        let traced = Some(TracedStages::new(&framed, variant, scene, planes > 1, params)?);
         Self::assemble(device, traced, planes, Stage::Denoise, output_size, accumulate, params)
     }
 
@@ -59,6 +60,7 @@ impl FullFrame {
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
+        let device = &device.with_gbuffer_format(params.gbuffer.format);
         let alpha = params.denoise.background == Background::Transparent;
         let parts = ChainParts { accumulate, picture: true, alpha };
         let post = PostChain::new(device, parts, &params.post)?;
@@ -102,7 +104,7 @@ impl FullFrame {
         if planes > 1 {
             let mut plan = FramePlan::new(sizes);
             stages.iter().try_for_each(|io| plan.stage(io))?;
-            more_bytes = plan.bytes() * u64::from(planes - 1);
+            more_bytes = plan.bytes(params.gbuffer.format) * u64::from(planes - 1);
             more_planes = Some(plan);
             stages.push(AddPlane::IO);
         }

@@ -12,6 +12,7 @@ use crate::lock::lock;
 use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
+use pt_shaders::channels::GbufferFormat;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -39,7 +40,11 @@ const LARGE: u64 = 1 << 28;
 
 /// An open device. Cheap to clone; resources keep it alive.
 #[derive(Clone)]
-pub struct Device(Arc<Inner>);
+pub struct Device {
+    inner: Arc<Inner>,
+    /// Formats of the channels in the images and kernels that this clone makes.
+    gbuffer_format: GbufferFormat,
+}
 
 pub(crate) struct Inner {
     pub(crate) raw: ash::Device,
@@ -162,7 +167,7 @@ impl Device {
             .then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
         let ray_tracing_pipeline =
             capabilities.rt_pipeline.then(|| khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw));
-        Ok(Self(Arc::new(Inner {
+        let inner = Arc::new(Inner {
             raw,
             debug_utils,
             acceleration_structure,
@@ -179,57 +184,68 @@ impl Device {
             allocations: AtomicU64::new(0),
             next_id: AtomicU64::new(1),
             instance: ManuallyDrop::new(instance),
-        })))
+        });
+        Ok(Self { inner, gbuffer_format: GbufferFormat::Full })
+    }
+
+    /// The same device for a frame whose channels have these formats: images and kernels that are made with it fit each other.
+    pub fn with_gbuffer_format(&self, gbuffer_format: GbufferFormat) -> Self {
+        Self { inner: self.inner.clone(), gbuffer_format }
+    }
+
+    /// Formats of the channels that [`Device::with_gbuffer_format`] has set; else those of the table.
+    pub fn gbuffer_format(&self) -> GbufferFormat {
+        self.gbuffer_format
     }
 
     /// Properties and capabilities of the device.
     pub fn info(&self) -> &DeviceInfo {
-        &self.0.info
+        &self.inner.info
     }
 
     /// Creation counters since the device was opened.
     pub fn counters(&self) -> Counters {
         Counters {
-            pipelines: self.0.pipelines.load(Ordering::Relaxed),
-            allocations: self.0.allocations.load(Ordering::Relaxed),
+            pipelines: self.inner.pipelines.load(Ordering::Relaxed),
+            allocations: self.inner.allocations.load(Ordering::Relaxed),
         }
     }
 
     /// Messages of the validation layers; `None` when opened without them.
     pub fn validation(&self) -> Option<&ValidationLog> {
-        self.0.instance.validation.as_ref().map(|messenger| messenger.log())
+        self.inner.instance.validation.as_ref().map(|messenger| messenger.log())
     }
 
     /// Layout of the bindless texture set ([`crate::sampler::TEXTURE_SET`]), the same for every kernel.
     pub(crate) fn texture_layout(&self) -> vk::DescriptorSetLayout {
-        self.0.texture_layout
+        self.inner.texture_layout
     }
 
     pub(crate) fn inner(&self) -> &Inner {
-        &self.0
+        &self.inner
     }
 
     pub(crate) fn raw(&self) -> &ash::Device {
-        &self.0.raw
+        &self.inner.raw
     }
 
     pub(crate) fn next_id(&self) -> u64 {
-        self.0.next_id.fetch_add(1, Ordering::Relaxed)
+        self.inner.next_id.fetch_add(1, Ordering::Relaxed)
     }
 
     pub(crate) fn count_pipeline(&self) {
-        self.0.pipelines.fetch_add(1, Ordering::Relaxed);
+        self.inner.pipelines.fetch_add(1, Ordering::Relaxed);
     }
 
     pub(crate) fn allocate(&self, desc: &AllocationCreateDesc<'_>) -> Result<Allocation> {
-        self.0.allocations.fetch_add(1, Ordering::Relaxed);
+        self.inner.allocations.fetch_add(1, Ordering::Relaxed);
         let bytes = desc.requirements.size;
         // A CPU driver takes what it is asked for from the host, and the system then ends the program.
         if bytes >= LARGE && bytes > self.info().free_bytes() {
             let reason = format!("{} are free", gib(self.info().free_bytes()));
             return Err(Error::Allocation { name: desc.name.into(), bytes, reason });
         }
-        lock(&self.0.allocator).allocate(desc).map_err(|e| Error::Allocation {
+        lock(&self.inner.allocator).allocate(desc).map_err(|e| Error::Allocation {
             name: desc.name.into(),
             bytes: desc.requirements.size,
             reason: e.to_string(),
@@ -237,13 +253,13 @@ impl Device {
     }
 
     pub(crate) fn free(&self, allocation: Allocation) {
-        if let Err(error) = lock(&self.0.allocator).free(allocation) {
+        if let Err(error) = lock(&self.inner.allocator).free(allocation) {
             eprintln!("warning: freeing device memory failed: {error}");
         }
     }
 
     pub(crate) fn name<T: vk::Handle>(&self, object: T, name: &str) {
-        if let Some(utils) = &self.0.debug_utils {
+        if let Some(utils) = &self.inner.debug_utils {
             let text = std::ffi::CString::new(name.replace('\0', "?")).unwrap_or_default();
             let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&text);
             // SAFETY: the object belongs to this device. A failure only loses the name.
@@ -253,21 +269,21 @@ impl Device {
 
     /// Submits to the one queue.
     pub(crate) fn submit(&self, info: &vk::SubmitInfo2<'_>, fence: vk::Fence) -> Result<()> {
-        let queue = lock(&self.0.queue);
+        let queue = lock(&self.inner.queue);
         // SAFETY: the queue is locked, the submitted objects are kept alive by the caller until the fence signals.
         unsafe { self.raw().queue_submit2(*queue, &[*info], fence) }.context("vkQueueSubmit2")
     }
 
     /// Waits until the queue is empty.
     pub fn wait_idle(&self) -> Result<()> {
-        let queue = lock(&self.0.queue);
+        let queue = lock(&self.inner.queue);
         // SAFETY: the queue is locked.
         unsafe { self.raw().queue_wait_idle(*queue) }.context("vkQueueWaitIdle")
     }
 
     /// Records, submits and waits: for set-up and read-back, never inside a frame.
     pub(crate) fn submit_once(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
-        let pool = lock(&self.0.one_off);
+        let pool = lock(&self.inner.one_off);
         let raw = self.raw();
         let allocate = vk::CommandBufferAllocateInfo::default()
             .command_pool(*pool)

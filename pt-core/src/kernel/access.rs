@@ -16,7 +16,7 @@ pub(super) const OP_SPEC_CONSTANT_OP: u32 = 52;
 pub(super) const OP_FUNCTION_CALL: u32 = 57;
 pub(super) const OP_VARIABLE: u32 = 59;
 const OP_IMAGE_TEXEL_POINTER: u32 = 60;
-const OP_LOAD: u32 = 61;
+pub(super) const OP_LOAD: u32 = 61;
 const OP_STORE: u32 = 62;
 const OP_ACCESS_CHAIN: u32 = 65;
 const OP_IN_BOUNDS_ACCESS_CHAIN: u32 = 66;
@@ -107,7 +107,7 @@ pub(crate) fn without_constant_expressions(words: &[u32]) -> Vec<u32> {
     out
 }
 
-fn literal_string(words: &[u32]) -> String {
+pub(super) fn literal_string(words: &[u32]) -> String {
     let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).take_while(|&b| b != 0).collect();
     String::from_utf8_lossy(&bytes).into_owned()
 }

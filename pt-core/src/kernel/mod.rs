@@ -4,6 +4,7 @@ mod access;
 mod constants;
 mod control_flow;
 mod fold;
+mod formats;
 mod program;
 pub(crate) mod programs;
 mod ray_tracing;
@@ -53,11 +54,12 @@ impl Kernel {
         constants: &[(&str, Constant)],
     ) -> Result<Self> {
         let make = || {
-            let reflection = reflection::reflect::<P>(code.name, code.stage, code.spirv)?;
+            let words = program::words_for(device, code.name, code.spirv)?;
+            let reflection = reflection::reflect::<P>(code.name, code.stage, &words)?;
             constants::check(code.name, &reflection.constants, constants)?;
             let stages = vk::ShaderStageFlags::COMPUTE;
             Program::new(device, code.name, reflection, constants, stages, |reflection, layout| {
-                let module = Module::new(device, code.spirv, &reflection.constants, constants)?;
+                let module = Module::new(device, &words, &reflection.constants, constants)?;
                 let stage = vk::PipelineShaderStageCreateInfo::default()
                     .stage(stages)
                     .module(module.handle)
@@ -70,7 +72,8 @@ impl Kernel {
                     .map_err(|(_, result)| Error::Vulkan { call: "vkCreateComputePipelines", result })?[0])
             })
         };
-        let program = device.inner().programs.get::<P>(device.raw(), code, constants, make)?;
+        let program =
+            device.inner().programs.get::<P>(device.raw(), code, device.gbuffer_format(), constants, make)?;
         let launch = Launch::Compute(program.reflection.workgroup);
         Ok(Self(Arc::new(Inner { device: device.clone(), name: code.name, program, launch })))
     }

@@ -1,12 +1,20 @@
 //! The making of programs.
 
 use super::constants::{self, Constant, Declarations};
+use super::formats;
 use super::programs::{Layout, Program};
 use super::reflection::{self, Reflection};
 use super::specialize;
 use crate::device::Device;
-use crate::error::{Result, VkContext};
+use crate::error::{Error, Result, VkContext};
 use ash::vk;
+use pt_shaders::channels::GbufferFormat;
+
+/// The words of a module, with the formats that channels have on this device.
+pub(super) fn words_for(device: &Device, kernel: &str, spirv: &[u8]) -> Result<Vec<u32>> {
+    let problem = |problem| Error::Kernel { kernel: kernel.into(), problem };
+    formats::with_formats(reflection::words(spirv), device.gbuffer_format()).map_err(problem)
+}
 
 /// A SPIR-V module that lives until its pipeline is made.
 pub(super) struct Module {
@@ -18,11 +26,13 @@ impl Module {
     /// With the values of its specialisation constants, of those `given` that it declares.
     pub(super) fn new(
         device: &Device,
-        spirv: &[u8],
+        words: &[u32],
         declared: &Declarations,
         given: &[(&str, Constant)],
     ) -> Result<Self> {
-        let words = specialize::specialize(&reflection::words(spirv), &constants::values(declared, given));
+        let compact = device.gbuffer_format() == GbufferFormat::Compact;
+        let given = [given, &[("compact_gbuffer", compact.into())]].concat();
+        let words = specialize::specialize(words, &constants::values(declared, &given));
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V from our own compiler; destroyed by Drop.
         let handle =

@@ -8,6 +8,7 @@ use super::reflection::Reflection;
 use crate::error::{Result, VkContext};
 use crate::lock::lock;
 use ash::vk;
+use pt_shaders::channels::GbufferFormat;
 use pt_shaders::{GpuStruct, ShaderCode};
 use std::any::TypeId;
 use std::collections::HashMap;
@@ -114,12 +115,13 @@ impl Program {
     }
 }
 
-/// What a program is made from: its code, which is a constant of this program, the type of its push constants, and the values of its
-/// specialisation constants.
+/// What a program is made from: its code, which is a constant of this program, the type of its push constants, the formats of the channels, and
+/// the values of its specialisation constants.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Key {
     code: (*const u8, usize),
     push: TypeId,
+    gbuffer_format: GbufferFormat,
     constants: Vec<(String, u32)>,
 }
 
@@ -136,12 +138,14 @@ impl Programs {
         &self,
         raw: &ash::Device,
         code: &ShaderCode,
+        gbuffer_format: GbufferFormat,
         constants: &[(&str, Constant)],
         make: impl FnOnce() -> Result<Program>,
     ) -> Result<Arc<Program>> {
         let key = Key {
             code: (code.spirv.as_ptr(), code.spirv.len()),
             push: TypeId::of::<P>(),
+            gbuffer_format,
             constants: constants.iter().map(|(name, value)| ((*name).to_owned(), value.bits())).collect(),
         };
         if let Some(program) = lock(&self.0).get(&key) {

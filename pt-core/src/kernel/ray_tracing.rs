@@ -1,7 +1,7 @@
 //! Kernels that trace rays, for each of the backends; ray tracing pipelines and their shader binding tables.
 
 use super::constants::{self, Constant};
-use super::program::Module;
+use super::program::{Module, words_for};
 use super::programs::Program;
 use super::{Inner, Kernel, Launch, Reflection, reflection};
 use crate::backend::TraceBackend;
@@ -57,7 +57,13 @@ impl Kernel {
         constants: &[(&str, Constant)],
     ) -> Result<Self> {
         let make = || program::<P>(device, code, ray_gen, constants);
-        let program = device.inner().programs.get::<P>(device.raw(), ray_gen, constants, make)?;
+        let program = (device.inner().programs).get::<P>(
+            device.raw(),
+            ray_gen,
+            device.gbuffer_format(),
+            constants,
+            make,
+        )?;
         let launch = Launch::RayTracing(BindingTable::new(device, ray_gen.name, program.pipeline)?);
         Ok(Self(Arc::new(Inner { device: device.clone(), name: ray_gen.name, program, launch })))
     }
@@ -73,11 +79,13 @@ fn program<P: GpuStruct>(
     let extension = extension.ok_or_else(|| Error::Unsupported("no VK_KHR_ray_tracing_pipeline".into()))?;
     let shells = [&kernels::TRACE_MISS, &kernels::TRACE_CLOSEST_HIT, &kernels::TRACE_ANY_HIT];
     // The interface of either ray generation shader; spirq does not know the types of the one that sorts threads.
-    let mut interface = reflection::reflect::<P>(code.name, code.ray_gen.stage, code.ray_gen.spirv)?;
-    let mut shaders = vec![(ray_gen, interface.constants.clone())];
+    let known = words_for(device, code.name, code.ray_gen.spirv)?;
+    let mut interface = reflection::reflect::<P>(code.name, code.ray_gen.stage, &known)?;
+    let mut shaders = vec![(words_for(device, code.name, ray_gen.spirv)?, interface.constants.clone())];
     for shell in shells {
-        let reflection = reflection::reflect::<()>(shell.name, shell.stage, shell.spirv)?;
-        shaders.push((shell, reflection.constants.clone()));
+        let words = words_for(device, shell.name, shell.spirv)?;
+        let reflection = reflection::reflect::<()>(shell.name, shell.stage, &words)?;
+        shaders.push((words, reflection.constants.clone()));
         merge(code.name, &mut interface, reflection)?;
     }
     constants::check(code.name, &interface.constants, constants)?;
@@ -85,7 +93,7 @@ fn program<P: GpuStruct>(
     let all = S::RAYGEN_KHR | S::CLOSEST_HIT_KHR | S::ANY_HIT_KHR | S::MISS_KHR;
     Program::new(device, ray_gen.name, interface, constants, all, |_, layout| {
         let modules = (shaders.iter())
-            .map(|(shader, declared)| Module::new(device, shader.spirv, declared, constants))
+            .map(|(words, declared)| Module::new(device, words, declared, constants))
             .collect::<Result<Vec<_>>>()?;
         let stages = [S::RAYGEN_KHR, S::MISS_KHR, S::CLOSEST_HIT_KHR, S::ANY_HIT_KHR];
         let infos: Vec<_> = (stages.into_iter().zip(&modules))

@@ -71,14 +71,13 @@ pub(crate) fn words(spirv: &[u8]) -> Vec<u32> {
 }
 
 /// Reflects one module of `kernel` and checks the layout of all records that it shares with the host.
-pub(crate) fn reflect<P: GpuStruct>(kernel: &str, stage: Stage, spirv: &[u8]) -> Result<Reflection> {
+pub(crate) fn reflect<P: GpuStruct>(kernel: &str, stage: Stage, words: &[u32]) -> Result<Reflection> {
     let problem = |problem: String| Error::Kernel { kernel: kernel.into(), problem };
-    let words = words(spirv);
-    let module = access::examine(&words);
+    let module = access::examine(words);
     check_records::<P>(&module.structs).map_err(problem)?;
 
     let entries = ReflectConfig::new()
-        .spv(access::without_constant_expressions(&words))
+        .spv(access::without_constant_expressions(words))
         .combine_img_samplers(true)
         .reflect()
         .map_err(|e| problem(format!("SPIR-V reflection failed: {e}")))?;
