@@ -50,7 +50,7 @@ void main() {
     vec3 scaled = irradiance / max(dot(normal, direction), cos_shading / MAX_TILT);
     if (cos_shading <= 0.0) return;
     vec4 diffuse = with_distant(imageLoad(ch_color_hf, p), f.diffuse * scaled);
-    vec3 demodulated = f.specular * scaled / demodulation(imageLoad(ch_base_color, p), imageLoad(ch_metallic_roughness, p).x);
+    vec3 demodulated = f.specular * scaled / demodulation(base_color_of(imageLoad(ch_base_color, p)), imageLoad(ch_metallic_roughness, p).x);
     vec4 specular = with_distant(imageLoad(ch_color_spec, p), demodulated);
     imageStore(ch_color_hf, p, diffuse);
     imageStore(ch_color_spec, p, specular);
