@@ -42,7 +42,7 @@ impl Fsr {
     /// As [`Self::new`]. `half`: EASU, and RCAS into 8-bit codes, compute in half floats.
     ///
     /// # Errors
-    /// When the device refuses; it needs [`pt_core::Capabilities::half_floats`].
+    /// When the device refuses; half floats need `half_floats` of the capabilities of the device.
     pub fn with_precision(device: &Device, half: bool) -> Result<Self> {
         let [easu, rcas] =
             if half { [&kernels::EASU_HALF, &kernels::RCAS_HALF] } else { [&kernels::EASU, &kernels::RCAS] };
