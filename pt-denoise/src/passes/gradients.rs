@@ -28,7 +28,7 @@ knobs! {
         pub gate_noise: f32 = 3.0, in 0.0..=100.0, unit "standard deviations";
         /// Levels of the filter over the gradients.
         pub iterations: u32 = 3, in 0..=7, source "Schied, Peters and Dachsbacher 2018, section 4.3";
-        /// Which pixel of 3 x 3 is the gradient pixel; the brightest one shows changes where little light arrives, but hides lights that go on, and makes
+        /// Which pixel of a stratum is the gradient pixel; the brightest one shows changes where little light arrives, but hides lights that go on, and makes
         /// `off` and `accumulate` too bright on a capture.
         pub pixel: GradientPixel = GradientPixel::Random;
         /// Which way gradient pixels are found.
