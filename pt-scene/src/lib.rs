@@ -55,8 +55,7 @@ pub use extension::{ExtensionUse, Support};
 pub use framing::automatic_camera;
 pub use glam;
 pub use light::{Light, LightKind, shines};
-pub use limits::MAX_RADIANCE;
-pub use material::{AlphaMode, Lobes, MAX_PRIORITY, Material, TextureRef, media};
+pub use material::{AlphaMode, Lobes, MAX_PRIORITY, MAX_RADIANCE, Material, TextureRef, media};
 pub use material_kind::MaterialKind;
 pub use mesh::Mesh;
 pub use mips::{

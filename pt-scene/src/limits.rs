@@ -1,10 +1,7 @@
 //! Limits on how bright a scene is.
 
-use crate::Scene;
+use crate::{MAX_RADIANCE, Scene};
 use glam::Vec3;
-
-/// Largest radiance and intensity, per channel. Squares of it, which variances are made of, are finite in fp32.
-pub const MAX_RADIANCE: f32 = 1e15;
 
 impl Scene {
     /// Limits emission and lights to [`MAX_RADIANCE`], so that all renderers show the same, with a notice for each that was brighter.

@@ -2,6 +2,9 @@ use crate::{Shows, Waves};
 use glam::{Affine2, Vec3, Vec4};
 use std::collections::BTreeMap;
 
+/// Largest radiance and intensity, per channel. Squares of it, which variances are made of, are finite in fp32.
+pub const MAX_RADIANCE: f32 = 1e15;
+
 /// How alpha (base colour factor x texture x vertex colour) acts on visibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {

@@ -251,7 +251,7 @@ fn light_from_infinity_passes_the_sky_and_other_light_does_not() {
     let mut open = scene.clone();
     open.instances.truncate(1);
     open.lights.clear();
-    for backend in TraceBackend::CONCRETE {
+    for backend in [TraceBackend::Compute, TraceBackend::RayQuery, TraceBackend::RtPipeline] {
         let [hole, sky] = [&scene, &open].map(|scene| {
             let params = direct_light_only();
             let mut frames = Frames::with_params(scene.clone(), &camera, backend, size, 5, false, params);
