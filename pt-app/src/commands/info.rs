@@ -82,10 +82,13 @@ fn describe(info: &DeviceInfo, choice: Option<&Choice>, out: &mut impl Write) ->
                     if info.capabilities.rt_reorder_sorts { "" } else { ", and the device does not sort" };
                 writeln!(out, "  {:<12}there; auto does not try it{sorts}", backend.name())?;
             }
-            (None, None) => writeln!(out, "  {:<12}the only one", backend.name())?,
+            (None, None) => writeln!(out, "  {:<12}there, not timed", backend.name())?,
         }
     }
     let why = match choice.backend {
+        TraceBackend::Compute if choice.mrays_per_s.is_empty() => {
+            "nothing is timed on a CPU or where there is no other".into()
+        }
         TraceBackend::Compute => format!("no other is {CLEARLY_FASTER} times as fast"),
         _ => format!("the fastest, and {CLEARLY_FASTER} times as fast as compute"),
     };
