@@ -49,9 +49,7 @@ pub fn caustic_targets(scene: &Scene) -> Vec<CausticTarget> {
 }
 
 fn mesh_bounds(mesh: &Mesh) -> Option<Bounds> {
-    let points = mesh.indices.iter().flatten().map(|&v| mesh.positions[v as usize]);
-    let boxes = points.map(|p| Bounds { min: p, max: p });
-    boxes.reduce(|a, b| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) })
+    Bounds::of(mesh.indices.iter().flatten().map(|&v| mesh.positions[v as usize]))
 }
 
 fn target(instance: u32, bounds: Bounds) -> CausticTarget {
@@ -122,10 +120,7 @@ impl Caustics {
             gather,
             target_count: targets.len() as u32,
             targets: Buffer::from_slice(device, "caustic targets", targets)?,
-            boxes: buffer(
-                "caustic boxes",
-                size_of_val(targets) / size_of::<CausticTarget>() * size_of::<CausticBox>(),
-            )?,
+            boxes: buffer("caustic boxes", targets.len() * size_of::<CausticBox>())?,
             head: buffer("caustic head", size_of::<CausticHead>())?,
             cells: buffer("caustic cells", cell_count as usize * size_of::<CausticCell>())?,
             cell_count,

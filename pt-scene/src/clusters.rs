@@ -100,7 +100,8 @@ impl Clusters {
         let everywhere = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
         let mut nodes = vec![ClusterNode { split: 0.0, link: LEAF }];
         let mut cells = vec![everywhere];
-        let bounds = bounds_of(&samples).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ZERO });
+        let bounds =
+            Bounds::of(samples.iter().copied()).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ZERO });
         let mut queue = BinaryHeap::new();
         push(&mut queue, 0, 0, &samples);
         let mut leaves = 1;
@@ -217,7 +218,7 @@ fn spread<T: Copy + Default>(sorted: &[T]) -> [T; 3] {
 }
 
 fn push(queue: &mut BinaryHeap<Candidate>, node: u32, first: usize, samples: &[Vec3]) {
-    let extent = bounds_of(samples).map_or(0.0, |b| b.size().max_element());
+    let extent = Bounds::of(samples.iter().copied()).map_or(0.0, |b| b.size().max_element());
     if extent > 0.0 {
         queue.push(Candidate {
             cost: samples.len() as f64 * f64::from(extent),
@@ -230,7 +231,7 @@ fn push(queue: &mut BinaryHeap<Candidate>, node: u32, first: usize, samples: &[V
 
 /// Axis and place of the plane that divides a cell; `None` when single precision has no plane between its samples.
 fn choose_plane(samples: &[Vec3]) -> Option<(usize, f32)> {
-    let bounds = bounds_of(samples)?;
+    let bounds = Bounds::of(samples.iter().copied())?;
     let size = bounds.size();
     let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 1 + usize::from(size.z > size.y) };
     let (low, extent) = (bounds.min[axis], size[axis]);
@@ -269,12 +270,6 @@ fn split(polygon: &[DVec3], axis: usize, plane: f64) -> [Vec<DVec3>; 2] {
         }
     }
     parts
-}
-
-fn bounds_of(points: &[Vec3]) -> Option<Bounds> {
-    let &first = points.first()?;
-    let grow = |b: Bounds, &p: &Vec3| Bounds { min: b.min.min(p), max: b.max.max(p) };
-    Some(points.iter().fold(Bounds { min: first, max: first }, grow))
 }
 
 /// Triangles of everything that stands still, world space.

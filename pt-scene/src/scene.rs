@@ -158,18 +158,11 @@ impl Scene {
 
     /// Bounding box of all instances where they are now; `None` without any vertex.
     pub fn bounds(&self) -> Option<Bounds> {
-        let mut points = self.instances.iter().flat_map(|instance| {
+        Bounds::of(self.instances.iter().flat_map(|instance| {
             let mesh = &self.meshes[instance.mesh as usize];
             let corners = mesh.indices.iter().flatten();
             corners.map(|&v| instance.world_from_object.transform_point3(mesh.positions[v as usize]))
-        });
-        let first = points.next()?;
-        Some(
-            points.fold(Bounds { min: first, max: first }, |b, p| Bounds {
-                min: b.min.min(p),
-                max: b.max.max(p),
-            }),
-        )
+        }))
     }
 
     /// Moves instances, lights and the joints of deforming meshes to where they are at `now`, and the instances' previous

@@ -132,7 +132,7 @@ pub fn effect_tree(effects: Vec<EffectRecord>) -> (Vec<EffectRecord>, Vec<Effect
         return (effects, Vec::new());
     }
     let boxes: Vec<Bounds> = effects.iter().map(bounds).collect();
-    let all = boxes.iter().skip(1).fold(boxes[0], |all, b| union(&all, b));
+    let all = boxes.iter().skip(1).fold(boxes[0], |all, b| all.union(b));
     let scale = CELLS / (all.max - all.min).max(Vec3::splat(f32::MIN_POSITIVE));
     // The index makes the order of equal codes that of the scene.
     let mut order: Vec<Entry> = boxes
@@ -162,12 +162,12 @@ fn build(boxes: &[Bounds], order: &[Entry], first: usize, nodes: &mut Vec<Effect
     nodes.push(EffectNode { min: Vec3::ZERO, skip: 0, max: Vec3::ZERO, effects: 0 });
     let of = |entry: &Entry| &boxes[entry.1 as usize];
     let (b, effects) = if order.len() <= LEAF {
-        let b = order[1..].iter().fold(*of(&order[0]), |b, entry| union(&b, of(entry)));
+        let b = order[1..].iter().fold(*of(&order[0]), |b, entry| b.union(of(entry)));
         (b, (first as u32) << EFFECT_COUNT_BITS | order.len() as u32)
     } else {
         let (lower, upper) = order.split_at(split(order));
         let b = build(boxes, lower, first, nodes);
-        (union(&b, &build(boxes, upper, first + lower.len(), nodes)), 0)
+        (b.union(&build(boxes, upper, first + lower.len(), nodes)), 0)
     };
     nodes[own] = EffectNode { min: b.min, skip: nodes.len() as u32, max: b.max, effects };
     b
@@ -179,10 +179,6 @@ fn split(order: &[Entry]) -> usize {
         Some(bit) => order.partition_point(|entry| entry.0 >> bit & 1 == 0),
         None => order.len() / 2,
     }
-}
-
-fn union(a: &Bounds, b: &Bounds) -> Bounds {
-    Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }
 }
 
 /// Two zero bits before each of the lower 21.
