@@ -154,7 +154,7 @@ struct Difference {
 /// make of random neighbours after sharpening.
 const CHECK_LIMIT: f64 = 2.5;
 /// Most root mean square that it may differ where EASU computes in half floats: in noise, edges whose gradients cancel turn.
-const HALF_CHECK_LIMIT: f64 = 1.5;
+const HALF_CHECK_LIMIT: f64 = 0.8;
 
 /// Runs the command.
 ///
