@@ -8,6 +8,7 @@ mod bake;
 mod common;
 #[cfg(feature = "codecs")]
 mod compression;
+mod effects;
 mod files;
 mod flat_nodes;
 mod gltf_geometry;
