@@ -4,7 +4,7 @@ use crate::common::{assert_same, frames_mean, params, polygon, reference_mean};
 use glam::{DVec3, Vec3};
 use pt_core::trace::TraceBackend;
 use pt_post::images::RESOLVED;
-use pt_scene::{Beam, Camera, Drift, Effects, Look, Material, Particle, Scene};
+use pt_scene::{Beam, Camera, Drift, Effects, Light, Look, Material, Particle, Scene};
 use pt_shaders::channels::FLAT_MOTION;
 use pt_tests::Frames;
 
@@ -123,4 +123,62 @@ fn the_reference_sees_the_same() {
     let truth = reference_mean(&scene, &camera, size, 8, 128);
     // Interpolated normals and the number of bounces differ by less than this.
     assert_same("effects", found, truth, 0.01);
+}
+
+/// What the camera sees of a plate before it is the light of a wall behind it, which the sun lights and between which and the camera effects are: all
+/// light comes along bounce rays.
+fn plate(material: Material, effects: Effects) -> (Scene, Camera) {
+    let mut scene = Scene { effects, ..Scene::default() };
+    let quad = |z: f32, half: f32, turn: f32| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| half * Vec3::new(turn * x, y, 0.0) + Vec3::new(0.0, 0.0, z))
+    };
+    polygon(&mut scene, &quad(0.0, 1.5, 1.0), material);
+    polygon(&mut scene, &quad(4.0, 6.0, -1.0), Material::lambertian("wall", Vec3::new(0.8, 0.7, 0.6)));
+    scene.lights.push(Light::directional("sun", Vec3::new(1.0, 0.0, 0.5), Vec3::splat(4.0)));
+    let camera = Camera::look_at("front", Vec3::new(0.0, 0.0, 0.9), Vec3::ZERO, 0.8);
+    (scene, camera)
+}
+
+const NEAR_BLACK: Vec3 = Vec3::splat(0.05);
+
+/// Effects that only bounce rays meet, in a rough metal and in the specular lobe of a plastic; its diffuse base does not see them.
+#[test]
+fn rough_surfaces_show_them_along_bounce_rays() {
+    let size = [32, 24];
+    let beam = Beam {
+        ends: [Vec3::new(-1.2, 0.2, 2.4), Vec3::new(1.2, -0.2, 2.6)],
+        radius: 0.3,
+        look: Look { radiance: Vec3::new(6.0, 3.0, 1.5), opacity: 0.0 },
+        drift: Drift::default(),
+    };
+    let smoke = Particle {
+        position: Vec3::new(0.0, 0.0, 2.4),
+        radius: 1.3,
+        look: Look { radiance: Vec3::ZERO, opacity: 1.0 },
+        drift: Drift::default(),
+    };
+    let beam = Effects { beams: vec![beam], ..Effects::default() };
+    let smoke = Effects { particles: vec![smoke], ..Effects::default() };
+    let plastic = Material { roughness: 0.35, ..Material::diffuse("plastic", NEAR_BLACK) };
+    for material in [Material::metal("metal", Vec3::splat(0.9), 0.35), plastic] {
+        let (bare, camera) = plate(material.clone(), Effects::default());
+        let bare = reference_mean(&bare, &camera, size, 1, 128).mean;
+        for (what, effects, changed) in [("beam", &beam, 1.15..4.0), ("smoke", &smoke, 0.3..0.93)] {
+            let (scene, camera) = plate(material.clone(), effects.clone());
+            let truth = reference_mean(&scene, &camera, size, 1, 256);
+            let change = truth.mean / bare;
+            assert!(changed.contains(&change.x), "{what} in {}: {change}", material.name);
+            let found = frames_mean(&scene, &camera, size, 96, params(&["indirect.bounces=1"]));
+            assert_same(&format!("{what} in {}", material.name), found, truth, 0.005);
+            // Metals have no diffuse base and take no part in the reuse.
+            if material.name == "plastic" {
+                let sets = ["reuse=restir-gi", "restir_history=0", "restir_roughness=0.2", "restir_radius=4"];
+                let sets = sets.map(|set| format!("indirect.{set}"));
+                let sets = sets.each_ref().map(String::as_str);
+                let found = frames_mean(&scene, &camera, size, 96, params(&sets));
+                assert_same(&format!("{what} in {}, reused", material.name), found, truth, 0.005);
+            }
+        }
+    }
 }

@@ -60,7 +60,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let mut tables = LightTables::new(&device, &scene)?;
     tables.prepare(&device, &scene, &mut gpu, Some(SamplerChoice::from(args.sampler)))?;
-    let stage = IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler), &params, layers)?;
+    let stage =
+        IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler), &params, layers)?;
     let record: FrameRecord = sidecar.record();
     let size = record.size.to_array();
     let stages = IndirectLighting::io(&params);
