@@ -12,21 +12,31 @@ const SIZE: [u32; 2] = [64, 48];
 const RATE: f64 = 60.0;
 const FRAMES: u32 = 16;
 
-/// A chequered wall that shines, and what moves before it by 1.2 pixels a frame.
-fn scene(look: Look) -> Scene {
+/// A chequered wall that shines, and what moves before it by 1.2 pixels a frame. `mirrored`: both are behind the camera, which sees them at the same
+/// place in a mirror before it.
+fn scene(look: Look, mirrored: bool) -> Scene {
     let mut scene = Scene::default();
+    let place = |x: f32, y: f32, z: f32| Vec3::new(x, y, if mirrored { 2.0 * MIRROR - z } else { z });
+    if mirrored {
+        let corners = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
+        let corners = corners.map(|(x, y)| Vec3::new(x, y, MIRROR));
+        polygon(&mut scene, &corners, Material::metal("mirror", Vec3::ONE, 0.0));
+    }
     for i in 0..144 {
         let (x, y) = ((i % 12) as f32 - 6.0, (i / 12) as f32 - 6.0);
         let radiance = Vec3::splat(if (i % 12 + i / 12) % 2 == 0 { 0.3 } else { 0.1 });
         let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
-        let corners = corners.map(|(u, v)| 0.4 * Vec3::new(x + u, y + v, 0.0));
+        let mut corners = corners.map(|(u, v)| place(0.4 * (x + u), 0.4 * (y + v), 0.0));
+        if mirrored {
+            corners.reverse();
+        }
         polygon(&mut scene, &corners, Material::lamp("wall", radiance));
     }
     let drift = Drift { velocity: Vec3::new(3.5, 0.0, 0.0), ..Drift::default() };
     scene.effects = Effects {
-        particles: vec![Particle { position: Vec3::new(-1.0, 0.5, 1.0), radius: 0.35, look, drift }],
+        particles: vec![Particle { position: place(-1.0, 0.5, 1.0), radius: 0.35, look, drift }],
         beams: vec![Beam {
-            ends: [Vec3::new(-1.0, -0.8, 1.0), Vec3::new(-0.7, -0.2, 1.0)],
+            ends: [place(-1.0, -0.8, 1.0), place(-0.7, -0.2, 1.0)],
             radius: 0.2,
             look,
             drift,
@@ -35,6 +45,9 @@ fn scene(look: Look) -> Scene {
     };
     scene
 }
+
+/// Where the mirror is on the z axis.
+const MIRROR: f32 = 3.5;
 
 /// Frames that an effect takes to move by ten pixels.
 const BEFORE: u32 = 8;
@@ -51,7 +64,8 @@ struct Trail {
     followed: usize,
 }
 
-fn trail(look: Look) -> Trail {
+fn trail(look: Look, mirrored: bool) -> Trail {
+    let scene = |look| scene(look, mirrored);
     let params = pt_app::params::resolve(
         Some("realtime"),
         &["indirect.bounces=0", "denoise.variant=off"].map(String::from),
@@ -104,11 +118,16 @@ fn no_trails() {
         ("smoke", Look { radiance: Vec3::ZERO, opacity: 1.0 }, 0.33, 0.15),
         ("light", Look { radiance: Vec3::new(4.0, 2.0, 1.0), opacity: 0.0 }, 0.1, 0.15),
     ] {
-        let Trail { covered, left, count, followed } = trail(look);
-        println!("{what}: {covered:.4} of the effect, {left:.4} of {count} pixels left, {followed} followed");
-        assert!(count > 100 && followed > 50, "{what}: {count}, {followed}");
-        assert!(covered < most_covered, "{what}: {covered}");
-        assert!(left < most_left, "{what}: {left}");
+        for mirrored in [false, true] {
+            let what = if mirrored { format!("{what} in a mirror") } else { what.to_owned() };
+            let Trail { covered, left, count, followed } = trail(look, mirrored);
+            println!(
+                "{what}: {covered:.4} of the effect, {left:.4} of {count} pixels left, {followed} followed"
+            );
+            assert!(count > 100 && followed > 50, "{what}: {count}, {followed}");
+            assert!(covered < most_covered, "{what}: {covered}");
+            assert!(left < most_left, "{what}: {left}");
+        }
     }
 }
 
