@@ -114,9 +114,9 @@ bool is_replaced(MaterialRecord m, vec2 metallic_roughness, float specular) {
     return m.transmission > 0.0 && metallic_roughness.y <= push.glass_roughness;
 }
 
-// The effects on the ray from `from`, if there are any: blended over what it meets. `share`: of the light that reaches the camera from `from`, in the mean.
-// `expected`: probability with which the path has taken this way. To call before store_depth_and_motion().
-void blend_effects(ivec2 p, bool first, SeenSurface from, uint lobe, Ray ray, float share, float expected, inout vec3 throughput, inout vec3 overlay);
+// Blends the effects on the ray from `from` over what it meets. `share`: of the light of all lobes there, that of the ray's. `probability`: that the path took
+// it. Before store_depth_and_motion(), as it looks at the depth of `from`.
+void blend_effects(ivec2 p, bool first, SeenSurface from, uint lobe, Ray ray, float share, float probability, inout vec3 throughput, inout vec3 overlay);
 
 void main() {
     ivec2 p = ivec2(launch_id());
