@@ -173,7 +173,7 @@ fn rough_surfaces_show_them_along_bounce_rays() {
     };
     let smoke = Sprite {
         position: Vec3::new(0.0, 0.0, 2.0),
-        half_sides: [0.8 * Vec3::X, 0.8 * Vec3::Y],
+        half_sides: [1.1 * Vec3::X, 1.1 * Vec3::Y],
         texture: None,
         look: Look { radiance: Vec3::ZERO, opacity: 0.9 },
         drift: Drift::default(),
