@@ -393,7 +393,9 @@ fn what_a_mirror_shows_moves_as_its_image() {
             }
             let ([x, y, z, w], expected) = (mirror.motion[i], right.motion[i]);
             let error = (x - expected[0]).abs().max((y - expected[1]).abs());
-            assert!(error < 2e-5, "{backend}, {pixel:?}: {x} {y} for {expected:?}");
+            // Rounding decides whether a ray meets the very rim.
+            let is_rim = z.max(expected[2]) < 1e-4;
+            assert!(error < 2e-5 || is_rim, "{backend}, {pixel:?}: {x} {y} for {expected:?}");
             assert!((z - expected[2]).abs() < 2e-3 && (w - expected[3]).abs() < 2e-3, "{pixel:?}: {z} {w}");
             seen += usize::from(expected[2] > 0.01 && expected[0] != 0.0);
             // The front particle: opacity (1 - d^2 / r^2)^2.
