@@ -1,9 +1,9 @@
 use crate::records::ReflectRefractPush;
-use crate::{GbufferParams, ThinRefraction, kernels};
+use crate::{Effects, GbufferParams, ThinRefraction, images, kernels};
 use pt_core::frame::RayCount;
 use pt_core::trace::TraceVariant;
 use pt_core::{Device, Frame, Kernel, StageInputs, StageIo};
-use pt_shaders::channels;
+use pt_shaders::channels::{self, ChannelId};
 use pt_shaders::records::{CULL_BACK_FACES, MASK_OPAQUE, MASK_TRANSMISSIVE};
 
 /// The reflect/refract stage: where the G-buffer holds a mirror or glass, the surface seen in or through it replaces it.
@@ -15,28 +15,36 @@ use pt_shaders::records::{CULL_BACK_FACES, MASK_OPAQUE, MASK_TRANSMISSIVE};
 /// light samples alone.
 pub struct ReflectRefract {
     kernel: Kernel,
+    io: StageIo,
 }
+
+/// What the stage updates. The last one: in scenes with effects.
+const UPDATES: &[ChannelId] = &[
+    channels::VISIBILITY,
+    channels::BARYCENTRICS,
+    channels::BASE_COLOR,
+    channels::METALLIC_ROUGHNESS,
+    channels::VIEW_DEPTH,
+    channels::MOTION,
+    channels::SHADING_POSITION,
+    channels::VIEW_DIRECTION,
+    channels::THROUGHPUT,
+    channels::TRANSPARENT,
+    channels::INTERIOR,
+    images::EFFECTS_MOTION,
+];
 
 impl ReflectRefract {
     /// The images that the stage accesses; it writes and updates only where it replaces a surface.
     pub const IO: StageIo = StageIo {
         reads: &[channels::RNG_SEED, channels::BOUNCE_THROUGHPUT],
         writes: &[channels::CLUSTER, channels::NORMAL, channels::VERTEX_NORMAL],
-        updates: &[
-            channels::VISIBILITY,
-            channels::BARYCENTRICS,
-            channels::BASE_COLOR,
-            channels::METALLIC_ROUGHNESS,
-            channels::VIEW_DEPTH,
-            channels::MOTION,
-            channels::SHADING_POSITION,
-            channels::VIEW_DIRECTION,
-            channels::THROUGHPUT,
-            channels::TRANSPARENT,
-            channels::INTERIOR,
-        ],
+        updates: UPDATES.split_at(UPDATES.len() - 1).0,
         ..StageIo::of("reflect refract")
     };
+
+    /// The same in scenes with effects.
+    pub const IO_EFFECTS: StageIo = StageIo { updates: UPDATES, ..Self::IO };
 
     /// Compiles the kernel. `has_planes`: the frame has several planes ([`crate::plane_count`]). `effect_layers`: [`GbufferParams::effect_layers`].
     ///
@@ -50,15 +58,21 @@ impl ReflectRefract {
     ) -> pt_core::Result<Self> {
         let mut constants = variant.constants().to_vec();
         constants.push(("has_planes", has_planes.into()));
-        constants.push(("effect_layers", effect_layers.into()));
-        let kernel = Kernel::trace::<ReflectRefractPush>(
-            device,
-            &kernels::REFLECT_REFRACT,
-            variant.backend,
-            &constants,
-        )?;
-        Self::IO.check([&kernel])?;
-        Ok(Self { kernel })
+        let (code, io) = match Effects::are_in(variant.scene_features) {
+            true => (&kernels::REFLECT_REFRACT_EFFECTS, Self::IO_EFFECTS),
+            false => (&kernels::REFLECT_REFRACT, Self::IO),
+        };
+        if Effects::are_in(variant.scene_features) {
+            constants.push(("effect_layers", effect_layers.into()));
+        }
+        let kernel = Kernel::trace::<ReflectRefractPush>(device, code, variant.backend, &constants)?;
+        io.check([&kernel])?;
+        Ok(Self { kernel, io })
+    }
+
+    /// The images that it accesses: [`Self::IO`] or [`Self::IO_EFFECTS`].
+    pub fn io(&self) -> StageIo {
+        self.io
     }
 
     /// Records pass `bounce_index`, of `plane`, of the [`GbufferParams::reflect_refract`] passes that follow the primary rays. `light_kinds`: `KIND_SUN` and
@@ -88,7 +102,7 @@ impl ReflectRefract {
             plane,
         };
         let name = format!("reflect refract {}", bounce_index + 1);
-        let pass = inputs.pass(frame, &name, &self.kernel, &Self::IO);
+        let pass = inputs.pass(frame, &name, &self.kernel, &self.io);
         pass.touches_part().rays(RayCount::AtMostPerThread(1)).push(&push).dispatch(inputs.split_threads())
     }
 }

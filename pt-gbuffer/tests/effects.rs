@@ -54,7 +54,7 @@ fn render(device: &TestDevice, backend: TraceBackend, scene: &Scene, view: &Came
     let primary = PrimaryRays::new(device, variant).unwrap();
     let effects = EffectsStage::new(device, variant, layers).unwrap();
     let reflect = ReflectRefract::new(device, variant, false, layers).unwrap();
-    let io = [PrimaryRays::IO, EffectsStage::BLEND, ReflectRefract::IO];
+    let io = [PrimaryRays::IO, EffectsStage::BLEND, reflect.io()];
     let images = ChannelImages::alone(device, FrameSizes::same(SIZE), &io).unwrap();
     let uniforms = Uniforms::new(device, "frame_uniforms").unwrap();
     let params = GbufferParams { jitter: Jitter::None, reflect_refract: 1, ..Default::default() };
@@ -345,6 +345,68 @@ fn a_moving_effect_has_its_own_motion() {
             assert!((DVec2::new(x, y) - right.truncate()).length() < 1e-5, "{pixel:?}: {x} {y} for {right}");
         }
         assert!(covered > 40, "{covered}");
+    }
+}
+
+/// In a plane mirror light and smoke, which are behind the camera, have the motion of their images; so it is that of effects that are where the
+/// images are, without the mirror. What covers the mirror keeps its own.
+#[test]
+fn what_a_mirror_shows_moves_as_its_image() {
+    let device = TestDevice::open();
+    let velocity = Vec3::new(0.5, 0.2, 0.3);
+    let moving = |sign: f32| {
+        let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, sign * z);
+        let drift = Drift { velocity: at(velocity.x, velocity.y, velocity.z), ..Drift::default() };
+        Effects {
+            particles: vec![Particle {
+                position: at(-1.8, 0.3, 6.5),
+                radius: 1.8,
+                look: look(0.5, 0.5, 0.5, 1.0),
+                drift,
+            }],
+            beams: vec![Beam {
+                ends: [at(0.8, -1.6, 6.0), at(3.2, 2.0, 7.0)],
+                radius: 0.6,
+                look: look(2.0, 1.0, 0.5, 0.0),
+                drift,
+            }],
+            time: 0.5,
+            time_prev: 0.4,
+            ..Effects::default()
+        }
+    };
+    let mut image = Scene { effects: moving(-1.0), ..Scene::default() };
+    // Behind the camera.
+    let corners = [(-1.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| Vec3::new(x, y, 60.0));
+    polygon(&mut image, &corners, Affine3A::IDENTITY, Material::lambertian("triangle", Vec3::ONE));
+    let mut covered = moving(1.0);
+    covered.particles.push(particle(0.4, 0.0, 1.0, 0.8, look(0.0, 0.0, 0.0, 1.0)));
+    for backend in TraceBackend::available(&device) {
+        let mirror = render(&device, backend, &scene(moving(1.0), true), &camera(), 4);
+        let right = render(&device, backend, &image, &camera(), 4);
+        let covered = render(&device, backend, &scene(covered.clone(), true), &camera(), 4);
+        let (mut seen, mut kept) = (0, 0);
+        for (i, pixel) in pixels().enumerate() {
+            let (origin, direction) = ray(&camera_record(&camera(), SIZE), pixel);
+            if wall(origin, direction).is_none() {
+                continue;
+            }
+            let ([x, y, z, w], expected) = (mirror.motion[i], right.motion[i]);
+            let error = (x - expected[0]).abs().max((y - expected[1]).abs());
+            // Rounding decides whether a ray meets the very rim.
+            let is_rim = z.max(expected[2]) < 1e-4;
+            assert!(error < 2e-5 || is_rim, "{backend}, {pixel:?}: {x} {y} for {expected:?}");
+            assert!((z - expected[2]).abs() < 2e-3 && (w - expected[3]).abs() < 2e-3, "{pixel:?}: {z} {w}");
+            seen += usize::from(expected[2] > 0.01 && expected[0] != 0.0);
+            // The front particle: opacity (1 - d^2 / r^2)^2.
+            let d = (DVec3::new(0.4, 0.0, 1.0) - origin).cross(direction).length();
+            if (1.0 - (d / 0.8).powi(2)).max(0.0).powi(2) > 0.51 {
+                assert_eq!(covered.motion[i][..2], [0.0, 0.0], "{backend}, {pixel:?}");
+                kept += usize::from(expected[2] > 0.01);
+            }
+        }
+        println!("{backend}: {seen} pixels see effects in the mirror, {kept} of them are covered");
+        assert!(seen > 80 && kept > 10, "{backend}: {seen}, {kept}");
     }
 }
 

@@ -29,6 +29,7 @@ fn main() -> ExitCode {
             gpu.variant(),
             BounceLights::all(SAMPLER),
             &IndirectParams::default(),
+            GbufferParams::default().effect_layers,
         )?;
         let stages = [PrimaryRays::IO, IndirectLighting::IO];
         let images = ChannelImages::alone(device, FrameSizes::same(size), &stages)?;

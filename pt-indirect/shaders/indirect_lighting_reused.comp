@@ -1,6 +1,7 @@
 // As indirect_lighting.comp where bounces are reused: a surface gets the light of its own path that is not reused, and that of the sample which the reuse has
 // kept, for the diffuse base and, if it is rough, for all lobes. Extent: split frame.
 layout(local_size_x = 16, local_size_y = 8) in;
+#include "first_effects.glsl"
 #include "first_surface.glsl"
 #include "light_channels.glsl"
 
@@ -31,8 +32,11 @@ bool reuses_specular(float roughness) { return roughness >= push.restir_roughnes
 Light own_light(ivec2 p, uint index, FirstFactors first, vec4 reusable) {
     vec3 direction = unpack_unit_vector(WordTable(bounce_tables().first_directions).at[index]);
     vec4 light = load_light(index);
-    vec3 diffuse_light = light.rgb, specular_light = light.rgb + unpack_light(PairTable(bounce_tables().reflected).at[index]);
-    if (reusable.w < 0.0 || !reuses_specular(first.roughness)) specular_light += reusable.rgb;
+    EffectsSeen effects = first_effects(p, direction, light.w, first.specular);
+    vec3 diffuse_light = light.rgb;
+    vec3 specular_light = effects.transmittance * light.rgb + unpack_light(PairTable(bounce_tables().reflected).at[index]);
+    if (reusable.w < 0.0 || !reuses_specular(first.roughness)) specular_light += effects.transmittance * reusable.rgb;
+    specular_light += effects.radiance;
     if (push.clamp > 0.0) {
         diffuse_light = min(diffuse_light, vec3(push.clamp));
         specular_light = min(specular_light, vec3(push.clamp));
@@ -51,7 +55,10 @@ Light reused_light(ivec2 p, uint index) {
     float diffuse = bsdf_diffuse_cos(s.bsdf, direction);
     vec3 specular = vec3(0.0);
     if (reuses_specular(s.roughness)) {
-        specular = max(bsdf_eval(s.bsdf, direction) - diffuse * s.albedo, 0.0) * specular_factor(s.roughness, uintBitsToFloat(words.w));
+        float reach = uintBitsToFloat(words.w);
+        specular = max(bsdf_eval(s.bsdf, direction) - diffuse * s.albedo, 0.0) * specular_factor(s.roughness, reach);
+        // Their light comes along the pixel's own ray.
+        specular *= first_effects(p, direction, reach, specular).transmittance;
     }
     return make_light(p, direction, light * (PI * diffuse), light * specular);
 }

@@ -63,6 +63,7 @@ impl IndirectLighting {
     }
 
     /// Compiles the kernels that the structural knobs of `params` ask for. The scene has the tables of the sampler that `lights` names.
+    /// `effect_layers`: effects along a ray that are kept sorted, as the knob of the G-buffer says.
     ///
     /// # Errors
     /// When the device refuses them.
@@ -71,6 +72,7 @@ impl IndirectLighting {
         variant: TraceVariant,
         lights: BounceLights,
         params: &IndirectParams,
+        effect_layers: u32,
     ) -> Result<Self> {
         let transmits = variant.scene_features & FEATURE_TRANSMISSION != 0;
         let has_glass = transmits && lights.glass_shadows.tints();
@@ -112,7 +114,7 @@ impl IndirectLighting {
                 rays: trace(&kernels::BOUNCE_RAYS, &[("has_solids", transmits.into())])?,
                 shadow_rays: trace(&kernels::BOUNCE_SHADOW_RAYS, &[reuses])?,
                 glass: has_glass.then(|| trace(&kernels::BOUNCE_GLASS, &[reuses])).transpose()?,
-                sum: compute(sum, &[])?,
+                sum: compute(sum, &[("effect_layers", effect_layers.into())])?,
                 reuse: reuse.map(join).transpose()?,
                 choice: join(choice)?,
                 last_lights: join(last)?,

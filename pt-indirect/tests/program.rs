@@ -80,7 +80,7 @@ fn bounce_lights_without_their_tables_are_refused() {
     lights.attach(&mut gpu);
     let bounce_lights = BounceLights::all(LightSampler::LightBvh);
     let params = IndirectParams { bounces: 1.0, ..IndirectParams::default() };
-    let stage = IndirectLighting::new(&device, gpu.variant(), bounce_lights, &params).unwrap();
+    let stage = IndirectLighting::new(&device, gpu.variant(), bounce_lights, &params, 4).unwrap();
     let images = ChannelImages::alone(&device, FrameSizes::same([4, 4]), &[IndirectLighting::IO]).unwrap();
     let uniforms = Uniforms::<FrameRecord>::new(&device, "frame_uniforms").unwrap();
     let mut recorder = Recorder::new(&device).unwrap();

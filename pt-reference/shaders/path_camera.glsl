@@ -26,6 +26,7 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.last_pdf = 0.0;
     path.passed = 0.0;
     path.chord = 0.0;
+    path.glossy = vec3(0.0);
     path.flags = PATH_DELTA | PATH_SEEN;
     path.vertex = 0u;
     path.segment = 0u;

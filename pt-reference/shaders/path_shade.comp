@@ -12,15 +12,25 @@
 
 layout(local_size_x = SHADE_GROUP) in;
 
+// The effects on the path's first ray from a rough surface that the camera sees: its specular lobes show them, its diffuse base does not. Returns what remains
+// of the throughput. What light samples find has passed the effects, as shadow rays do not see them; the same light has to pass them here.
+vec3 add_reflected_effects(inout PathState path, float chord) {
+    if (!scene_has(FEATURE_EFFECTS) || max_component(path.glossy) <= 0.0) return vec3(1.0);
+    EffectsSeen effects = effects_along(path.origin - path.passed * path.direction, path.direction, chord);
+    path.radiance += path.throughput * path.glossy * effects.radiance;
+    return 1.0 - path.glossy * (1.0 - effects.transmittance);
+}
+
 // The path's ray has left the scene. A camera ray brings nothing from a transparent background; its pixel counts it as not covered, because
 // add_first_hit() has not been called for it.
 void handle_miss(inout PathState path) {
     if (background == BACKGROUND_TRANSPARENT && path.segment == 1u) return;
+    add_reflected_effects(path, SKY_DISTANCE);
     path.radiance += path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path);
 }
 
-// Light that the surface itself emits.
-void add_emission(inout PathState path, PathVertex v, Hit hit) {
+// Light that the surface itself emits. `left`: of the throughput, behind effects.
+void add_emission(inout PathState path, PathVertex v, Hit hit, vec3 left) {
     bool emits = v.front || (v.flags & MATERIAL_DOUBLE_SIDED) != 0u;
     if (push.emission == 0u || !emits || max_component(v.sampled.emission) <= 0.0) return;
     float light_pdf = 0.0;
@@ -28,7 +38,8 @@ void add_emission(inout PathState path, PathVertex v, Hit hit) {
         uint index = emissive_index(hit.instance, hit.triangle);
         light_pdf = emissive_light_pdf(path, index, v.twice_area, dot(v.face_normal, -path.direction));
     }
-    path.radiance += path.throughput * v.sampled.emission * bsdf_sample_weight(path, light_pdf);
+    if (light_pdf > 0.0) left = vec3(1.0);
+    path.radiance += path.throughput * left * v.sampled.emission * bsdf_sample_weight(path, light_pdf);
 }
 
 // Hands a shadow ray on to path_shadow.trace. `radiance`: what arrives if nothing is in its way.
@@ -70,6 +81,13 @@ bool goes_on(inout PathState path, float xi) {
     return path.segment < MAX_RAYS;
 }
 
+// Part of f cos in the direction of a sample that is not the diffuse base.
+vec3 specular_share(PathVertex v, BsdfSample s) {
+    vec3 all = s.weight * s.pdf;
+    vec3 diffuse = bsdf_diffuse_cos(v.bsdf, s.direction) * v.bsdf.base_color * ((1.0 - v.bsdf.metallic) * (1.0 - v.bsdf.transmission));
+    return clamp(1.0 - diffuse / max(all, vec3(1e-20)), 0.0, 1.0);
+}
+
 // Chooses how the path goes on; false: it ends. `xi`: for Russian roulette.
 bool scatter(inout PathState path, PathVertex v, LightContext c, float xi) {
     BsdfSample s = bsdf_sample(v.bsdf, random_bsdf(path.random, path.vertex));
@@ -82,6 +100,8 @@ bool scatter(inout PathState path, PathVertex v, LightContext c, float xi) {
     path.direction = straight ? path.direction : s.direction;
     if (!straight) path.last_pdf = s.pdf;
     if (merged_lights && !straight) keep_light_context(path, c);
+    bool bounces = (path.flags & PATH_SEEN) != 0u && (s.flags & SAMPLE_DELTA) == 0u && path.vertex < push.max_bounces;
+    path.glossy = scene_has(FEATURE_EFFECTS) && bounces ? specular_share(v, s) : vec3(0.0);
     // A sample stands for a solid angle of 1 / pdf (Bekaert et al. 2003, "A Custom Designed Density Estimation Method for Light
     // Transport"); mirrors are taken for plane.
     if ((s.flags & SAMPLE_DELTA) == 0u) path.cone.y = max(path.cone.y, inversesqrt(PI * s.pdf));
@@ -150,6 +170,7 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
         cross_interface(path, v);
         return path.segment < MAX_SEGMENTS;
     }
+    vec3 left = add_reflected_effects(path, path.chord);
     if ((v.flags & MATERIAL_UNLIT) != 0u) {
         // Has the colour that the camera sees, in mirrors too, and lights nothing.
         if ((path.flags & PATH_SEEN) != 0u && push.emission != 0u) path.radiance += path.throughput * v.sampled.base_color;
@@ -157,7 +178,8 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
     }
     MaterialRecord m = MaterialTable(scene.materials).at[v.material];
     if (shows_camera(m) && (path.flags & PATH_SEEN) != 0u) return enter_view(path, v, m, hit);
-    add_emission(path, v, hit);
+    add_emission(path, v, hit, left);
+    path.throughput *= left;
     if (path.vertex > push.max_bounces) return false;
     vec3 xi = random_choices(path.random, path.vertex);
     LightContext c = light_context(v);

@@ -4,7 +4,8 @@
 // the list are neighbours in the image.
 //
 // The buffer push.paths: three lists (one of live slots that is read, one that is written, one of slots with a shadow ray), then rows of
-// 16 bytes a slot, so that threads side by side load side by side. Scenes with transmission have three rows more, samplers of lights other than per kind two.
+// 16 bytes a slot, so that threads side by side load side by side. Scenes with transmission have three rows more, samplers of lights other than per kind two,
+// scenes with effects one.
 #include "path_state.glsl"
 #include "scene.glsl"
 
@@ -105,6 +106,9 @@ RowTable light_table(uint row) {
     return RowTable(first + uint64_t(slot_count()) * uint64_t(16u * row));
 }
 
+// PathState::glossy.
+RowTable effects_table() { return light_table(merged_lights ? 2u : 0u); }
+
 PathState load_path(uint slot) {
     PathState path;
     load_ray(path, slot);
@@ -128,6 +132,8 @@ PathState load_path(uint slot) {
         path.light_place = light_table(0u).at[slot];
         path.light_surface = light_table(1u).at[slot];
     }
+    path.glossy = vec3(0.0);
+    if (scene_has(FEATURE_EFFECTS)) path.glossy = effects_table().at[slot].xyz;
     return path;
 }
 
@@ -148,6 +154,7 @@ void store_path(uint slot, PathState path) {
         light_table(0u).at[slot] = path.light_place;
         light_table(1u).at[slot] = path.light_surface;
     }
+    if (scene_has(FEATURE_EFFECTS)) effects_table().at[slot] = vec4(path.glossy, 0.0);
 }
 
 Hit load_hit(uint slot) {

@@ -32,6 +32,7 @@ struct PathState {
     InteriorList interior;
     vec2 cone;       // if ray_cones: radius at the origin, metres, and half angle
     float passed;    // way since the last scattering, straight on through surfaces, metres
+    vec3 glossy;     // share of the throughput that specular lobes have, which show the effects on this ray; 0: none does
     // What light sampling knew of the vertex of the last scattering, if merged_lights: position and normal; direction to the viewer,
     // cluster, roughness and specular share.
     vec4 light_place, light_surface;

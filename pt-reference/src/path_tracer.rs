@@ -9,8 +9,8 @@ use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
-    BvhImportance, Culling, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord, KIND_EMISSIVE,
-    KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
+    BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord,
+    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
 };
 use std::mem::offset_of;
 use std::ops::Range;
@@ -35,6 +35,8 @@ const CONE_BYTES: u64 = 8;
 const STRAIGHT_BYTES: u64 = 3 * 16;
 /// And what the light sampler knows of the last vertex, where it looks at it.
 const LIGHT_BYTES: u64 = 2 * 16;
+/// And, in scenes with effects, for the share of light that shows them.
+const EFFECTS_BYTES: u64 = 16;
 
 impl Tile {
     fn blocks(self) -> [u32; 2] {
@@ -93,11 +95,12 @@ impl PathTracer {
         let blocks = Tile { origin: [0; 2], size: tile }.blocks().map(u64::from);
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
         let sampler = params.lights.sampler();
-        let transmits = scene.features() & FEATURE_TRANSMISSION != 0;
+        let has = |feature: u32| scene.features() & feature != 0;
         let slot_bytes = SLOT_BYTES
             + if params.ray_cones { CONE_BYTES } else { 0 }
-            + if transmits { STRAIGHT_BYTES } else { 0 }
-            + if sampler.is_some() { LIGHT_BYTES } else { 0 };
+            + if has(FEATURE_TRANSMISSION) { STRAIGHT_BYTES } else { 0 }
+            + if sampler.is_some() { LIGHT_BYTES } else { 0 }
+            + if has(FEATURE_EFFECTS) { EFFECTS_BYTES } else { 0 };
         let constants = [
             ("scene_features", scene.features().into()),
             ("light_kinds", kinds(&params, lights).into()),

@@ -106,7 +106,7 @@ fn indirect_light_repeats_its_frame() {
     lights.prepare(device, scene, gpu, params.lights.sampler_choice()).unwrap();
     let lights = bounce_lights(&params.lights);
     let most = IndirectParams { bounces: 3.0, ..IndirectParams::default() };
-    let stage = IndirectLighting::new(&session.device, session.gpu.variant(), lights, &most).unwrap();
+    let stage = IndirectLighting::new(&session.device, session.gpu.variant(), lights, &most, 4).unwrap();
     let sizes = FrameSizes::same([33, 18]);
     let images = ChannelImages::alone(&session.device, sizes, &[IndirectLighting::IO]).unwrap();
     let given: Vec<_> = FramePlan::new(sizes).missing(&[IndirectLighting::IO]).into_iter().collect();

@@ -9,7 +9,7 @@ use pt_checkerboard::{AddPlane, Interleave};
 use pt_core::frame::Uniforms;
 use pt_core::{Device, FramePlan, Result, StageIo};
 use pt_denoise::{Composite, DenoiseChain, GradientPixels};
-use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReflectRefract, ReplacedMotion, plane_count};
+use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReplacedMotion, plane_count};
 use pt_indirect::IndirectLighting;
 use pt_lights::DirectLighting;
 use pt_post::{ChainParts, PostChain};
@@ -82,7 +82,7 @@ impl FullFrame {
                     .into_iter()
                     .flatten(),
             );
-            stages.extend((params.gbuffer.reflect_refract > 0).then_some(ReflectRefract::IO));
+            stages.extend((params.gbuffer.reflect_refract > 0).then_some(traced.reflect_refract.io()));
             stages.extend(params.gbuffer.searches_motion().then_some(ReplacedMotion::IO));
             stages.extend(params.has_gradient_pixels().then_some(GradientPixels::IO));
             stages.extend(DirectLighting::io(&params.lights));

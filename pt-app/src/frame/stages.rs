@@ -90,10 +90,11 @@ impl TracedStages {
         let lights = &params.direct();
         thread::scope(|threads| {
             // Kernels that trace rays take the most time to compile.
-            let bounces = indirect.is_on().then(|| {
-                threads.spawn(|| IndirectLighting::new(device, variant, bounce_lights(lights), indirect))
-            });
             let layers = params.gbuffer.effect_layers;
+            let bounces = indirect.is_on().then(|| {
+                let lights = bounce_lights(lights);
+                threads.spawn(move || IndirectLighting::new(device, variant, lights, indirect, layers))
+            });
             let reflect_refract =
                 threads.spawn(move || ReflectRefract::new(device, variant, has_planes, layers));
             let effects = Effects::are_in(variant.scene_features)

@@ -58,7 +58,7 @@ impl Rig {
         let stages = [vec![PrimaryRays::IO], IndirectLighting::io(params)].concat();
         Self {
             primary: PrimaryRays::new(device, gpu.variant()).unwrap(),
-            stage: IndirectLighting::new(device, gpu.variant(), bounce_lights, params).unwrap(),
+            stage: IndirectLighting::new(device, gpu.variant(), bounce_lights, params, 4).unwrap(),
             images: ChannelImages::alone(device, FrameSizes::same(size), &stages).unwrap(),
             uniforms: Uniforms::new(device, "frame_uniforms").unwrap(),
             recorder: Recorder::new(device).unwrap(),

@@ -53,11 +53,15 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     scene.notices.iter().for_each(|notice| console::print_warning(notice));
     scene.set_time(sidecar.time, sidecar.time);
 
+    let layers = sidecar.params.pointer("/gbuffer/effect_layers").and_then(serde_json::Value::as_u64);
+    // A capture of a program without the knob: its default.
+    let layers = layers.map_or(4, |layers| layers.clamp(1, 16) as u32);
     let device = args.stage.open_device()?;
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let mut tables = LightTables::new(&device, &scene)?;
     tables.prepare(&device, &scene, &mut gpu, Some(SamplerChoice::from(args.sampler)))?;
-    let stage = IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler), &params)?;
+    let stage =
+        IndirectLighting::new(&device, gpu.variant(), BounceLights::all(args.sampler), &params, layers)?;
     let record: FrameRecord = sidecar.record();
     let size = record.size.to_array();
     let stages = IndirectLighting::io(&params);
