@@ -281,6 +281,31 @@ fn floors_under_water_are_lit() {
     assert_blocks("under water", &found, &exact(expected), ROUNDING);
 }
 
+/// Light follows the shading normal of the water, which leans towards the sun, and reaches the floor as radiance says: between the two directions at the
+/// surface the flux changes (Veach 1997, section 5.3.2), here by a sixth.
+#[test]
+fn floors_under_leaning_normals_are_lit() {
+    let (mut scene, camera) = floor(0.0, sun(Vec3::new(60f32.to_radians().sin(), 0.5, 0.0), 0.0));
+    let (ior, lean) = (1.33f64, 25f64.to_radians());
+    // The camera is in the water, which is so shallow that the light of its sides ends outside of the picture.
+    slab(&mut scene, -0.4, 0.8, Material::solid("water", ior as f32));
+    let place = Affine3A::from_translation(-0.6 * Vec3::Y) * camera.world_from_camera;
+    let camera = Camera { world_from_camera: place, ..camera };
+    let normal = Vec3::new(lean.sin() as f32, lean.cos() as f32, 0.0);
+    for n in scene.meshes.last_mut().unwrap().normals.iter_mut().filter(|n| n.y > 0.9) {
+        *n = normal;
+    }
+    // Angles to the shading normal, and to that of the triangle.
+    let in_shading = 60f64.to_radians() - lean;
+    let out_shading = (in_shading.sin() / ior).asin();
+    let out = out_shading + lean;
+    let flux = (1.0 - fresnel(in_shading.cos(), ior)) * in_shading.cos() * out.cos() / out_shading.cos();
+    let change = flux / (1.0 - fresnel(in_shading.cos(), ior)) / 0.5;
+    assert!(change > 1.15, "{change}");
+    let found = frame_blocks(&scene, &camera, TraceBackend::Compute, &with(&[]), 2 * COUNT);
+    assert_blocks("leaning normals", &found, &exact(floor_radiance(flux, 1.0)), ROUNDING);
+}
+
 /// What stands between the sun and the glass, or between the glass and the floor, keeps its light.
 #[test]
 fn other_things_cast_shadows() {
