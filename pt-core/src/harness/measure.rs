@@ -1,5 +1,6 @@
 //! Times of a stage's passes.
 
+use super::raise_clock;
 use crate::device::{Device, DeviceInfo};
 use crate::error::Result;
 use crate::frame::{Frame, FrameTiming, PassInfo, Recorder};
@@ -134,7 +135,7 @@ impl fmt::Display for StageTimes {
     }
 }
 
-/// Records `warm_up + frames` frames and times the last `frames` with the device's timestamps.
+/// Records `warm_up + frames` frames and times the last `frames` with the device's timestamps, on a GPU with its clock up.
 ///
 /// # Errors
 /// Those of `record`, and a device that fails.
@@ -146,7 +147,11 @@ pub fn measure(
     mut record: impl FnMut(&mut Frame<'_>) -> Result<()>,
 ) -> Result<StageTimes> {
     let mut recorder = Recorder::new(device)?;
-    for _ in 0..warm_up + frames {
+    for index in 0..warm_up + frames {
+        // After the kernels have been compiled.
+        if index == warm_up {
+            raise_clock(device)?;
+        }
         let mut frame = recorder.begin()?;
         record(&mut frame)?;
         frame.submit()?;

@@ -4,10 +4,12 @@
 //! put [`StageArgs`] and [`measure`] together themselves. A bench is one call of [`bench()`].
 
 mod bench;
+mod clock;
 mod copy;
 mod measure;
 
 pub use bench::bench;
+pub use clock::raise_clock;
 pub use copy::{CopyBandwidth, copy_bandwidth};
 pub use measure::{PassRow, Spread, StageTimes, measure};
 

@@ -11,7 +11,7 @@ use crate::session::{Session, fold_seed};
 use crate::timings::{pass_spreads, warm};
 use anyhow::{Context, Result};
 use pt_core::frame::FrameTiming;
-use pt_core::harness::Spread;
+use pt_core::harness::{Spread, raise_clock};
 use pt_core::trace::TraceBackend;
 use pt_core::{Device, Recorder};
 use pt_scene::Scene;
@@ -25,10 +25,13 @@ use pt_study::record::{CellRecord, LedgerRecord, PassTime, TimingRecord};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Runs of the lighting stages whose mean a ledger takes for the ground truth of the light: 1/64 of the variance stays with the stages after them.
 const LIGHT_RUNS: u32 = 64;
+
+/// After a longer pause the clock of a GPU is raised before frames that are timed.
+const LONGEST_PAUSE: Duration = Duration::from_millis(100);
 
 /// Runs the cells of a plan, one after the other. No cell depends on those before it: each has a session of its own.
 pub struct Runner<'a> {
@@ -216,6 +219,9 @@ impl<'a> Runner<'a> {
         };
         for index in 0..study.measure.end.max(study.frames) {
             self.turn.take();
+            if index == 0 && self.turn.pause() > LONGEST_PAUSE {
+                raise_clock(&self.device)?;
+            }
             let time = study.time + if study.accumulate { 0.0 } else { f64::from(index) / study.fps };
             let is_shot = (first_shot..study.measure.end).contains(&index);
             let mut truth = None;

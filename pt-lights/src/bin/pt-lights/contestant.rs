@@ -3,8 +3,9 @@
 use super::Settings;
 use super::view::View;
 use anyhow::{Result, ensure};
+use pt_core::Recorder;
+use pt_core::harness::{Spread, raise_clock};
 use pt_core::settings::apply_sets;
-use pt_core::{Recorder, harness::Spread};
 use pt_light_sampling::LightTables;
 use pt_lights::records::LightRays;
 use pt_lights::{DirectLighting, DirectParams};
@@ -14,10 +15,8 @@ use std::time::Instant;
 
 /// The entry without a sampler: a shadow ray for each kind of light, which is picked by its power.
 pub const PER_KIND: &str = "per-kind";
-/// Least frames that warm a device up, and that are timed after it.
+/// Frames before the clock counts, in which kernels are compiled, and least frames that are timed.
 const LEAST_FRAMES: usize = 6;
-/// A GPU at its idle clock is slower than under load: seconds until it is taken for warm.
-const WARM_UP_S: f64 = 1.0;
 /// Most frames that are timed.
 const TIMED_FRAMES: usize = 64;
 /// Seconds after which no more frames are timed.
@@ -172,31 +171,35 @@ impl Contestant {
     fn time(&mut self, view: &mut View, seed: u32) -> Result<(f64, f64)> {
         self.restart(view)?;
         let mut recorder = Recorder::new(&view.device)?;
-        let (mut times, mut choices, mut index) = (Vec::new(), Vec::new(), 0);
-        let warm_up_s = if view.device.info().is_cpu() { 0.0 } else { WARM_UP_S };
-        for (least_s, most_s, most) in [(warm_up_s, warm_up_s, usize::MAX), (0.0, TIMED_S, TIMED_FRAMES)] {
-            times.clear();
-            choices.clear();
-            let started = Instant::now();
-            loop {
-                let seconds = started.elapsed().as_secs_f64();
-                let enough = times.len() >= most || (seconds >= most_s && seconds >= least_s);
-                if times.len() >= LEAST_FRAMES && enough {
-                    break;
-                }
-                let mut frame = recorder.begin()?;
-                let record = view.frame_record(index, seed);
-                view.record(&mut frame, &record, &mut self.lights, (&self.stage, &self.choice.params), None)?;
-                frame.submit()?;
-                index += 1;
-                for timing in recorder.finish()? {
-                    let sum = |counts: &dyn Fn(&str) -> bool| -> f64 {
-                        timing.passes.iter().filter(|pass| counts(&pass.pass)).map(|pass| pass.ms).sum()
-                    };
-                    times.push(sum(&|pass| !COMMON_PASSES.contains(&pass)));
-                    choices.push(sum(&|pass| CHOICE_PASSES.contains(&pass)));
-                }
+        let mut index = 0;
+        let mut record = |recorder: &mut Recorder| -> Result<()> {
+            let mut frame = recorder.begin()?;
+            let record = view.frame_record(index, seed);
+            view.record(&mut frame, &record, &mut self.lights, (&self.stage, &self.choice.params), None)?;
+            frame.submit()?;
+            index += 1;
+            Ok(())
+        };
+        for _ in 0..LEAST_FRAMES {
+            record(&mut recorder)?;
+        }
+        recorder.finish()?;
+        // The device has no pause from here on.
+        raise_clock(&view.device)?;
+        let started = Instant::now();
+        for frame in 0..TIMED_FRAMES {
+            if frame >= LEAST_FRAMES && started.elapsed().as_secs_f64() >= TIMED_S {
+                break;
             }
+            record(&mut recorder)?;
+        }
+        let (mut times, mut choices) = (Vec::new(), Vec::new());
+        for timing in recorder.finish()? {
+            let sum = |counts: &dyn Fn(&str) -> bool| -> f64 {
+                timing.passes.iter().filter(|pass| counts(&pass.pass)).map(|pass| pass.ms).sum()
+            };
+            times.push(sum(&|pass| !COMMON_PASSES.contains(&pass)));
+            choices.push(sum(&|pass| CHOICE_PASSES.contains(&pass)));
         }
         Ok((Spread::of(times).median_ms, Spread::of(choices).median_ms))
     }
