@@ -170,7 +170,8 @@ impl Contestant {
     /// Median GPU times of a frame, of all passes and of those that choose lights, milliseconds.
     fn time(&mut self, view: &mut View, seed: u32) -> Result<(f64, f64)> {
         self.restart(view)?;
-        let mut recorder = Recorder::new(&view.device)?;
+        let device = view.device.clone();
+        let mut recorder = Recorder::new(&device)?;
         let mut index = 0;
         let mut record = |recorder: &mut Recorder| -> Result<()> {
             let mut frame = recorder.begin()?;
@@ -185,7 +186,7 @@ impl Contestant {
         }
         recorder.finish()?;
         // The device has no pause from here on.
-        raise_clock(&view.device)?;
+        raise_clock(&device)?;
         let started = Instant::now();
         for frame in 0..TIMED_FRAMES {
             if frame >= LEAST_FRAMES && started.elapsed().as_secs_f64() >= TIMED_S {
