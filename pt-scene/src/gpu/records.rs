@@ -6,6 +6,7 @@ use crate::{
 };
 use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
+use std::collections::HashMap;
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_CAMERA_VIEWS, FEATURE_COVERAGE, FEATURE_EFFECTS,
     FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES, FEATURE_METALLIC_ROUGHNESS_TEXTURE,
@@ -216,7 +217,19 @@ pub(super) fn instance(instance: &Instance, mask: u32) -> InstanceRecord {
 }
 
 /// An instance lets shadow rays through only when all of it transmits.
-pub(super) fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Material]) -> u32 {
+/// What rays of each kind see of the instances.
+pub(super) fn visibility_masks(scene: &Scene) -> Vec<u32> {
+    // Instances share meshes: the triangles of each are gone through once for each material that replaces their own.
+    let mut known = HashMap::new();
+    let mut mask = |instance: &Instance| {
+        *known.entry((instance.mesh, instance.material)).or_insert_with(|| {
+            visibility_mask(instance, &scene.meshes[instance.mesh as usize], &scene.materials)
+        })
+    };
+    scene.instances.iter().map(&mut mask).collect()
+}
+
+fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Material]) -> u32 {
     let mask = if instance.transmits(mesh, materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE };
     let single = |material: u32| {
         let m = &materials[material as usize];
