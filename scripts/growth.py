@@ -66,7 +66,6 @@ def measure(args, counts, size, folder):
         "load": timings["load"]["phases"],
         "host_bytes": timings["load"]["peak_memory_bytes"],
         "dearest": [row["pass"] for row in passes[:3]],
-        "passes": timings["passes"],
     }
     return row, {name: timings[name] for name in ("device", "driver", "backend")}
 
@@ -86,7 +85,7 @@ def run(args):
                 if count > args.most * largest and len(rows) > 1:
                     row["skipped"] = "left out by --most"
                 elif expected > left or left <= 0:
-                    row["skipped"] = f"{args.seconds} s were over"
+                    row["skipped"] = f"{args.seconds:g} s were over"
                 else:
                     start = time.monotonic()
                     values, device = measure(args, counts, size, pathlib.Path(folder))
@@ -94,7 +93,7 @@ def run(args):
                     found.update(device or {})
                     before = (count, time.monotonic() - start)
                 print(f"{axis} {count}: {row.get('skipped') or '%.3f ms' % row['frame_ms']}", file=sys.stderr, flush=True)
-    found["command"] = f"scripts/growth.py --size {args.size} --frames {args.frames} --seconds {args.seconds} --most {args.most:g}"
+    found["command"] = f"scripts/growth.py --size {args.size} --frames {args.frames} --seconds {args.seconds:g} --most {args.most:g}"
     return found
 
 
@@ -105,7 +104,7 @@ def exponent(first, last, name):
 
 def number(count):
     for unit, name in ((1_000_000, " M"), (1000, " k")):
-        if count >= 10 * unit or count >= unit and count % unit == 0:
+        if count >= unit:
             return f"{count / unit:.3g}{name}"
     return str(count)
 

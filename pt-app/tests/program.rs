@@ -325,7 +325,10 @@ fn planes_are_told_apart_or_refused() {
     };
     let order = ["primary rays", "interleave", "primary rays, plane 1", "add plane, plane 1", "histogram"];
     assert!(order.map(at).is_sorted(), "{table}");
-    assert!(table.contains("memory of the frame: ") && table.contains("frame_uniforms of plane 1"), "{table}");
+    assert!(
+        table.contains("memory of the frame: ") && table.contains("frame_uniforms of plane 1"),
+        "{table}"
+    );
     // All glass of the scene is clear.
     assert!(!table.contains("plane 2"), "{table}");
 

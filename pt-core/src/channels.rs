@@ -184,7 +184,8 @@ impl ChannelImages {
     /// Images whose content the next frame reads: those kept from the last frame, and carried ones.
     pub fn histories(&self) -> impl Iterator<Item = ChannelId> {
         let outlives = |(id, slot): (&ChannelId, &Slot)| {
-            let lives = matches!(slot, Slot::History(_) | Slot::Kept(_)) || id.channel().lifetime == Lifetime::Carried;
+            let lives = matches!(slot, Slot::History(_) | Slot::Kept(_))
+                || id.channel().lifetime == Lifetime::Carried;
             lives.then_some(*id)
         };
         self.slots.iter().filter_map(outlives)

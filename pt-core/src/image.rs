@@ -178,7 +178,8 @@ impl Image {
             | vk::ImageUsageFlags::SAMPLED
             | vk::ImageUsageFlags::TRANSFER_SRC
             | vk::ImageUsageFlags::TRANSFER_DST;
-        let (handle, view, allocation) = create_raw(device, name, vk_format(format), extent, 1, usage, flags)?;
+        let (handle, view, allocation) =
+            create_raw(device, name, vk_format(format), extent, 1, usage, flags)?;
         let image = Self(Arc::new(Inner {
             device: device.clone(),
             id: device.next_id(),

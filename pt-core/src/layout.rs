@@ -141,11 +141,10 @@ mod tests {
         assert_eq!(places(&[history, color(within(2, 3))]), [OWN, OWN]);
         let before = color(within(0, 1));
         let after = color(within(3, LAST));
-        assert_eq!(places(&[after, history, before]), [
-            Place::In { host: 1, previous: true },
-            OWN,
-            Place::In { host: 1, previous: false }
-        ]);
+        assert_eq!(
+            places(&[after, history, before]),
+            [Place::In { host: 1, previous: true }, OWN, Place::In { host: 1, previous: false }]
+        );
         // One that is needed before and after.
         assert_eq!(places(&[history, color(within(1, 3))]), [OWN, OWN]);
     }

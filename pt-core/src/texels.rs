@@ -12,9 +12,7 @@ pub(crate) fn decode_f32(format: Format, bytes: &[u8]) -> Vec<f32> {
         Format::R32F | Format::Rg32F | Format::Rgba32F => {
             bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
         }
-        Format::Rgba16F => {
-            bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
-        }
+        Format::Rgba16F => bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect(),
         Format::Rg16Unorm | Format::Rgba16Unorm => u16s(1.0 / 65535.0),
         Format::R16Uint => u16s(1.0),
         Format::Rg8Unorm | Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),

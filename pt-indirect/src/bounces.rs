@@ -269,7 +269,9 @@ impl Bounces {
         let Self { device, has_solids, has_glass, reuses, .. } = self;
         let tables = match slot.take().filter(fits) {
             Some(before) => slot.insert(before),
-            None => slot.insert(Tables::new(device, memory, size, is_half, *has_solids, *has_glass, *reuses)?),
+            None => {
+                slot.insert(Tables::new(device, memory, size, is_half, *has_solids, *has_glass, *reuses)?)
+            }
         };
         push.tables = tables.addresses.address();
         push.columns = tables.lists.columns();
@@ -286,8 +288,12 @@ mod tests {
     #[test]
     fn frames_without_room_are_refused() {
         let device = TestDevice::open();
-        let refusal =
-            |frame| Tables::new(&device, TableMemory::own(&device), frame, false, true, true, true).err().expect("an error").to_string();
+        let refusal = |frame| {
+            Tables::new(&device, TableMemory::own(&device), frame, false, true, true, true)
+                .err()
+                .expect("an error")
+                .to_string()
+        };
         let message = refusal([40_000, 40_000]);
         assert!(
             message.contains("indirect lighting of a frame of 40000x40000: at most 268435456 paths"),
@@ -307,7 +313,8 @@ mod tests {
         assert_eq!(path_bytes(false, false, true), 208);
         let device = TestDevice::open();
         let bytes = |is_half, reuses| {
-            let t = Tables::new(&device, TableMemory::own(&device), [64, 32], is_half, true, true, reuses).unwrap();
+            let t = Tables::new(&device, TableMemory::own(&device), [64, 32], is_half, true, true, reuses)
+                .unwrap();
             let rows = [&t.origins, &t.directions, &t.throughputs, &t.hits, &t.firsts, &t.first_directions];
             let light = [&t.lights, &t.reflected, &t.shadow_origins, &t.shadow_directions, &t.shadow_lights];
             let lists = [t.ray_list(0), t.ray_list(1), &t.shadow_list];

@@ -169,7 +169,8 @@ mod tests {
     fn frames_without_room_are_refused() {
         let device = TestDevice::open();
         let memory = || TableMemory::own(&device);
-        let refusal = |frame| Tables::new(&device, memory(), frame, 5, false).err().expect("an error").to_string();
+        let refusal =
+            |frame| Tables::new(&device, memory(), frame, 5, false).err().expect("an error").to_string();
         let message = refusal([40_000, 40_000]);
         assert!(
             message.contains("direct lighting of a frame of 40000x40000: at most 268435456 pixels"),

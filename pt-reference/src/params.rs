@@ -91,7 +91,8 @@ impl ReferenceParams {
     pub(crate) fn light_sampler(&self, lights: &LightTables) -> Option<LightSampler> {
         let (lists, types) = (lights.lists(), self.light_types);
         let has_positional = lists.lights.len() > lists.sun_count as usize;
-        let all_count = (types.emissive || lists.emissives.is_empty()) && (types.positional || !has_positional);
+        let all_count =
+            (types.emissive || lists.emissives.is_empty()) && (types.positional || !has_positional);
         self.lights.sampler().filter(|_| lists.local.len() > 1 && all_count)
     }
 

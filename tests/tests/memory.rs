@@ -39,7 +39,10 @@ fn check(scene: &str, knobs: &[&str]) -> [u64; 2] {
     for frames in [&all, &shared] {
         let allocations = frames.allocations();
         let has = |name: &str| allocations.iter().any(|allocation| allocation == name);
-        assert!(has("tables of rays") && !has("shadow ray ends") && !has("bounce ray origins"), "{allocations:?}");
+        assert!(
+            has("tables of rays") && !has("shadow ray ends") && !has("bounce ray origins"),
+            "{allocations:?}"
+        );
     }
     all.passes();
     shared.passes();

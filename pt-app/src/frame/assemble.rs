@@ -135,7 +135,12 @@ impl FullFrame {
         stages.iter().try_for_each(|io| plan.stage(io))?;
         let mut images = plan.allocate_planes(device, &plane, more_planes, kept)?;
         if let Some(traced) = &traced {
-            let memory = Buffer::new(device, "tables of rays", traced.table_bytes(sizes.frame, params), Location::Device)?;
+            let memory = Buffer::new(
+                device,
+                "tables of rays",
+                traced.table_bytes(sizes.frame, params),
+                Location::Device,
+            )?;
             images.iter_mut().for_each(|images| images.set_table_memory(memory.clone()));
         }
         let more_images = images.split_off(1);

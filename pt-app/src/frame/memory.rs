@@ -45,9 +45,10 @@ impl FullFrame {
                 return (FrameStage::Lights.code(), "lights and indirect, in turn");
             }
             let touching = |names: fn(&PassInfo) -> &Vec<String>| {
-                let mut found = passes.iter().zip(&stages).filter(|(pass, _)| {
-                    names(pass).iter().any(|touched| without_frame(touched) == name)
-                });
+                let mut found = passes
+                    .iter()
+                    .zip(&stages)
+                    .filter(|(pass, _)| names(pass).iter().any(|touched| without_frame(touched) == name));
                 found.next().map(|(_, stage)| *stage)
             };
             match touching(|pass| &pass.writes).or_else(|| touching(|pass| &pass.reads)) {

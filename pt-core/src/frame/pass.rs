@@ -367,7 +367,8 @@ impl<'f, 'r> Pass<'f, 'r> {
             Resource::Buffer(_) => None,
         });
         let written_twice = |image: &&Image| {
-            writes.contains(&image.id()) && images.clone().filter(|other| other.id() == image.id()).count() > 1
+            writes.contains(&image.id())
+                && images.clone().filter(|other| other.id() == image.id()).count() > 1
         };
         match images.clone().find(written_twice) {
             Some(image) => {

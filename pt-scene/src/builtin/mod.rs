@@ -27,7 +27,10 @@ pub const BUILTIN: &[(&str, &str)] = &[
         "effects",
         "sparks, smoke, beams, a picture in the air and fog, before a mirror and glass; most of it moves",
     ),
-    ("field", "ground, lamps and stones to measure growth; field:triangles=N,lights=N,instances=N,moving=N has that many"),
+    (
+        "field",
+        "ground, lamps and stones to measure growth; field:triangles=N,lights=N,instances=N,moving=N has that many",
+    ),
     (
         "flicker",
         "a room in which objects, lights and the camera move and lights blink, to try what reuses earlier frames",

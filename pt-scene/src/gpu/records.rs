@@ -6,7 +6,6 @@ use crate::{
 };
 use glam::{Affine2, Affine3A, Vec4};
 use pt_core::pack::{pack_tangent, pack_unit_vector};
-use std::collections::HashMap;
 use pt_shaders::records::{
     FEATURE_BASE_COLOR_TEXTURE, FEATURE_CAMERA_VIEWS, FEATURE_COVERAGE, FEATURE_EFFECTS,
     FEATURE_EMISSIVE_TEXTURE, FEATURE_INSTANCES, FEATURE_LOBES, FEATURE_METALLIC_ROUGHNESS_TEXTURE,
@@ -18,6 +17,7 @@ use pt_shaders::records::{
     TEXTURE_CLAMP_V, TEXTURE_MAG_NEAREST, TEXTURE_MIN_NEAREST, TEXTURE_MIP_NEAREST, TEXTURE_MIP_OFF,
     TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_SECOND_UV, TextureSlot, VertexRecord,
 };
+use std::collections::HashMap;
 
 fn texture_slot(texture: Option<TextureRef>, textures: &[Texture]) -> TextureSlot {
     let Some(TextureRef { texture, uv_set, transform }) = texture else {
