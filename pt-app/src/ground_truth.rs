@@ -48,7 +48,7 @@ pub fn path_trace(
     scene.set_time(view.time, view.time);
     let mut session = Session::on(device, backend, view.camera, scene)?;
     let Session { device, scene, gpu, lights, .. } = &mut session;
-    lights.prepare(device, scene, gpu, params.lights.choice())?;
+    params.prepare_lights(device, scene, gpu, lights)?;
     let record = FrameRecord { seed: fold_seed(SEED), frame_index: 0, ..view.record };
     let spp = params.spp;
     let mut render = Progressive::new(device, gpu, lights, record, params.clone(), None, 0)?;

@@ -65,7 +65,7 @@ fn unknown_names_are_refused() {
     };
     refused(
         "cornel",
-        &["cornel", "neither a file nor a built-in scene", "cornell, effects, flicker, furnace, gallery"],
+        &["cornel", "neither a file nor a built-in scene", "cornell, effects, field, flicker, furnace, gallery"],
     );
     refused("cornell --camera side", &["camera side", "cornell has no such camera", "classic"]);
     refused("cornell --camera 7", &["camera 7", "0 \"classic\""]);
@@ -198,6 +198,12 @@ fn images_of_different_sizes_are_not_compared() {
     refused(folder.path(), "compare a.exr b.exr", &["differ in size", "8x8", "9x8"]);
 }
 
+/// The passes that `pt passes --json` prints.
+fn listed_passes(text: &str) -> Vec<Value> {
+    let listed: Value = serde_json::from_str(text).unwrap();
+    listed["passes"].as_array().unwrap().clone()
+}
+
 #[test]
 fn scenes_and_passes_are_listed() {
     let folder = tempfile::tempdir().unwrap();
@@ -206,7 +212,7 @@ fn scenes_and_passes_are_listed() {
         assert!(scenes.lines().any(|line| line.split_whitespace().next() == Some(name)), "{scenes}");
     }
     let table = succeeds(folder.path(), "passes --accumulate --size 64x36 --json");
-    let table: Vec<Value> = serde_json::from_str(&table).unwrap();
+    let table = listed_passes(&table);
     let names: Vec<&str> = table.iter().map(|pass| pass["name"].as_str().unwrap()).collect();
     // The contract's order; stages yet to come stand between these.
     let order = [
@@ -255,7 +261,7 @@ fn scenes_and_passes_are_listed() {
     // Place in the list, origin, direction and hit of each path; its light, what reflects it and the direction.
     assert!((4..11).all(|pass| bytes(pass) >= 64 * 36 * 44), "{table:?}");
     let half = succeeds(folder.path(), "passes --size 64x36 --set indirect.bounces=0.5 --json");
-    let half: Vec<Value> = serde_json::from_str(&half).unwrap();
+    let half = listed_passes(&half);
     let rays = |table: &[Value]| {
         let pass = table.iter().find(|pass| pass["name"] == "bounce rays").expect("bounce rays");
         pass["bytes"].as_u64().unwrap()
@@ -272,6 +278,41 @@ fn scenes_and_passes_are_listed() {
 }
 
 #[test]
+fn the_memory_of_a_frame_is_what_the_allocator_gave() {
+    let folder = tempfile::tempdir().unwrap();
+    let memory = |knobs: &str| -> Value {
+        let text = succeeds(folder.path(), &format!("passes --size 256x144 --json {knobs}"));
+        serde_json::from_str::<Value>(&text).unwrap()["memory"].clone()
+    };
+    let (shared, all) = (memory(""), memory("--keep-all"));
+    let bytes = |part: &Value| part["bytes"].as_u64().unwrap();
+    let allocation = |memory: &Value, name: &str| -> u64 {
+        let stages = memory["stages"].as_array().unwrap().iter();
+        let all = stages.flat_map(|stage| stage["allocations"].as_array().unwrap());
+        all.filter(|one| one[0] == name).map(|one| one[1].as_u64().unwrap()).sum()
+    };
+    for memory in [&shared, &all] {
+        let stages = memory["stages"].as_array().unwrap();
+        assert_eq!(stages.iter().map(bytes).sum::<u64>(), bytes(memory));
+        for stage in stages {
+            let parts = stage["allocations"].as_array().unwrap().iter();
+            assert_eq!(parts.map(|one| one[1].as_u64().unwrap()).sum::<u64>(), bytes(stage), "{stage}");
+        }
+        let a_pixel = memory["bytes_a_pixel"].as_f64().unwrap();
+        assert!((a_pixel * 256.0 * 144.0 / bytes(memory) as f64 - 1.0).abs() < 1e-9);
+        // Twice 8 bytes, and what the driver adds for alignment.
+        let base_color = allocation(memory, "base_color");
+        assert!((16 * 256 * 144..17 * 256 * 144).contains(&base_color), "{base_color}");
+    }
+    // The last image of the denoiser has memory of its own only where all do.
+    assert!(allocation(&all, "denoise.ping_hf") > 0 && allocation(&shared, "denoise.ping_hf") == 0);
+    // 6 GB for 3840 x 2160 pixels.
+    let most = 6e9 / (3840.0 * 2160.0);
+    assert!(shared["bytes_a_pixel"].as_f64().unwrap() < most, "{shared:#}");
+    assert!(all["bytes_a_pixel"].as_f64().unwrap() > most, "{all:#}");
+}
+
+#[test]
 fn planes_are_told_apart_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let knob = "--set gbuffer.decomposition=planes";
@@ -284,7 +325,10 @@ fn planes_are_told_apart_or_refused() {
     };
     let order = ["primary rays", "interleave", "primary rays, plane 1", "add plane, plane 1", "histogram"];
     assert!(order.map(at).is_sorted(), "{table}");
-    assert!(table.contains("images held for plane 1: "), "{table}");
+    assert!(
+        table.contains("memory of the frame: ") && table.contains("frame_uniforms of plane 1"),
+        "{table}"
+    );
     // All glass of the scene is clear.
     assert!(!table.contains("plane 2"), "{table}");
 

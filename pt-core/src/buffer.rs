@@ -29,8 +29,11 @@ struct Inner {
     handle: vk::Buffer,
     address: u64,
     size: u64,
+    usage: vk::BufferUsageFlags,
     // Taken only on drop; the lock serves host writes through a shared handle.
     allocation: Mutex<Option<Allocation>>,
+    /// The buffer whose memory it is in, if it has none of its own.
+    host: Option<Buffer>,
 }
 
 impl Buffer {
@@ -59,12 +62,7 @@ impl Buffer {
             usage |= vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
         }
         let raw = device.raw();
-        // SAFETY: valid device and create info; on failure the buffer is destroyed before returning.
-        let handle =
-            unsafe { raw.create_buffer(&vk::BufferCreateInfo::default().size(size).usage(usage), None) }
-                .context("vkCreateBuffer")?;
-        // SAFETY: as above.
-        let requirements = unsafe { raw.get_buffer_memory_requirements(handle) };
+        let (handle, requirements) = create(device, size, usage)?;
         let allocation = device.allocate(&AllocationCreateDesc {
             name,
             requirements,
@@ -98,8 +96,50 @@ impl Buffer {
             handle,
             address,
             size,
+            usage,
             allocation: Mutex::new(Some(allocation)),
+            host: None,
         })))
+    }
+
+    /// A buffer of `size` bytes in the memory of this one, `offset` bytes behind its start, a multiple of [`PART_ALIGNMENT`]; `None` where
+    /// that memory ends before. Barriers take both for one.
+    pub(crate) fn part(&self, name: &str, offset: u64, size: u64) -> Result<Option<Self>> {
+        let Inner { device, usage, .. } = &*self.0;
+        let raw = device.raw();
+        let (handle, requirements) = create(device, size, *usage)?;
+        let allocation = crate::lock::lock(&self.0.allocation);
+        let memory = allocation.as_ref().filter(|memory| {
+            offset % requirements.alignment == 0 && offset + requirements.size <= memory.size()
+        });
+        let Some(memory) = memory else {
+            // SAFETY: never bound or used.
+            unsafe { raw.destroy_buffer(handle, None) };
+            return Ok(None);
+        };
+        // SAFETY: the range is within the memory, whose type serves a buffer of the same usage.
+        let address = unsafe {
+            raw.bind_buffer_memory(handle, memory.memory(), memory.offset() + offset)
+                .context("vkBindBufferMemory")?;
+            raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(handle))
+        };
+        device.name(handle, name);
+        Ok(Some(Self(Arc::new(Inner {
+            device: device.clone(),
+            id: self.id(),
+            name: name.to_owned(),
+            handle,
+            address,
+            size,
+            usage: *usage,
+            allocation: Mutex::new(None),
+            host: Some(self.clone()),
+        }))))
+    }
+
+    /// Whether it has memory of its own.
+    pub fn owns_memory(&self) -> bool {
+        self.0.host.is_none()
     }
 
     /// A device-local buffer with the given content. An empty slice gives a one-byte buffer, so that its address is valid.
@@ -180,8 +220,25 @@ impl Buffer {
         self.0.handle
     }
 
+    /// Number of its memory, for barriers.
     pub(crate) fn id(&self) -> u64 {
         self.0.id
+    }
+}
+
+/// Where parts of a buffer may begin, bytes: what devices ask for at most.
+pub(crate) const PART_ALIGNMENT: u64 = 256;
+
+fn create(
+    device: &Device,
+    size: u64,
+    usage: vk::BufferUsageFlags,
+) -> Result<(vk::Buffer, vk::MemoryRequirements)> {
+    let info = vk::BufferCreateInfo::default().size(size).usage(usage);
+    // SAFETY: valid device and create info.
+    unsafe {
+        let handle = device.raw().create_buffer(&info, None).context("vkCreateBuffer")?;
+        Ok((handle, device.raw().get_buffer_memory_requirements(handle)))
     }
 }
 

@@ -3,11 +3,13 @@
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
+use crate::layout::image_bytes;
+use crate::texels::{decode_f32, encode_f32};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
-use half::f16;
 use pt_shaders::channels::Format;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// The Vulkan format of a channel format.
@@ -41,6 +43,10 @@ struct Inner {
     format: Format,
     extent: [u32; 2],
     allocation: Mutex<Option<Allocation>>,
+    /// The image whose memory it is in, if it has none of its own.
+    host: Option<Image>,
+    /// The number of the image that was written last in this memory; 0: none yet.
+    writer: AtomicU64,
 }
 
 pub(crate) const COLOR_RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
@@ -59,6 +65,7 @@ pub(crate) fn create_raw(
     extent: [u32; 2],
     mips: u32,
     usage: vk::ImageUsageFlags,
+    flags: vk::ImageCreateFlags,
 ) -> Result<(vk::Image, vk::ImageView, Allocation)> {
     let limit = device.info().capabilities.max_image_side;
     if extent.iter().any(|&side| side == 0 || side > limit) {
@@ -76,7 +83,8 @@ pub(crate) fn create_raw(
         .array_layers(1)
         .samples(vk::SampleCountFlags::TYPE_1)
         .tiling(vk::ImageTiling::OPTIMAL)
-        .usage(usage);
+        .usage(usage)
+        .flags(flags);
     // SAFETY: valid create info within the device's limits.
     let handle = unsafe { raw.create_image(&info, None) }.context("vkCreateImage")?;
     // SAFETY: `handle` was created above.
@@ -95,19 +103,22 @@ pub(crate) fn create_raw(
             return Err(error);
         }
     };
-    let view_info = vk::ImageViewCreateInfo::default()
-        .image(handle)
+    // SAFETY: memory and offset come from the allocator for exactly these requirements.
+    unsafe { raw.bind_image_memory(handle, allocation.memory(), allocation.offset()) }
+        .context("vkBindImageMemory")?;
+    let view = create_view(device, handle, format)?;
+    device.name(handle, name);
+    Ok((handle, view, allocation))
+}
+
+fn create_view(device: &Device, image: vk::Image, format: vk::Format) -> Result<vk::ImageView> {
+    let info = vk::ImageViewCreateInfo::default()
+        .image(image)
         .view_type(vk::ImageViewType::TYPE_2D)
         .format(format)
         .subresource_range(COLOR_RANGE);
-    // SAFETY: memory and offset come from the allocator for exactly these requirements.
-    let view = unsafe {
-        raw.bind_image_memory(handle, allocation.memory(), allocation.offset())
-            .context("vkBindImageMemory")?;
-        raw.create_image_view(&view_info, None).context("vkCreateImageView")?
-    };
-    device.name(handle, name);
-    Ok((handle, view, allocation))
+    // SAFETY: the image is bound to memory; a format that is not its own has as many bytes, and the image allows it.
+    unsafe { device.raw().create_image_view(&info, None) }.context("vkCreateImageView")
 }
 
 /// Layout transition with full ordering, for set-up.
@@ -138,11 +149,37 @@ pub(crate) fn transition(
 impl Image {
     /// An image of zeros.
     pub fn new(device: &Device, name: &str, format: Format, extent: [u32; 2]) -> Result<Self> {
+        Self::with_flags(device, name, format, extent, vk::ImageCreateFlags::empty())
+    }
+
+    /// An image of zeros. `other_formats`: [`Image::sharing`] may ask for other formats than this one.
+    pub(crate) fn shareable(
+        device: &Device,
+        name: &str,
+        format: Format,
+        extent: [u32; 2],
+        other_formats: bool,
+    ) -> Result<Self> {
+        let flags = match other_formats {
+            true => vk::ImageCreateFlags::MUTABLE_FORMAT,
+            false => vk::ImageCreateFlags::empty(),
+        };
+        Self::with_flags(device, name, format, extent, flags)
+    }
+
+    fn with_flags(
+        device: &Device,
+        name: &str,
+        format: Format,
+        extent: [u32; 2],
+        flags: vk::ImageCreateFlags,
+    ) -> Result<Self> {
         let usage = vk::ImageUsageFlags::STORAGE
             | vk::ImageUsageFlags::SAMPLED
             | vk::ImageUsageFlags::TRANSFER_SRC
             | vk::ImageUsageFlags::TRANSFER_DST;
-        let (handle, view, allocation) = create_raw(device, name, vk_format(format), extent, 1, usage)?;
+        let (handle, view, allocation) =
+            create_raw(device, name, vk_format(format), extent, 1, usage, flags)?;
         let image = Self(Arc::new(Inner {
             device: device.clone(),
             id: device.next_id(),
@@ -152,6 +189,8 @@ impl Image {
             format,
             extent,
             allocation: Mutex::new(Some(allocation)),
+            host: None,
+            writer: AtomicU64::new(0),
         }));
         device.submit_once(|cmd| {
             transition(device, cmd, handle, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
@@ -168,6 +207,44 @@ impl Image {
             }
         })?;
         Ok(image)
+    }
+
+    /// An image in the memory of this one, with the same number of bytes a texel. Barriers take both for one.
+    pub(crate) fn sharing(&self, name: &str, format: Format) -> Result<Self> {
+        let device = &self.0.device;
+        Ok(Self(Arc::new(Inner {
+            device: device.clone(),
+            id: device.next_id(),
+            name: name.to_owned(),
+            handle: self.0.handle,
+            view: create_view(device, self.0.handle, vk_format(format))?,
+            format,
+            extent: self.0.extent,
+            allocation: Mutex::new(None),
+            host: Some(self.clone()),
+            writer: AtomicU64::new(0),
+        })))
+    }
+
+    /// The image that owns the memory.
+    fn owner(&self) -> &Self {
+        self.0.host.as_ref().unwrap_or(self)
+    }
+
+    /// Whether it has memory of its own.
+    pub fn owns_memory(&self) -> bool {
+        self.0.host.is_none()
+    }
+
+    /// A pass writes it: the content of other images in this memory is lost.
+    pub(crate) fn note_written(&self) {
+        self.owner().0.writer.store(self.0.id, Ordering::Relaxed);
+    }
+
+    /// Whether another image in this memory was written after it.
+    pub(crate) fn is_overwritten(&self) -> bool {
+        let writer = self.owner().0.writer.load(Ordering::Relaxed);
+        writer != 0 && writer != self.0.id
     }
 
     /// Texel format.
@@ -187,7 +264,7 @@ impl Image {
 
     /// Size in bytes of the texels.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.0.extent[0]) * u64::from(self.0.extent[1]) * u64::from(self.0.format.bytes())
+        image_bytes(self.0.extent, self.0.format)
     }
 
     /// Copies the texels to the host, after everything submitted so far.
@@ -209,25 +286,7 @@ impl Image {
 
     /// Texels as floats, `components()` per texel, in scan-line order. Integers are converted by value: exact up to 2^24.
     pub fn read_f32(&self) -> Result<Vec<f32>> {
-        let bytes = self.read()?;
-        let u16s = |scale: f32| {
-            bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) * scale).collect()
-        };
-        Ok(match self.0.format {
-            Format::R32F | Format::Rg32F | Format::Rgba32F => {
-                bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
-            }
-            Format::Rgba16F => {
-                bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
-            }
-            Format::Rg16Unorm | Format::Rgba16Unorm => u16s(1.0 / 65535.0),
-            Format::R16Uint => u16s(1.0),
-            Format::Rg8Unorm | Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
-            Format::Rgba8Root => bytes.iter().map(|&b| (f32::from(b) / 255.0).powi(2)).collect(),
-            Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
-                bytes.chunks_exact(4).map(|b| bytemuck::pod_read_unaligned::<u32>(b) as f32).collect()
-            }
-        })
+        Ok(decode_f32(self.0.format, &self.read()?))
     }
 
     /// Texels as unsigned integers, for the integer formats.
@@ -311,28 +370,9 @@ impl Image {
         self.0.view
     }
 
+    /// Number of its memory, for barriers.
     pub(crate) fn id(&self) -> u64 {
-        self.0.id
-    }
-}
-
-/// Bytes of texels from values, `format.components()` per texel.
-fn encode_f32(format: Format, values: &[f32]) -> Vec<u8> {
-    let unorm = |max: f32| move |v: &f32| (v.clamp(0.0, 1.0) * max).round();
-    match format {
-        Format::R32F | Format::Rg32F | Format::Rgba32F => bytemuck::cast_slice(values).to_vec(),
-        Format::Rgba16F => values.iter().flat_map(|&v| f16::from_f32(v).to_le_bytes()).collect(),
-        Format::Rg16Unorm | Format::Rgba16Unorm => {
-            values.iter().map(unorm(65535.0)).flat_map(|v| (v as u16).to_le_bytes()).collect()
-        }
-        Format::Rg8Unorm | Format::Rgba8Unorm => values.iter().map(unorm(255.0)).map(|v| v as u8).collect(),
-        Format::Rgba8Root => {
-            values.iter().map(|v| v.max(0.0).sqrt()).map(|v| unorm(255.0)(&v) as u8).collect()
-        }
-        Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
-            values.iter().flat_map(|&v| (v as u32).to_le_bytes()).collect()
-        }
-        Format::R16Uint => values.iter().flat_map(|&v| (v as u16).to_le_bytes()).collect(),
+        self.owner().0.id
     }
 }
 
@@ -356,7 +396,9 @@ impl Drop for Inner {
         // SAFETY: the frame recorder keeps clones of what is in flight, so the device no longer uses the image.
         unsafe {
             self.device.raw().destroy_image_view(self.view, None);
-            self.device.raw().destroy_image(self.handle, None);
+            if self.host.is_none() {
+                self.device.raw().destroy_image(self.handle, None);
+            }
         }
         if let Some(allocation) = crate::lock::lock(&self.allocation).take() {
             self.device.free(allocation);

@@ -1,12 +1,13 @@
 //! Declarations of stages: each stage declares once which images it reads, reads of the last frame, writes and updates. The
 //! allocation, the checks before it, and the bindings of the passes follow from that declaration.
 
-use crate::channels::{ChannelImages, Lacking, channel_bytes};
+use crate::channels::{ChannelImages, ChannelWish, Lacking};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
+use crate::layout::{LAST, Life, Wish};
 use crate::sizes::FrameSizes;
-use pt_shaders::channels::{ChannelId, GbufferFormat, Lifetime};
+use pt_shaders::channels::{ChannelId, Lifetime};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The images that a stage accesses: channels of the frame contract and its own private images.
@@ -48,28 +49,54 @@ impl StageIo {
     }
 }
 
+/// Which images hold their content until the next frame begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// All, so that any can be read after the frame.
+    All,
+    /// Those that [`FramePlan::keep`] names, and what the next frame reads. Others share memory where one is written after the last stage
+    /// that reads another.
+    Outputs,
+}
+
+/// When the stages of a frame touch an image, by their numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Uses {
+    first: usize,
+    last_write: usize,
+    last_read: Option<usize>,
+}
+
 /// The stages of a frame in order, before anything is allocated.
 #[derive(Clone, Debug)]
 pub struct FramePlan {
     sizes: FrameSizes,
-    /// Images that the stages added so far write.
-    written: BTreeSet<ChannelId>,
+    /// Stages so far.
+    count: usize,
+    /// Images that the stages added so far write, with their uses.
+    written: BTreeMap<ChannelId, Uses>,
     /// Images with lifetime `Carried`; no stage has to write them first.
     carried: BTreeSet<ChannelId>,
-    /// Images whose content of the last frame is read, with the stage that reads it.
-    previous: BTreeMap<ChannelId, &'static str>,
+    /// Images whose content of the last frame is read: the stage that reads it last, by name and number.
+    previous: BTreeMap<ChannelId, (&'static str, usize)>,
+    kept: BTreeSet<ChannelId>,
 }
 
 impl FramePlan {
     /// A frame of these sizes without stages.
     pub fn new(sizes: FrameSizes) -> Self {
-        let (written, carried, previous) = Default::default();
-        Self { sizes, written, carried, previous }
+        let (written, carried, previous, kept) = Default::default();
+        Self { sizes, count: 0, written, carried, previous, kept }
     }
 
     /// Declares images that a capture or a test fills.
     pub fn given(&mut self, channels: impl IntoIterator<Item = ChannelId>) {
-        self.written.extend(channels);
+        self.written.extend(channels.into_iter().map(|id| (id, Uses::default())));
+    }
+
+    /// Names images that are read after the frame.
+    pub fn keep(&mut self, channels: impl IntoIterator<Item = ChannelId>) {
+        self.kept.extend(channels);
     }
 
     /// Adds the next stage.
@@ -77,21 +104,28 @@ impl FramePlan {
     /// # Errors
     /// [`Error::NoWriter`] when it reads what no stage before it writes.
     pub fn stage(&mut self, io: &StageIo) -> Result<()> {
+        let now = self.count;
         for &id in io.reads.iter().chain(io.updates) {
             if id.channel().lifetime == Lifetime::Carried {
                 self.carried.insert(id);
-            } else if !self.written.contains(&id) {
+            } else if let Some(uses) = self.written.get_mut(&id) {
+                uses.last_read = Some(now);
+            } else {
                 return Err(no_writer(io.stage, id, "which no stage before it writes"));
             }
         }
-        self.written.extend(io.writes.iter().chain(io.updates));
-        self.previous.extend(io.reads_previous.iter().map(|&id| (id, io.stage)));
+        for &id in io.writes.iter().chain(io.updates) {
+            let first = Uses { first: now, last_write: now, last_read: None };
+            self.written.entry(id).or_insert(first).last_write = now;
+        }
+        self.previous.extend(io.reads_previous.iter().map(|&id| (id, (io.stage, now))));
+        self.count += 1;
         Ok(())
     }
 
     /// Images that the stages read and that no stage before them writes. A replay has to load them.
     pub fn missing(&self, stages: &[StageIo]) -> BTreeSet<ChannelId> {
-        let mut written = self.written.clone();
+        let mut written: BTreeSet<_> = self.written.keys().copied().collect();
         let mut missing = BTreeSet::new();
         for io in stages {
             let carried = |id: &&ChannelId| id.channel().lifetime == Lifetime::Carried;
@@ -110,30 +144,72 @@ impl FramePlan {
     /// [`Error::NoWriter`] when the last frame's content is read of an image that no stage writes; more than the device's
     /// memory, before any of it is taken.
     pub fn allocate(&self, device: &Device) -> Result<ChannelImages> {
-        self.allocate_beside(device, 0)
+        let mut planes = self.allocate_planes(device, self, 0, Kept::All)?;
+        Ok(planes.remove(0))
     }
 
-    /// As [`FramePlan::allocate`], where other images of the frame take `other_bytes` besides.
+    /// The images of a frame of several planes: this plan is that of plane 0, of whose stages those of each of the `count` other planes follow
+    /// the first ones, as `other` lists them.
     ///
     /// # Errors
     /// As [`FramePlan::allocate`], for all of them together.
-    pub fn allocate_beside(&self, device: &Device, other_bytes: u64) -> Result<ChannelImages> {
-        for (&id, &stage) in &self.previous {
-            if !self.written.contains(&id) && !self.carried.contains(&id) {
+    pub fn allocate_planes(
+        &self,
+        device: &Device,
+        other: &Self,
+        count: usize,
+        kept: Kept,
+    ) -> Result<Vec<ChannelImages>> {
+        // After each plane comes the stage that adds it.
+        let stages = other.count + 1;
+        let behind = count * stages;
+        let moment = |stage| if stage < other.count { stage } else { stage + behind };
+        let mut wishes = vec![self.wishes(device, kept, moment, LAST)?];
+        for plane in 1..=count {
+            let start = plane * stages;
+            wishes.push(other.wishes(device, kept, |stage| start + stage, start + other.count)?);
+        }
+        ChannelImages::allocate(device, self.sizes, wishes)
+    }
+
+    /// Every image that the stages access. `moment`: when a stage runs; `end`: until when images are needed that are read after the stages.
+    fn wishes(
+        &self,
+        device: &Device,
+        kept: Kept,
+        moment: impl Fn(usize) -> usize,
+        end: usize,
+    ) -> Result<Vec<ChannelWish>> {
+        for (&id, &(stage, _)) in &self.previous {
+            if !self.written.contains_key(&id) && !self.carried.contains(&id) {
                 return Err(no_writer(stage, id, "whose content of the last frame no stage writes"));
             }
         }
-        ChannelImages::allocate(device, self.sizes, self.images(), other_bytes)
-    }
-
-    /// Bytes of the images that [`FramePlan::allocate`] makes.
-    pub fn bytes(&self, format: GbufferFormat) -> u64 {
-        self.images().map(|(id, previous)| channel_bytes(id, format, self.sizes, previous)).sum()
-    }
-
-    /// Every image that the stages access, and whether last frame's content is kept.
-    fn images(&self) -> impl Iterator<Item = (ChannelId, bool)> {
-        self.written.union(&self.carried).map(|&id| (id, self.previous.contains_key(&id)))
+        let twice = |from, previous_until| Life::Twice { from, previous_until };
+        let life = |id: &ChannelId, uses: &Uses| match (self.previous.get(id), kept) {
+            // What nothing reads once this frame's is written needs no second image.
+            (Some(&(_, last)), Kept::Outputs) if last < uses.first => Life::Kept,
+            (Some(&(_, last)), Kept::Outputs) => twice(moment(uses.first), moment(last)),
+            (Some(_), Kept::All) => twice(0, LAST),
+            (None, Kept::All) => Life::Always,
+            (None, Kept::Outputs) => {
+                // Passes may bind what they write by another name, then no declaration says that it is read.
+                let read = uses.last_read.filter(|&read| read > uses.last_write && !self.kept.contains(id));
+                Life::Within { from: moment(uses.first), until: read.map_or(end, &moment) }
+            }
+        };
+        let written = self.written.iter().filter(|(id, _)| !self.carried.contains(id));
+        let mut wishes: Vec<_> = written.map(|(&id, uses)| (id, life(&id, uses))).collect();
+        wishes.extend(self.carried.iter().map(|&id| match self.previous.get(&id) {
+            Some(_) => (id, twice(0, LAST)),
+            None => (id, Life::Always),
+        }));
+        let format = device.gbuffer_format();
+        let wish = |(id, life): (ChannelId, Life)| {
+            let extent = self.sizes.extent(id.channel().extent);
+            ChannelWish { id, wish: Wish { extent, format: id.format(format), life } }
+        };
+        Ok(wishes.into_iter().map(wish).collect())
     }
 }
 

@@ -233,8 +233,9 @@ fn upload(device: &Device, desc: &TextureDesc<'_>, staging: &Buffer) -> Result<T
         }
     }
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
+    let (format, flags) = (desc.format.vk(), vk::ImageCreateFlags::empty());
     let (image, view, allocation) =
-        create_raw(device, desc.name, desc.format.vk(), desc.extent, desc.mips.len() as u32, usage)?;
+        create_raw(device, desc.name, format, desc.extent, desc.mips.len() as u32, usage, flags)?;
     let mut texture = Texture { image, view, sampler: vk::Sampler::null(), allocation: Some(allocation) };
     let result = fill(device, desc, image, staging, level_extent)
         .and_then(|()| create_sampler(device.raw(), &desc.sampler));

@@ -1,8 +1,8 @@
 //! Stages of a frame: who reads what nobody writes, which histories are kept, what a reset forgets.
 
 use pt_core::test_support::TestDevice;
-use pt_core::{ChannelImages, FramePlan, FrameSizes, Kernel, StageIo};
-use pt_shaders::channels::{ACCUMULATED, COLOR, COLOR_HF, FLAT_COLOR, MOTION, VIEW_DEPTH};
+use pt_core::{ChannelImages, FramePlan, FrameSizes, Kept, Kernel, StageIo};
+use pt_shaders::channels::{ACCUMULATED, COLOR, COLOR_HF, FLAT_COLOR, MOTION, NORMAL, VIEW_DEPTH};
 
 mod kernels {
     #![allow(dead_code, reason = "each test file runs some of them")]
@@ -46,6 +46,52 @@ fn previous_images_are_there_where_they_are_read() {
     assert_eq!(bytes(&[LIGHT, COMPOSITE]), 2 * texels);
     assert_eq!(bytes(&[LIGHT, COMPOSITE, FILTER]), 4 * texels, "color twice");
     assert_eq!(bytes(&[LIGHT, COMPOSITE, FILTER, MEAN]), 5 * texels, "a carried image once");
+}
+
+fn shared(device: &TestDevice, stages: &[StageIo]) -> ChannelImages {
+    let mut plan = plan(stages).unwrap();
+    plan.keep([FLAT_COLOR]);
+    plan.allocate_planes(device, &plan, 0, Kept::Outputs).unwrap().remove(0)
+}
+
+#[test]
+fn images_share_memory_where_one_is_written_after_another_was_read() {
+    let device = TestDevice::open();
+    let texels = 6 * 4 * 16;
+    let flat = StageIo { reads: &[COLOR], writes: &[FLAT_COLOR], ..StageIo::of("flat") };
+    assert_eq!(shared(&device, &[LIGHT, COMPOSITE, flat]).bytes(), 2 * texels, "light, then the flat frame");
+    let late = StageIo { reads: &[COLOR_HF, COLOR], writes: &[FLAT_COLOR], ..StageIo::of("late") };
+    assert_eq!(shared(&device, &[LIGHT, COMPOSITE, late]).bytes(), 3 * texels, "light is read to the end");
+    // Last frame's colour is read by the stage that writes the flat frame, so that this one is where the light was.
+    assert_eq!(shared(&device, &[LIGHT, COMPOSITE, FILTER]).bytes(), 3 * texels, "colour twice");
+    let first = StageIo { reads_previous: &[COLOR], writes: &[COLOR_HF], ..StageIo::of("first") };
+    assert_eq!(shared(&device, &[first, COMPOSITE, flat]).bytes(), 2 * texels, "one colour is enough");
+}
+
+#[test]
+fn passes_that_the_declarations_do_not_know_of_are_refused() {
+    let device = TestDevice::open();
+    let normals = StageIo { writes: &[NORMAL], ..StageIo::of("normals") };
+    let shading = StageIo { reads: &[NORMAL], ..StageIo::of("shading") };
+    let io = StageIo { reads_previous: &[VIEW_DEPTH], writes: &[VIEW_DEPTH], ..StageIo::of("depth") };
+    let images = shared(&device, &[normals, shading, io]);
+    assert_eq!(images.bytes(), 2 * 6 * 4 * 4, "normals are where the depth will be");
+    let history = Kernel::compute::<()>(&device, &kernels::HISTORY, &[]).unwrap();
+    let mut recorder = pt_core::Recorder::new(&device).unwrap();
+    let mut frame = recorder.begin().unwrap();
+    let mut late = |name: &str, frame: &mut pt_core::Frame<'_>| {
+        let pass = frame.pass(name, &history).touches(&images, &io);
+        pass.sample("sampled", images.current(NORMAL)).dispatch([6, 4, 1]).unwrap_err().to_string()
+    };
+    let error = late("both", &mut frame);
+    assert!(error.contains("accesses that memory by another name"), "{error}");
+    let fill = Kernel::compute::<records::TestPush>(&device, &kernels::FILL, &[]).unwrap();
+    let written = StageIo { writes: &[VIEW_DEPTH], ..StageIo::of("fill") };
+    let pass = frame.pass("fill", &fill).touches(&images, &written);
+    pass.push(&records::TestPush { offset: 0.0 }).dispatch([6, 4, 1]).unwrap();
+    let error = late("too late", &mut frame);
+    assert!(error.contains("it reads \"normal\", whose memory another image has taken"), "{error}");
+    frame.submit().unwrap();
 }
 
 #[test]

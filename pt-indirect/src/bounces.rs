@@ -5,7 +5,7 @@ use pt_core::error::Error;
 use pt_core::frame::{Pass, RayCount};
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
-use pt_core::{Buffer, Device, Location, RayLists, Result};
+use pt_core::{Buffer, ChannelImages, Device, Location, RayLists, Result, TableMemory};
 use pt_shaders::records::RayListHead;
 use std::cell::RefCell;
 use std::mem::offset_of;
@@ -60,6 +60,7 @@ pub(crate) struct Tables {
     reuse: Option<ReuseTables>,
     heads: Buffer,
     addresses: Buffer,
+    memory: Option<TableMemory>,
 }
 
 /// Tables of the reuse of bounces.
@@ -68,6 +69,15 @@ pub(crate) struct ReuseTables {
     pub(crate) shares: Buffer,
     pub(crate) points: Buffer,
 }
+
+/// Paths of a frame.
+fn path_count(frame: [u32; 2], is_half: bool) -> u64 {
+    let [width, height] = split_size(frame);
+    u64::from(width) * u64::from(if is_half { height.div_ceil(2) } else { height })
+}
+
+/// Tables at most.
+const TABLES: u64 = 20;
 
 /// Bytes of a path.
 fn path_bytes(has_solids: bool, has_glass: bool, reuses: bool) -> u64 {
@@ -80,15 +90,15 @@ fn path_bytes(has_solids: bool, has_glass: bool, reuses: bool) -> u64 {
 impl Tables {
     fn new(
         device: &Device,
+        mut memory: TableMemory,
         frame: [u32; 2],
         is_half: bool,
         has_solids: bool,
         has_glass: bool,
         reuses: bool,
     ) -> Result<Self> {
-        let [width, height] = split_size(frame);
-        let rows = if is_half { height.div_ceil(2) } else { height };
-        let paths = u64::from(width) * u64::from(rows);
+        let [width, _] = split_size(frame);
+        let paths = path_count(frame, is_half);
         if paths > MAX_PATHS {
             return Err(Error::Unsupported(format!(
                 "indirect lighting of a frame of {}x{}: at most {MAX_PATHS} paths are possible; ask for a smaller frame",
@@ -97,7 +107,7 @@ impl Tables {
         }
         let bytes = paths * path_bytes(has_solids, has_glass, reuses);
         check_size("indirect lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
-        let buffer = |name, bytes: u64| Buffer::new(device, name, paths * bytes, Location::Device);
+        let mut buffer = |name, bytes: u64| memory.table(name, paths * bytes);
         let lists = RayLists::new(width, paths);
         let heads = vec![lists.empty(); BOUNCE_LIST_HEADS as usize];
         let mut tables = Self {
@@ -127,6 +137,7 @@ impl Tables {
                 size_of::<BounceTables>() as u64,
                 Location::Device,
             )?,
+            memory: None,
         };
         if has_solids {
             let passed = buffer("ways of bounce rays", WORD)?;
@@ -142,6 +153,7 @@ impl Tables {
                 points: buffer("points that first rays meet", ROW)?,
             });
         }
+        tables.memory = Some(memory);
         tables.addresses.write_through_staging(bytemuck::bytes_of(&tables.addresses()))?;
         Ok(tables)
     }
@@ -233,18 +245,34 @@ impl Bounces {
         Self { device: device.clone(), has_solids, has_glass, reuses, tables: RefCell::new(None) }
     }
 
+    /// Bytes that the tables of a frame of `size` pixels take.
+    pub(crate) fn table_bytes(&self, size: [u32; 2], is_half: bool) -> u64 {
+        let bytes = path_bytes(self.has_solids, self.has_glass, self.reuses);
+        TableMemory::room(path_count(size, is_half) * bytes, TABLES)
+    }
+
     /// Makes the tables where there are none for such frames, tells the kernels where they are, and does something with them.
     pub(crate) fn with<T>(
         &self,
-        size: [u32; 2],
+        images: &ChannelImages,
         is_half: bool,
         push: &mut IndirectPush,
         record: impl FnOnce(&Tables, &mut IndirectPush) -> Result<T>,
     ) -> Result<T> {
         let mut slot = self.tables.borrow_mut();
-        let before = slot.take().filter(|t| t.frame == size && t.is_half == is_half);
-        let new = || Tables::new(&self.device, size, is_half, self.has_solids, self.has_glass, self.reuses);
-        let tables = slot.insert(before.map_or_else(new, Ok)?);
+        let size = images.size();
+        let memory = TableMemory::of(&self.device, images);
+        let fits = |t: &Tables| {
+            let same_memory = t.memory.as_ref().is_some_and(|of| of.is_that_of(&memory));
+            t.frame == size && t.is_half == is_half && same_memory
+        };
+        let Self { device, has_solids, has_glass, reuses, .. } = self;
+        let tables = match slot.take().filter(fits) {
+            Some(before) => slot.insert(before),
+            None => {
+                slot.insert(Tables::new(device, memory, size, is_half, *has_solids, *has_glass, *reuses)?)
+            }
+        };
         push.tables = tables.addresses.address();
         push.columns = tables.lists.columns();
         push.width = split_size(size)[0];
@@ -260,8 +288,12 @@ mod tests {
     #[test]
     fn frames_without_room_are_refused() {
         let device = TestDevice::open();
-        let refusal =
-            |frame| Tables::new(&device, frame, false, true, true, true).err().expect("an error").to_string();
+        let refusal = |frame| {
+            Tables::new(&device, TableMemory::own(&device), frame, false, true, true, true)
+                .err()
+                .expect("an error")
+                .to_string()
+        };
         let message = refusal([40_000, 40_000]);
         assert!(
             message.contains("indirect lighting of a frame of 40000x40000: at most 268435456 paths"),
@@ -281,7 +313,8 @@ mod tests {
         assert_eq!(path_bytes(false, false, true), 208);
         let device = TestDevice::open();
         let bytes = |is_half, reuses| {
-            let t = Tables::new(&device, [64, 32], is_half, true, true, reuses).unwrap();
+            let t = Tables::new(&device, TableMemory::own(&device), [64, 32], is_half, true, true, reuses)
+                .unwrap();
             let rows = [&t.origins, &t.directions, &t.throughputs, &t.hits, &t.firsts, &t.first_directions];
             let light = [&t.lights, &t.reflected, &t.shadow_origins, &t.shadow_directions, &t.shadow_lights];
             let lists = [t.ray_list(0), t.ray_list(1), &t.shadow_list];

@@ -133,6 +133,11 @@ impl IndirectLighting {
         })
     }
 
+    /// Bytes of [`ChannelImages::table_memory`](pt_core::ChannelImages::table_memory) that the stage uses in frames of `size` pixels.
+    pub fn table_bytes(&self, size: [u32; 2], params: &IndirectParams) -> u64 {
+        self.bounces.table_bytes(size, params.is_half())
+    }
+
     /// Records the passes; without bounces there are none. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the
     /// G-buffer. The first frame of a size takes device memory.
     ///
@@ -158,7 +163,7 @@ impl IndirectLighting {
         if !inputs.images.has_history() {
             push.restir_counts &= !0xffff;
         }
-        self.bounces.with(inputs.images.size(), params.is_half(), &mut push, |tables, push| {
+        self.bounces.with(inputs.images, params.is_half(), &mut push, |tables, push| {
             let [width, height, depth] = inputs.split_threads();
             let rows = if params.is_half() { height.div_ceil(2) } else { height };
             let threads = [width, rows, depth];

@@ -49,8 +49,15 @@ pub(crate) fn triangles(scene: &Scene) -> (Vec<EmissiveTriangle>, Vec<Twin>) {
     }
     let (mut list, mut twins) = (Vec::new(), Vec::new());
     let mut places = HashMap::new();
+    // Of a mesh that many instances share the triangles are gone through once, unless it shines.
+    let emits_at = |material: u32| emits(&scene.materials[material as usize]);
+    let shines = |mesh: &Mesh| mesh.triangle_materials.iter().any(|&material| emits_at(material));
+    let shining: Vec<_> = scene.meshes.iter().map(shines).collect();
     for (i, instance) in scene.instances.iter().enumerate() {
         let mesh = &scene.meshes[instance.mesh as usize];
+        if !instance.material.map_or(shining[instance.mesh as usize], emits_at) {
+            continue;
+        }
         let least = match mesh.deformation {
             Some(_) => {
                 let sum: f64 = (0..mesh.triangle_count()).map(|t| area(instance, mesh, t)).sum();

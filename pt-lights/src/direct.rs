@@ -58,6 +58,11 @@ impl DirectLighting {
         all
     }
 
+    /// Bytes of [`ChannelImages::table_memory`](pt_core::ChannelImages::table_memory) that the stage uses in frames of `size` pixels.
+    pub fn table_bytes(size: [u32; 2], params: &DirectParams) -> u64 {
+        crate::shadow_rays::table_bytes(size, params)
+    }
+
     /// Compiles the kernels, without caustics.
     pub fn new(device: &Device, variant: TraceVariant, params: &DirectParams) -> Result<Self> {
         Self::with_caustics(device, variant, params, &[])
@@ -176,7 +181,7 @@ impl DirectLighting {
             push.counts = counted.rays.address();
             push.choices = counted.choices.address();
         }
-        self.shadow_rays.prepare(inputs.images.size(), params, &mut push)?;
+        self.shadow_rays.prepare(inputs.images, params, &mut push)?;
         if let Some(caustics) = &self.caustics {
             caustics.record_photons(frame, inputs, params)?;
         }

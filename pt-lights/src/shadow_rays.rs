@@ -6,7 +6,7 @@ use pt_core::error::Error;
 use pt_core::frame::{Pass, RayCount};
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
-use pt_core::{Buffer, Device, Location, RayLists, Result};
+use pt_core::{Buffer, ChannelImages, Device, Location, RayLists, Result, TableMemory};
 use pt_shaders::records::RayListHead;
 use std::cell::RefCell;
 use std::mem::offset_of;
@@ -39,6 +39,7 @@ struct Tables {
     /// With more than one light sample a pixel.
     sums: Option<Buffer>,
     addresses: Buffer,
+    memory: TableMemory,
 }
 
 /// Shadow rays that a light sample has at most: for the sun, local lights (of each kind, or merged), the environment and its reflection.
@@ -49,13 +50,28 @@ fn slot_count(params: &DirectParams) -> u64 {
     }
 }
 
+/// Bytes that the tables of a frame of `size` pixels take.
+pub(crate) fn table_bytes(size: [u32; 2], params: &DirectParams) -> u64 {
+    let [width, height] = split_size(size).map(u64::from);
+    TableMemory::room(width * height * texel_bytes(slot_count(params), params.samples > 1), TABLES)
+}
+
+/// Tables in memory that other stages use, too.
+const TABLES: u64 = 5;
+
 /// Bytes for a texel of the split frame.
 fn texel_bytes(slots: u64, sums: bool) -> u64 {
     slots * (2 * SLOT_BYTES + WORD_BYTES) + 2 * WORD_BYTES + if sums { SUM_BYTES } else { 0 }
 }
 
 impl Tables {
-    fn new(device: &Device, frame: [u32; 2], slots: u64, sums: bool) -> Result<Self> {
+    fn new(
+        device: &Device,
+        mut memory: TableMemory,
+        frame: [u32; 2],
+        slots: u64,
+        sums: bool,
+    ) -> Result<Self> {
         let [width, height] = split_size(frame).map(u64::from);
         let texels = width * height;
         if texels > MAX_TEXELS {
@@ -66,15 +82,17 @@ impl Tables {
         }
         let bytes = texels * texel_bytes(slots, sums);
         check_size("direct lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
-        let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
-        let ends = buffer("shadow ray ends", texels * slots * SLOT_BYTES)?;
-        let lights = buffer("shadow ray lights", texels * slots * SLOT_BYTES)?;
-        let list = buffer("shadow ray list", size_of::<RayListHead>() as u64 + texels * slots * WORD_BYTES)?;
+        let mut table = |name, bytes| memory.table(name, bytes);
+        let ends = table("shadow ray ends", texels * slots * SLOT_BYTES)?;
+        let lights = table("shadow ray lights", texels * slots * SLOT_BYTES)?;
+        // Its head is kept from frame to frame.
+        let bytes = size_of::<RayListHead>() as u64 + texels * slots * WORD_BYTES;
+        let list = Buffer::new(device, "shadow ray list", bytes, Location::Device)?;
         let lists = RayLists::new(width as u32, texels * slots);
         list.write_through_staging(bytemuck::bytes_of(&lists.empty()))?;
-        let states = buffer("shadow ray states", texels * WORD_BYTES)?;
-        let shares = buffer("specular light left to bounce rays", texels * WORD_BYTES)?;
-        let sums = sums.then(|| buffer("light of samples", texels * SUM_BYTES)).transpose()?;
+        let states = table("shadow ray states", texels * WORD_BYTES)?;
+        let shares = table("specular light left to bounce rays", texels * WORD_BYTES)?;
+        let sums = sums.then(|| table("light of samples", texels * SUM_BYTES)).transpose()?;
         let addresses = ShadowRayTables {
             ends: ends.address(),
             lights: lights.address(),
@@ -84,7 +102,7 @@ impl Tables {
             sums: sums.as_ref().map_or(0, Buffer::address),
         };
         let addresses = Buffer::from_slice(device, "shadow ray tables", &[addresses])?;
-        Ok(Self { frame, slots, lists, ends, lights, list, states, shares, sums, addresses })
+        Ok(Self { frame, slots, lists, ends, lights, list, states, shares, sums, addresses, memory })
     }
 }
 
@@ -94,12 +112,22 @@ impl ShadowRays {
     }
 
     /// Makes the tables where there are none for such frames, and tells the kernels where they are.
-    pub(crate) fn prepare(&self, size: [u32; 2], params: &DirectParams, push: &mut DirectPush) -> Result<()> {
-        let (slots, sums) = (slot_count(params), params.samples > 1);
+    pub(crate) fn prepare(
+        &self,
+        images: &ChannelImages,
+        params: &DirectParams,
+        push: &mut DirectPush,
+    ) -> Result<()> {
+        let (size, slots, sums) = (images.size(), slot_count(params), params.samples > 1);
+        let memory = TableMemory::of(&self.device, images);
         let mut slot = self.tables.borrow_mut();
-        let fits = |t: &Tables| t.frame == size && t.slots == slots && (t.sums.is_some() || !sums);
-        let before = slot.take().filter(fits);
-        let tables = slot.insert(before.map_or_else(|| Tables::new(&self.device, size, slots, sums), Ok)?);
+        let fits = |t: &Tables| {
+            t.frame == size && t.slots == slots && (t.sums.is_some() || !sums) && t.memory.is_that_of(&memory)
+        };
+        let tables = match slot.take().filter(fits) {
+            Some(before) => slot.insert(before),
+            None => slot.insert(Tables::new(&self.device, memory, size, slots, sums)?),
+        };
         push.shadow_rays = tables.addresses.address();
         push.ray_columns = tables.lists.columns();
         Ok(())
@@ -140,7 +168,9 @@ mod tests {
     #[test]
     fn frames_without_room_are_refused() {
         let device = TestDevice::open();
-        let refusal = |frame| Tables::new(&device, frame, 5, false).err().expect("an error").to_string();
+        let memory = || TableMemory::own(&device);
+        let refusal =
+            |frame| Tables::new(&device, memory(), frame, 5, false).err().expect("an error").to_string();
         let message = refusal([40_000, 40_000]);
         assert!(
             message.contains("direct lighting of a frame of 40000x40000: at most 268435456 pixels"),

@@ -27,9 +27,11 @@ impl Stage {
         let camera = camera_record(&self.scene.default_camera(), SIZE);
         let frame = FrameRecord::new(camera, camera, SIZE, 0, seed);
         let params = ReferenceParams { sampler, spp, ..ReferenceParams::default() };
-        let mut render = Progressive::new(&self.device, &self.gpu, &self.lights, frame, params, None, 0)?;
+        let Self { device, scene, gpu, lights } = self;
+        params.prepare_lights(device, scene, gpu, lights)?;
+        let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0)?;
         while render.next_sample() < spp {
-            render.step(&self.scene, &mut self.gpu, &mut self.lights, spp)?;
+            render.step(scene, gpu, lights, spp)?;
         }
         Ok(render.state()?.estimate(spp))
     }

@@ -1,8 +1,10 @@
 //! Knobs of the reference path tracer.
 
 use crate::records::{Heuristic, PathLights, Strategy};
-use pt_core::knobs;
-use pt_light_sampling::SamplerChoice;
+use pt_core::{Device, Result, knobs};
+use pt_light_sampling::{LightTables, SamplerChoice};
+use pt_scene::Scene;
+use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{Background, Culling, LightSampler, SamplerKind};
 
 knobs! {
@@ -54,8 +56,9 @@ knobs! {
         pub heuristic: Heuristic = Heuristic::Power, source "Veach 1997, section 9.2.2";
         /// Sampling strategies: both, or one alone, to see what the other one contributes.
         pub strategy: Strategy = Strategy::Both, source "Veach 1997, section 9.2";
-        /// How light sampling picks a light; all choices have the same mean, and differ in noise where there are many lights.
-        pub lights: PathLights = PathLights::PerKind => structural;
+        /// How light sampling picks a light; all choices have the same mean, and differ in noise where there are many lights; where there are not two to choose
+        /// from, all are per-kind.
+        pub lights: PathLights = PathLights::LightBvh, source "Conty Estevez and Kulla 2018" => structural;
         /// Where random numbers come from.
         pub sampler: SamplerKind = SamplerKind::Sobol => structural;
         /// Samples per pixel; the sampler `blue-noise` is made for this number.
@@ -71,8 +74,7 @@ knobs! {
 }
 
 impl PathLights {
-    /// The sampler of local lights (triangles, points, spots) as one kind; `None`: kinds are kept apart.
-    pub(crate) fn sampler(self) -> Option<LightSampler> {
+    fn sampler(self) -> Option<LightSampler> {
         match self {
             Self::PerKind => None,
             Self::Uniform => Some(LightSampler::Uniform),
@@ -81,9 +83,31 @@ impl PathLights {
             Self::LightBvh => Some(LightSampler::LightBvh),
         }
     }
+}
 
-    /// What [`LightTables::prepare`](pt_light_sampling::LightTables::prepare) takes.
-    pub fn choice(self) -> Option<SamplerChoice> {
-        self.sampler().map(SamplerChoice::from)
+impl ReferenceParams {
+    /// The sampler of local lights (triangles, points, spots) as one kind. `None`: kinds are kept apart, as asked for, because there are not two lights to
+    /// choose from, or because `light_types` leaves out some of them, which the sampler would pick in vain.
+    pub(crate) fn light_sampler(&self, lights: &LightTables) -> Option<LightSampler> {
+        let (lists, types) = (lights.lists(), self.light_types);
+        let has_positional = lists.lights.len() > lists.sun_count as usize;
+        let all_count =
+            (types.emissive || lists.emissives.is_empty()) && (types.positional || !has_positional);
+        self.lights.sampler().filter(|_| lists.local.len() > 1 && all_count)
+    }
+
+    /// Makes the tables that the choice of lights reads, none where it needs none; before a path tracer is made.
+    ///
+    /// # Errors
+    /// When the device has no memory left.
+    pub fn prepare_lights(
+        &self,
+        device: &Device,
+        scene: &Scene,
+        gpu: &mut GpuScene,
+        lights: &mut LightTables,
+    ) -> Result<()> {
+        let choice = self.light_sampler(lights).map(SamplerChoice::from);
+        lights.prepare(device, scene, gpu, choice)
     }
 }

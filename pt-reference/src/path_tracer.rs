@@ -79,7 +79,7 @@ pub struct PathTracer {
 
 impl PathTracer {
     /// Compiles the kernels, for what the scene has, and allocates sums of zero for an image of `size` pixels; `tile`: size of the
-    /// largest tile. `lights` is prepared for the sampler: `lights.prepare(device, scene, gpu, params.lights.choice())`.
+    /// largest tile. `lights` are those of [`ReferenceParams::prepare_lights`].
     ///
     /// # Errors
     /// When the device refuses, or has not the memory.
@@ -94,7 +94,7 @@ impl PathTracer {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let blocks = Tile { origin: [0; 2], size: tile }.blocks().map(u64::from);
         let slots = blocks[0] * blocks[1] * u64::from(BLOCK[0] * BLOCK[1]);
-        let sampler = params.lights.sampler();
+        let sampler = params.light_sampler(lights);
         let has = |feature: u32| scene.features() & feature != 0;
         let slot_bytes = SLOT_BYTES
             + if params.ray_cones { CONE_BYTES } else { 0 }

@@ -228,11 +228,18 @@ impl Scene {
             texture_bytes: self.textures.iter().map(Texture::bytes).sum(),
             ..Statistics::default()
         };
+        // Instances share meshes: the triangles of each are gone through once.
+        let emits = |&&material: &&u32| self.materials[material as usize].is_emissive();
+        let own_emissive: Vec<_> =
+            self.meshes.iter().map(|mesh| mesh.triangle_materials.iter().filter(emits).count()).collect();
         for instance in &self.instances {
             let mesh = &self.meshes[instance.mesh as usize];
-            let emits = |&t: &usize| self.materials[instance.material_at(mesh, t) as usize].is_emissive();
             s.instanced_triangles += mesh.triangle_count();
-            s.emissive_triangles += (0..mesh.triangle_count()).filter(emits).count();
+            s.emissive_triangles += match &instance.material {
+                None => own_emissive[instance.mesh as usize],
+                Some(material) if emits(&material) => mesh.triangle_count(),
+                Some(_) => 0,
+            };
             s.masked_triangles += mesh.triangle_count() - mesh.first_masked;
         }
         s

@@ -4,9 +4,9 @@ use pt_app::args::CameraArgs;
 use pt_app::frame::FullFrame;
 use pt_app::params::{FrameParams, resolve};
 use pt_app::session::Session;
-use pt_core::Recorder;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
+use pt_core::{Kept, Recorder};
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_import::LoadOptions;
 use pt_scene::{Camera, Scene};
@@ -69,10 +69,38 @@ impl Frames {
         accumulate: bool,
         params: FrameParams,
     ) -> Self {
+        Self::open(Kept::All, scene, camera, backend, size, seed, accumulate, params)
+    }
+
+    /// As [`Frames::with_params`], without the pass that averages frames. With [`Kept::Outputs`] images share memory.
+    pub fn keeping(
+        kept: Kept,
+        scene: Scene,
+        camera: &Camera,
+        backend: TraceBackend,
+        size: [u32; 2],
+        seed: u32,
+        params: FrameParams,
+    ) -> Self {
+        Self::open(kept, scene, camera, backend, size, seed, false, params)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "what its callers differ in")]
+    fn open(
+        kept: Kept,
+        scene: Scene,
+        camera: &Camera,
+        backend: TraceBackend,
+        size: [u32; 2],
+        seed: u32,
+        accumulate: bool,
+        params: FrameParams,
+    ) -> Self {
         let device = TestDevice::open();
         let mut session =
             Session::on(&device, backend, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
-        let full = FullFrame::new(&mut session, size, accumulate, &params).unwrap_or_else(|e| panic!("{e}"));
+        let full = FullFrame::keeping(kept, &mut session, size, accumulate, &params)
+            .unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));
         Self { session, full, recorder, camera: camera.clone(), seed, time: 0.0, params, device }
     }
@@ -96,6 +124,16 @@ impl Frames {
         let camera = self.camera.at(time);
         self.full.record(&mut frame, &self.session.gpu, &camera, self.seed, None, &self.params).unwrap();
         frame.submit().unwrap();
+    }
+
+    /// Bytes of the images of all planes.
+    pub fn image_bytes(&self) -> u64 {
+        self.full.planes().iter().map(|images| images.bytes()).sum()
+    }
+
+    /// Names of the allocations of device memory.
+    pub fn allocations(&self) -> Vec<String> {
+        self.session.device.memory_in_use().into_iter().map(|(name, _)| name).collect()
     }
 
     /// A channel of floats as the last frame left it.

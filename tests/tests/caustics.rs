@@ -124,6 +124,7 @@ fn reference_blocks(scene: &Scene, camera: &Camera, spp: u32) -> Blocks {
     let frame = FrameRecord::new(record, record, SIZE, 0, 99);
     let pt_app::session::Session { device, scene, gpu, lights, .. } = &mut session;
     let params = ReferenceParams { max_bounces: Some(16), spp, ..ReferenceParams::default() };
+    params.prepare_lights(device, scene, gpu, lights).unwrap();
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {
         render.step(scene, gpu, lights, spp).unwrap();

@@ -214,6 +214,7 @@ fn reference(scene: &Scene, camera: &Camera, size: [u32; 2], spp: u32) -> Vec<(D
     let frame = FrameRecord::new(record, record, size, 0, 99);
     let params = ReferenceParams { spp, ..ReferenceParams::default() };
     let pt_app::session::Session { device, scene, gpu, lights, .. } = &mut session;
+    params.prepare_lights(device, scene, gpu, lights).unwrap();
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {
         render.step(scene, gpu, lights, spp).unwrap();

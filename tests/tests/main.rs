@@ -12,6 +12,7 @@ mod gradient_pixels;
 mod import_circles;
 mod indirect;
 mod kinds;
+mod memory;
 mod physical_sky;
 mod planes;
 mod random;

@@ -16,6 +16,7 @@ use pt_core::capture::sidecar::{Sidecar, to_hex};
 use pt_core::console::print_warning;
 use pt_gbuffer::hidden_lobes;
 use pt_image::image_file::encode_exr_parts;
+use pt_reference::records::PathLights;
 use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -102,11 +103,13 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
                     let max_bounces = args.reference_bounces;
                     let background = params.denoise.background;
                     let medium = params.medium();
+                    // The tables of lights are those of the frame and stay so.
                     let truth = ReferenceParams {
                         spp,
                         max_bounces,
                         background,
                         medium,
+                        lights: PathLights::PerKind,
                         ..ReferenceParams::default()
                     };
                     Some(reference(&mut session, moment, truth)?)

@@ -1,14 +1,15 @@
-//! `pt passes` prints the passes of the frame as a table.
+//! `pt passes` prints the passes of the frame as a table, and the memory that it takes.
 
 use crate::args::values::{assignment, named};
 use crate::args::{CameraArgs, DeviceArgs};
-use crate::frame::FullFrame;
+use crate::frame::{FrameMemory, FullFrame};
 use crate::params;
 use crate::session::{Session, open_scene};
 use anyhow::Result;
 use clap::Args;
+use pt_core::frame::PassInfo;
 use pt_core::trace::TraceBackend;
-use pt_core::{ChannelImages, Recorder};
+use pt_core::{Kept, Recorder};
 use pt_image::image_file::ImageSize;
 use pt_import::LoadOptions;
 use std::io::Write;
@@ -31,6 +32,9 @@ pub struct PassesArgs {
     /// Include the pass that averages frames.
     #[arg(long)]
     pub accumulate: bool,
+    /// Keep all images until the next frame, as `pt render --aov` does; else they share memory where one is written after another was read last.
+    #[arg(long)]
+    pub keep_all: bool,
     /// Set one knob; may be repeated.
     #[arg(long = "set", value_name = "stage.key=value", value_parser = assignment)]
     pub set: Vec<String>,
@@ -53,7 +57,9 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let device = DeviceArgs { backend: args.backend, device: args.device.clone(), validation: false };
     let mut session = Session::open(&device, &CameraArgs::default(), scene)?;
     let size = [args.size.width, args.size.height];
-    let mut full = FullFrame::new(&mut session, size, args.accumulate, &params)?;
+    let before = session.device.memory_in_use();
+    let kept = if args.keep_all { Kept::All } else { Kept::Outputs };
+    let mut full = FullFrame::keeping(kept, &mut session, size, args.accumulate, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
     // The third frame has no set-up uploads, and of images that exist twice it writes the one that has the plain name: those of the last frame
     // end in _prev.
@@ -65,11 +71,13 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     }
     recorder.finish()?;
 
+    let passes = recorder.pass_table();
+    let memory = full.memory(&before, session.device.memory_in_use(), passes);
     if args.json {
-        writeln!(out, "{}", serde_json::to_string_pretty(recorder.pass_table())?)?;
+        writeln!(out, "{}", serde_json::to_string_pretty(&Listed { passes, memory })?)?;
         return Ok(true);
     }
-    for (number, pass) in (1..).zip(recorder.pass_table()) {
+    for (number, pass) in (1..).zip(passes) {
         let [x, y, z] = pass.extent;
         let mebibytes = pass.bytes as f64 / f64::from(1 << 20);
         writeln!(
@@ -84,26 +92,25 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
         }
         writeln!(out, "     writes  {}", pass.writes.join(" "))?;
     }
-    let planes = full.planes();
-    for (number, images) in planes.iter().enumerate() {
-        let of = if planes.len() > 1 { format!(" for plane {number}") } else { String::new() };
-        writeln!(out, "images held{of}: {}", images_held(images))?;
+    writeln!(out, "memory of the frame: {}", in_words(memory.bytes, memory.bytes_a_pixel))?;
+    for stage in &memory.stages {
+        let share = |(name, bytes): &(String, u64)| {
+            format!("{name} {:.1}", *bytes as f64 / memory.bytes as f64 * memory.bytes_a_pixel)
+        };
+        let allocations: Vec<_> = stage.allocations.iter().map(share).collect();
+        writeln!(out, "  {}: {}", stage.stage, in_words(stage.bytes, stage.bytes_a_pixel))?;
+        writeln!(out, "     {}", allocations.join(", "))?;
     }
     Ok(true)
 }
 
-/// The memory that the images take: those between the stages, then those of each stage.
-fn images_held(images: &ChannelImages) -> String {
-    let mut stages: Vec<(&str, u64)> = Vec::new();
-    for id in images.ids() {
-        let stage = if id.is_contract() { "between the stages" } else { id.channel().stage };
-        match stages.last_mut() {
-            Some((last, bytes)) if *last == stage => *bytes += images.bytes_of(id),
-            _ => stages.push((stage, images.bytes_of(id))),
-        }
-    }
-    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-    let parts: Vec<_> =
-        stages.iter().map(|(stage, bytes)| format!("{stage} {:.1} MiB", mib(*bytes))).collect();
-    format!("{:.1} MiB ({})", mib(images.bytes()), parts.join(", "))
+/// What `--json` prints.
+#[derive(serde::Serialize)]
+struct Listed<'a> {
+    passes: &'a [PassInfo],
+    memory: FrameMemory,
+}
+
+fn in_words(bytes: u64, bytes_a_pixel: f64) -> String {
+    format!("{bytes_a_pixel:.1} bytes a pixel, {:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }

@@ -7,7 +7,7 @@ use crate::params::FrameParams;
 use crate::session::Session;
 use pt_checkerboard::{AddPlane, Interleave};
 use pt_core::frame::Uniforms;
-use pt_core::{Device, FramePlan, Result, StageIo};
+use pt_core::{Buffer, Device, FramePlan, Kept, Location, Result, StageIo};
 use pt_denoise::{Composite, DenoiseChain, GradientPixels};
 use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReplacedMotion, plane_count};
 use pt_indirect::IndirectLighting;
@@ -27,6 +27,21 @@ impl FullFrame {
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
+        Self::keeping(Kept::All, session, output_size, accumulate, params)
+    }
+
+    /// As [`FullFrame::new`]. With [`Kept::Outputs`] only the images of the stages from anti-aliasing on can be read after a frame, and the frame
+    /// takes less memory.
+    ///
+    /// # Errors
+    /// As [`FullFrame::new`].
+    pub fn keeping(
+        kept: Kept,
+        session: &mut Session,
+        output_size: [u32; 2],
+        accumulate: bool,
+        params: &FrameParams,
+    ) -> Result<Self> {
         let Session { device, scene, gpu, lights, .. } = session;
         lights.keep_last_frame(params.direct().replays());
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
@@ -34,7 +49,7 @@ impl FullFrame {
         let variant = params.gbuffer.variant(gpu.variant());
         let framed = device.with_gbuffer_format(params.gbuffer.format);
         let traced = Some(TracedStages::new(&framed, variant, scene, planes > 1, params)?);
-        Self::assemble(device, traced, planes, Stage::Denoise, output_size, accumulate, params)
+        Self::assemble(device, kept, traced, planes, Stage::Denoise, output_size, accumulate, params)
     }
 
     /// The frame from stage `first` on, which reads recorded images; see [`FullFrame::replay`].
@@ -48,11 +63,13 @@ impl FullFrame {
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
-        Self::assemble(device, None, 1, first, output_size, accumulate, params)
+        Self::assemble(device, Kept::All, None, 1, first, output_size, accumulate, params)
     }
 
+    #[expect(clippy::too_many_arguments, reason = "what its two callers differ in")]
     fn assemble(
         device: &Device,
+        kept: Kept,
         traced: Option<TracedStages>,
         planes: u32,
         first: Stage,
@@ -94,30 +111,42 @@ impl FullFrame {
         if let Some(denoise) = &denoise {
             stages.extend(denoise.io());
             stages.push(Composite::io_for(indirect));
+            stages.push(denoise.handed_on());
         }
         stages.extend(Stage::Checkerboard.is_in(first).then_some(Interleave::IO));
         let has_effects = traced.as_ref().is_some_and(|traced| traced.effects.is_some());
         stages.extend(has_effects.then_some(Effects::MOTION));
         let sizes = params.post.sizes(output_size);
-        let mut more_planes = None;
-        let mut more_bytes = 0;
-        if planes > 1 {
-            let mut plan = FramePlan::new(sizes);
-            stages.iter().try_for_each(|io| plan.stage(io))?;
-            more_bytes = plan.bytes(params.gbuffer.format) * u64::from(planes - 1);
-            more_planes = Some(plan);
+        let more_planes = planes as usize - 1;
+        let mut plane = FramePlan::new(sizes);
+        if more_planes > 0 {
+            stages.iter().try_for_each(|io| plane.stage(io))?;
             stages.push(AddPlane::IO);
         }
-        stages.extend(post.io());
         let mut plan = FramePlan::new(sizes);
+        for io in post.io() {
+            plan.keep([io.reads, io.writes, io.updates].into_iter().flatten().copied());
+            stages.push(io);
+        }
         // A replay loads the images that no stage writes. In a whole frame each image must have a writer.
         let given: Vec<_> =
             if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
         plan.given(given.iter().copied());
         stages.iter().try_for_each(|io| plan.stage(io))?;
+        let mut images = plan.allocate_planes(device, &plane, more_planes, kept)?;
+        if let Some(traced) = &traced {
+            let memory = Buffer::new(
+                device,
+                "tables of rays",
+                traced.table_bytes(sizes.frame, params),
+                Location::Device,
+            )?;
+            images.iter_mut().for_each(|images| images.set_table_memory(memory.clone()));
+        }
+        let more_images = images.split_off(1);
         Ok(Self {
             uniforms: Uniforms::new(device, "frame_uniforms")?,
-            images: plan.allocate_beside(device, more_bytes)?,
+            images: images.remove(0),
             given,
             previous_camera: None,
             traced,
@@ -125,7 +154,7 @@ impl FullFrame {
             composite: (Stage::Denoise.is_in(first))
                 .then(|| Composite::for_light(device, indirect))
                 .transpose()?,
-            more_planes: more_planes.map(|plan| MorePlanes::new(device, &plan, planes - 1)).transpose()?,
+            more_planes: (more_planes > 0).then(|| MorePlanes::new(device, more_images)).transpose()?,
             interleave: Stage::Checkerboard.is_in(first).then(|| Interleave::new(device)).transpose()?,
             post,
             made_for: params.clone(),

@@ -3,12 +3,14 @@
 mod access;
 mod assemble;
 mod fed;
+mod memory;
 mod oracle;
 mod planes;
 mod shown;
 mod stages;
 
 pub use fed::FrameTime;
+pub use memory::{FrameMemory, StageMemory};
 pub use oracle::{Oracle, Oracles};
 pub use shown::ShownTruth;
 pub use stages::{FrameStage, Stage, bounce_lights};

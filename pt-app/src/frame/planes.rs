@@ -5,7 +5,7 @@ use crate::params::FrameParams;
 use pt_checkerboard::AddPlane;
 use pt_core::frame::Uniforms;
 use pt_core::rng::pcg4d;
-use pt_core::{ChannelImages, Device, Frame, FramePlan, Result, SceneResources, StageInputs};
+use pt_core::{ChannelImages, Device, Frame, Result, SceneResources, StageInputs};
 use pt_shaders::records::FrameRecord;
 
 /// The planes after the first one. Kernels, and buffers that stages fill and read within a frame, are those of the first plane.
@@ -24,16 +24,16 @@ pub(super) struct Plane<'a> {
 }
 
 impl MorePlanes {
-    /// `count` planes, each with the images of `plan`.
+    /// Planes with these images.
     ///
     /// # Errors
     /// When the device refuses.
-    pub(super) fn new(device: &Device, plan: &FramePlan, count: u32) -> Result<Self> {
+    pub(super) fn new(device: &Device, images: Vec<ChannelImages>) -> Result<Self> {
         Ok(Self {
-            uniforms: (1..=count)
+            uniforms: (1..=images.len())
                 .map(|number| Uniforms::new(device, &format!("frame_uniforms of plane {number}")))
                 .collect::<Result<_>>()?,
-            images: (0..count).map(|_| plan.allocate(device)).collect::<Result<_>>()?,
+            images,
             add: AddPlane::new(device)?,
         })
     }

@@ -123,6 +123,13 @@ impl TracedStages {
             Ok(stages)
         })
     }
+
+    /// Bytes of the memory that direct and indirect lighting use in turn for tables, in frames of `size` pixels.
+    pub(super) fn table_bytes(&self, size: [u32; 2], params: &FrameParams) -> u64 {
+        let indirect = self.indirect.as_ref();
+        let indirect = indirect.map_or(0, |stage| stage.table_bytes(size, &params.indirect));
+        indirect.max(DirectLighting::table_bytes(size, &params.lights))
+    }
 }
 
 /// The surfaces that bounce rays meet are lit as those of the G-buffer are. Without one sampler for all local lights these are picked by

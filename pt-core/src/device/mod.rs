@@ -252,6 +252,12 @@ impl Device {
         })
     }
 
+    /// Name and bytes of each allocation of device memory, as the allocator reports them.
+    pub fn memory_in_use(&self) -> Vec<(String, u64)> {
+        let report = lock(&self.inner.allocator).generate_report();
+        report.allocations.into_iter().map(|allocation| (allocation.name, allocation.size)).collect()
+    }
+
     pub(crate) fn free(&self, allocation: Allocation) {
         if let Err(error) = lock(&self.inner.allocator).free(allocation) {
             eprintln!("warning: freeing device memory failed: {error}");

@@ -277,6 +277,11 @@ impl<'f, 'r> Pass<'f, 'r> {
         for (resource, how) in self.addressed.iter().chain(&self.streamed) {
             touches.push((resource.id(), touch(stage, resource, *how)));
         }
+        for (resource, how) in self.bound.values() {
+            if let (Resource::Image(image), Use::Write | Use::Update) = (resource, how) {
+                image.note_written();
+            }
+        }
         let sets = self.write_descriptors(&device)?;
         if let Some(count) = &self.rays {
             self.frame.note_rays(&self.name, extent, count)?;
@@ -332,10 +337,42 @@ impl<'f, 'r> Pass<'f, 'r> {
                 .ok_or_else(|| format!("the kernel's binding \"{}\" is not bound", binding.name))?;
             check_binding(binding, resource, *how)?;
         }
+        self.check_memory()?;
         match self.bound.keys().find(|name| !reflection.bindings.values().any(|b| b.name == **name)) {
             Some(name) => {
                 let known: Vec<_> = reflection.bindings.values().map(|b| b.name.as_str()).collect();
                 Err(format!("the kernel has no binding \"{name}\"; it has {}", known.join(", ")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Images that share memory do so by what the stages declare; here it shows where a declaration lacks something.
+    fn check_memory(&self) -> std::result::Result<(), String> {
+        let mut writes: Vec<u64> = Vec::new();
+        for (resource, how) in self.bound.values() {
+            let Resource::Image(image) = resource else { continue };
+            if *how != Use::Write && image.is_overwritten() {
+                return Err(format!(
+                    "it reads \"{}\", whose memory another image has taken: no stage declares that it is read so late",
+                    image.name()
+                ));
+            }
+            if matches!(how, Use::Write | Use::Update) {
+                writes.push(image.id());
+            }
+        }
+        let images = self.bound.values().filter_map(|(resource, _)| match resource {
+            Resource::Image(image) => Some(image),
+            Resource::Buffer(_) => None,
+        });
+        let written_twice = |image: &&Image| {
+            writes.contains(&image.id())
+                && images.clone().filter(|other| other.id() == image.id()).count() > 1
+        };
+        match images.clone().find(written_twice) {
+            Some(image) => {
+                Err(format!("it writes \"{}\" and accesses that memory by another name, too", image.name()))
             }
             None => Ok(()),
         }

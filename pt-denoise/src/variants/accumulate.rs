@@ -13,8 +13,8 @@ pub(super) struct Accumulate {
 impl Accumulate {
     pub(super) fn io(params: &DenoiseParams) -> Vec<StageIo> {
         vec![
-            Temporal::io(Form::Plain, &params.temporal),
             writing("denoise temporal", &[HISTORY_HF, HISTORY_SPEC]),
+            Temporal::io(Form::Plain, &params.temporal),
         ]
     }
 

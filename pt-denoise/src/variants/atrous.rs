@@ -16,7 +16,7 @@ impl AtrousAlone {
         const TARGETS: StageIo = writing("denoise a-trous", &[PING_HF, PING_SPEC, PONG_HF, PONG_SPEC]);
         let [level, between] = Atrous::IO;
         let [guide, variance] = Variance::SPATIAL_IO;
-        vec![guide, variance, level, between, TARGETS]
+        vec![TARGETS, guide, variance, level, between]
     }
 
     pub(super) fn new(device: &Device, params: &DenoiseParams) -> Result<Self> {

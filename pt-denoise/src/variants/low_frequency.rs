@@ -33,6 +33,10 @@ impl LowFrequency {
         if spatial {
             all.extend(LfSpatial::IO);
         }
+        if spatial && !temporal {
+            // The filter's last pass reads its source too.
+            all.push(SplitLight::UNFILTERED_INDIRECT);
+        }
         all
     }
 

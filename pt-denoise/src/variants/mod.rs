@@ -66,6 +66,15 @@ impl DenoiseChain {
         &self.io
     }
 
+    /// The images of the lighting stages that the composite reads because no pass filters them.
+    pub fn handed_on(&self) -> StageIo {
+        match (&self.variant, &self.low_frequency) {
+            (None, Some(_)) => SplitLight::UNFILTERED_INDIRECT,
+            (None, None) => SplitLight::UNFILTERED,
+            _ => StageIo::of("denoiser"),
+        }
+    }
+
     /// Records the passes for one frame and returns the light for the composite.
     ///
     /// # Errors
@@ -117,7 +126,8 @@ impl DenoiseParams {
     }
 }
 
-/// A declaration of images that are bound by other names, because several passes take them in turn.
+/// A declaration of images that are bound by other names, because several passes take them in turn. It comes before those of the passes: from there on
+/// the memory is theirs.
 const fn writing(stage: &'static str, writes: &'static [ChannelId]) -> StageIo {
     StageIo { writes, ..StageIo::of(stage) }
 }

@@ -16,10 +16,10 @@ impl Recurrent {
         const TARGETS: StageIo =
             writing("denoise recurrent", &[PING_HF, PING_SPEC, PONG_HF, PONG_SPEC, HISTORY_HF, HISTORY_SPEC]);
         vec![
+            TARGETS,
             RecurrentBlur::BEFORE,
             Temporal::io(Form::Filtered, &params.temporal),
             RecurrentBlur::IO,
-            TARGETS,
         ]
     }
 

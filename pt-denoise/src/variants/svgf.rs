@@ -23,7 +23,7 @@ impl Svgf {
         let temporal = Temporal::io(Self::form(adaptive), &params.temporal);
         let [level, between] = Atrous::IO;
         let [guide, variance] = Variance::TEMPORAL_IO;
-        vec![temporal, guide, variance, TARGETS, level, between]
+        vec![TARGETS, temporal, guide, variance, level, between]
     }
 
     pub(super) fn new(device: &Device, params: &DenoiseParams, adaptive: bool) -> Result<Self> {

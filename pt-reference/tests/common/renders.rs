@@ -42,7 +42,7 @@ impl<'a> Stage<'a> {
     ) -> FilmState {
         let record = camera_record(camera, size);
         let frame = FrameRecord::new(record, record, size, 0, seed);
-        self.lights.prepare(self.device, &self.scene, &mut self.gpu, params.lights.choice()).unwrap();
+        params.prepare_lights(self.device, &self.scene, &mut self.gpu, &mut self.lights).unwrap();
         let mut render = Progressive::new(
             self.device,
             &self.gpu,

@@ -2,6 +2,7 @@
 
 mod cornell;
 mod effects;
+mod field;
 mod flicker;
 mod furnace;
 mod gallery;
@@ -25,6 +26,10 @@ pub const BUILTIN: &[(&str, &str)] = &[
     (
         "effects",
         "sparks, smoke, beams, a picture in the air and fog, before a mirror and glass; most of it moves",
+    ),
+    (
+        "field",
+        "ground, lamps and stones to measure growth; field:triangles=N,lights=N,instances=N,moving=N has that many",
     ),
     (
         "flicker",
@@ -59,11 +64,15 @@ pub const BUILTIN: &[(&str, &str)] = &[
     ("window", "a room with one window, a portal of the sky, and a small lamp"),
 ];
 
-/// A built-in scene by name, at time 0.
+/// A built-in scene by name, at time 0. `field:triangles=N,lights=N,instances=N,moving=N` is [`BUILTIN`]'s `field` with other counts.
 pub fn builtin(name: &str) -> Option<Scene> {
+    if let Some(counts) = name.strip_prefix("field:") {
+        return Some(Scene { name: name.into(), ..field::scene(counts)? });
+    }
     let scene = match name {
         "cornell" => cornell::scene(),
         "effects" => effects::scene(),
+        "field" => field::scene("")?,
         "flicker" => flicker::scene(),
         "furnace" => furnace::scene(),
         "gallery" => gallery::scene(),

@@ -80,12 +80,16 @@ pub fn mesh_geometry(scene: &Scene) -> Vec<MeshGeometry<'_>> {
 
 /// The scene's instances where they are now.
 pub fn placements(scene: &Scene) -> Vec<InstancePlacement> {
-    let place = |i: &crate::Instance| InstancePlacement {
+    place_all(scene, &records::visibility_masks(scene)).collect()
+}
+
+fn place_all<'a>(scene: &'a Scene, masks: &'a [u32]) -> impl Iterator<Item = InstancePlacement> + 'a {
+    let place = |(i, &mask): (&crate::Instance, &u32)| InstancePlacement {
         mesh: i.mesh,
-        mask: records::visibility_mask(i, &scene.meshes[i.mesh as usize], &scene.materials),
+        mask,
         world_from_object: i.world_from_object,
     };
-    scene.instances.iter().map(place).collect()
+    scene.instances.iter().zip(masks).map(place)
 }
 
 /// All meshes' arrays of one kind in one buffer, with the byte offset of each mesh.
@@ -152,11 +156,7 @@ impl GpuScene {
 
         phases.mark("geometry: upload");
         let geometry = mesh_geometry(scene);
-        let masks: Vec<_> = scene
-            .instances
-            .iter()
-            .map(|i| records::visibility_mask(i, &meshes[i.mesh as usize], &scene.materials))
-            .collect();
+        let masks = records::visibility_masks(scene);
         let choice = match backend {
             TraceBackend::Auto => Some(choose(device, &geometry, &placements(scene))?),
             _ => None,
@@ -348,9 +348,7 @@ impl GpuScene {
         }
         if moved {
             self.placements.clear();
-            self.placements.extend(scene.instances.iter().zip(&self.masks).map(|(i, &mask)| {
-                InstancePlacement { mesh: i.mesh, mask, world_from_object: i.world_from_object }
-            }));
+            self.placements.extend(place_all(scene, &self.masks));
             self.accel.update(frame, &self.placements)?;
         }
         self.update_views(frame, scene)?;

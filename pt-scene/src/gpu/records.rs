@@ -17,6 +17,7 @@ use pt_shaders::records::{
     TEXTURE_CLAMP_V, TEXTURE_MAG_NEAREST, TEXTURE_MIN_NEAREST, TEXTURE_MIP_NEAREST, TEXTURE_MIP_OFF,
     TEXTURE_MIRROR_U, TEXTURE_MIRROR_V, TEXTURE_SECOND_UV, TextureSlot, VertexRecord,
 };
+use std::collections::HashMap;
 
 fn texture_slot(texture: Option<TextureRef>, textures: &[Texture]) -> TextureSlot {
     let Some(TextureRef { texture, uv_set, transform }) = texture else {
@@ -216,7 +217,19 @@ pub(super) fn instance(instance: &Instance, mask: u32) -> InstanceRecord {
 }
 
 /// An instance lets shadow rays through only when all of it transmits.
-pub(super) fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Material]) -> u32 {
+/// What rays of each kind see of the instances.
+pub(super) fn visibility_masks(scene: &Scene) -> Vec<u32> {
+    // Instances share meshes: the triangles of each are gone through once for each material that replaces their own.
+    let mut known = HashMap::new();
+    let mut mask = |instance: &Instance| {
+        *known.entry((instance.mesh, instance.material)).or_insert_with(|| {
+            visibility_mask(instance, &scene.meshes[instance.mesh as usize], &scene.materials)
+        })
+    };
+    scene.instances.iter().map(&mut mask).collect()
+}
+
+fn visibility_mask(instance: &Instance, mesh: &Mesh, materials: &[Material]) -> u32 {
     let mask = if instance.transmits(mesh, materials) { MASK_TRANSMISSIVE } else { MASK_OPAQUE };
     let single = |material: u32| {
         let m = &materials[material as usize];

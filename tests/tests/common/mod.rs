@@ -103,6 +103,7 @@ pub fn reference_mean_with(scene: &Scene, camera: &Camera, size: [u32; 2], param
     let record = camera_record(camera, size);
     let frame = FrameRecord::new(record, record, size, 0, 99);
     let Session { device, scene, gpu, lights, .. } = &mut session;
+    params.prepare_lights(device, scene, gpu, lights).unwrap();
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {
         render.step(scene, gpu, lights, spp).unwrap();

@@ -104,6 +104,7 @@ fn truth(scene: &str, spp: u32) -> Vec<(f64, f64)> {
     let frame = FrameRecord::new(record, record, SIZE, 0, 99);
     let params = ReferenceParams { max_bounces: Some(1), spp, ..ReferenceParams::default() };
     let Session { device, scene, gpu, lights, .. } = &mut session;
+    params.prepare_lights(device, scene, gpu, lights).unwrap();
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0).unwrap();
     while render.next_sample() < spp {
         render.step(scene, gpu, lights, spp).unwrap();

@@ -112,8 +112,9 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         roulette_start: args.roulette_start,
         ..ReferenceParams::default()
     };
-    let mut render =
-        Progressive::new(&session.device, &session.gpu, &session.lights, frame, params, None, 0)?;
+    let Session { device, scene, gpu, lights, .. } = &mut session;
+    params.prepare_lights(device, scene, gpu, lights)?;
+    let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0)?;
     // Sums, seconds and milliseconds of the passes; reading the sums takes time of its own.
     let mut advance = |end: u32| -> Result<(FilmState, f64, BTreeMap<String, f64>)> {
         let mut passes = BTreeMap::new();

@@ -68,7 +68,7 @@ pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     );
     let tile = args.tile.map(|ImageSize { width, height }| [width, height]);
     let Session { device, scene, gpu, lights, .. } = &mut session;
-    lights.prepare(device, scene, gpu, params.lights.choice())?;
+    params.prepare_lights(device, scene, gpu, lights)?;
     let mut render = Progressive::new(
         &session.device,
         &session.gpu,

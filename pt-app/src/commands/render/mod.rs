@@ -15,11 +15,11 @@ use crate::params::{FrameParams, check_one_plane};
 use crate::progress::Progress;
 use crate::session::{Session, check_host_memory, fold_seed, open_scene};
 use anyhow::Result;
-use pt_core::Recorder;
 use pt_core::capture::keys;
 use pt_core::console::print_warning;
 use pt_core::frame::FrameTiming;
 use pt_core::harness::raise_clock;
+use pt_core::{Kept, Recorder};
 use pt_gbuffer::hidden_lobes;
 use pt_image::image_file::{LayeredImage, OutputFormat};
 use pt_post::Upscale;
@@ -51,7 +51,9 @@ pub fn run(args: &RenderArgs, out: &mut impl Write) -> Result<bool> {
     }
     let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
     let size = args.frame.output_size();
-    let mut full = FullFrame::new(&mut session, size, args.frame.accumulate, &params)?;
+    let reads_all = args.aov.is_some() || !args.oracle.is_empty();
+    let kept = if reads_all { Kept::All } else { Kept::Outputs };
+    let mut full = FullFrame::keeping(kept, &mut session, size, args.frame.accumulate, &params)?;
     session.load.mark("kernels and images");
     if !args.oracle.is_empty() {
         let oracles = Oracles::new(&session.device, &full, &args.oracle, args.oracle_spp)?;

@@ -3,6 +3,7 @@
 use super::view::View;
 use anyhow::Result;
 use glam::DVec3;
+use pt_reference::records::PathLights;
 use pt_reference::{Progressive, ReferenceParams};
 
 /// What all samplers should converge to.
@@ -20,8 +21,15 @@ impl Truth {
     pub fn trace(view: &mut View, spp: u32) -> Result<Self> {
         // Textures filtered as the G-buffer filters them: it is the light samplers that are compared. On Sponza, whose floor has fine
         // normal and roughness maps, the finest level makes 1 % less light.
-        let params =
-            ReferenceParams { max_bounces: Some(0), spp, ray_cones: true, ..ReferenceParams::default() };
+        // Lights are picked without the tables of the samplers that are compared.
+        let lights = PathLights::PerKind;
+        let params = ReferenceParams {
+            max_bounces: Some(0),
+            spp,
+            ray_cones: true,
+            lights,
+            ..ReferenceParams::default()
+        };
         let frame = view.frame_record(0, 0x5eed);
         let View { device, scene, gpu, lights, .. } = view;
         let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0)?;
