@@ -65,7 +65,11 @@ fn unknown_names_are_refused() {
     };
     refused(
         "cornel",
-        &["cornel", "neither a file nor a built-in scene", "cornell, effects, field, flicker, furnace, gallery"],
+        &[
+            "cornel",
+            "neither a file nor a built-in scene",
+            "cornell, effects, field, flicker, furnace, gallery",
+        ],
     );
     refused("cornell --camera side", &["camera side", "cornell has no such camera", "classic"]);
     refused("cornell --camera 7", &["camera 7", "0 \"classic\""]);

@@ -110,7 +110,7 @@ impl Buffer {
         let (handle, requirements) = create(device, size, *usage)?;
         let allocation = crate::lock::lock(&self.0.allocation);
         let memory = allocation.as_ref().filter(|memory| {
-            offset % requirements.alignment == 0 && offset + requirements.size <= memory.size()
+            offset.is_multiple_of(requirements.alignment) && offset + requirements.size <= memory.size()
         });
         let Some(memory) = memory else {
             // SAFETY: never bound or used.

@@ -79,7 +79,7 @@ fn passes_that_the_declarations_do_not_know_of_are_refused() {
     let history = Kernel::compute::<()>(&device, &kernels::HISTORY, &[]).unwrap();
     let mut recorder = pt_core::Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();
-    let mut late = |name: &str, frame: &mut pt_core::Frame<'_>| {
+    let late = |name: &str, frame: &mut pt_core::Frame<'_>| {
         let pass = frame.pass(name, &history).touches(&images, &io);
         pass.sample("sampled", images.current(NORMAL)).dispatch([6, 4, 1]).unwrap_err().to_string()
     };
