@@ -50,6 +50,7 @@ test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	{
 		scripts/setup-python.sh
 		scripts/setup-browser.sh
+		scripts/setup-xvfb.sh
 		[[ -z "$${CI-}" ]] || scripts/setup-slurm.sh
 	} &
 	downloads=$$!

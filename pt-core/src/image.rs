@@ -192,8 +192,24 @@ impl Image {
 
     /// Copies the texels to the host, after everything submitted so far.
     pub fn read(&self) -> Result<Vec<u8>> {
+        self.read_part(self.whole_copy(), self.bytes())
+    }
+
+    /// Copies one texel to the host, after everything submitted so far.
+    ///
+    /// # Panics
+    /// Where there is no texel.
+    pub fn read_texel(&self, at: [u32; 2]) -> Result<Vec<u8>> {
+        let [width, height] = self.extent();
+        assert!(at[0] < width && at[1] < height, "{}: no texel {at:?} in {width}x{height}", self.name());
+        let offset = vk::Offset3D { x: at[0] as i32, y: at[1] as i32, z: 0 };
+        let part = vk::BufferImageCopy { image_offset: offset, ..copy_region(0, 0, [1, 1]) };
+        self.read_part(part, self.0.format.bytes().into())
+    }
+
+    fn read_part(&self, part: vk::BufferImageCopy, bytes: u64) -> Result<Vec<u8>> {
         let device = &self.0.device;
-        let staging = Buffer::new(device, "read-back", self.bytes(), Location::Readback)?;
+        let staging = Buffer::new(device, "read-back", bytes, Location::Readback)?;
         // SAFETY: image and buffer are alive until the wait inside submit_once is over.
         device.submit_once(|cmd| unsafe {
             device.raw().cmd_copy_image_to_buffer(
@@ -201,7 +217,7 @@ impl Image {
                 self.0.handle,
                 vk::ImageLayout::GENERAL,
                 staging.handle(),
-                &[self.whole_copy()],
+                &[part],
             );
         })?;
         Ok(staging.mapped())
@@ -209,39 +225,12 @@ impl Image {
 
     /// Texels as floats, `components()` per texel, in scan-line order. Integers are converted by value: exact up to 2^24.
     pub fn read_f32(&self) -> Result<Vec<f32>> {
-        let bytes = self.read()?;
-        let u16s = |scale: f32| {
-            bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) * scale).collect()
-        };
-        Ok(match self.0.format {
-            Format::R32F | Format::Rg32F | Format::Rgba32F => {
-                bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
-            }
-            Format::Rgba16F => {
-                bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
-            }
-            Format::Rg16Unorm | Format::Rgba16Unorm => u16s(1.0 / 65535.0),
-            Format::R16Uint => u16s(1.0),
-            Format::Rg8Unorm | Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
-            Format::Rgba8Root => bytes.iter().map(|&b| (f32::from(b) / 255.0).powi(2)).collect(),
-            Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
-                bytes.chunks_exact(4).map(|b| bytemuck::pod_read_unaligned::<u32>(b) as f32).collect()
-            }
-        })
+        Ok(decode_f32(self.0.format, &self.read()?))
     }
 
     /// Texels as unsigned integers, for the integer formats.
     pub fn read_u32(&self) -> Result<Vec<u32>> {
-        let bytes = self.read()?;
-        Ok(match self.0.format {
-            Format::R16Uint => {
-                bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect()
-            }
-            Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
-                bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
-            }
-            other => return Err(self.no_integers(other)),
-        })
+        decode_u32(self.0.format, &self.read()?).ok_or_else(|| self.no_integers(self.0.format))
     }
 
     fn no_integers(&self, format: Format) -> Error {
@@ -313,6 +302,39 @@ impl Image {
 
     pub(crate) fn id(&self) -> u64 {
         self.0.id
+    }
+}
+
+/// Values of texels as floats; see [`Image::read_f32`].
+pub(crate) fn decode_f32(format: Format, bytes: &[u8]) -> Vec<f32> {
+    let u16s = |scale: f32| {
+        bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) * scale).collect()
+    };
+    match format {
+        Format::R32F | Format::Rg32F | Format::Rgba32F => {
+            bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
+        }
+        Format::Rgba16F => bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect(),
+        Format::Rg16Unorm | Format::Rgba16Unorm => u16s(1.0 / 65535.0),
+        Format::R16Uint => u16s(1.0),
+        Format::Rg8Unorm | Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
+        Format::Rgba8Root => bytes.iter().map(|&b| (f32::from(b) / 255.0).powi(2)).collect(),
+        Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
+            bytes.chunks_exact(4).map(|b| bytemuck::pod_read_unaligned::<u32>(b) as f32).collect()
+        }
+    }
+}
+
+/// Values of texels as integers; `None` if they are none.
+pub(crate) fn decode_u32(format: Format, bytes: &[u8]) -> Option<Vec<u32>> {
+    match format {
+        Format::R16Uint => {
+            Some(bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect())
+        }
+        Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
+            Some(bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
+        }
+        _ => None,
     }
 }
 
