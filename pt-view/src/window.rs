@@ -228,17 +228,19 @@ impl<'a> App<'a> {
             return Ok(());
         }
         let input = opened.egui.take_egui_input(&opened.window);
+        // What the panel leaves of the window.
+        let mut left = egui::Rect::NOTHING;
         let mut requests = Vec::new();
         let (panel, status) = (&mut self.panel, &self.status);
         let output = self.context.run(input, |context| {
             // egui may lay out twice.
             requests.extend(panel.ui(context, status));
+            left = context.available_rect();
         });
         opened.egui.handle_platform_output(&opened.window, output.platform_output);
         self.renderer.send(requests);
         let scale = output.pixels_per_point;
-        let area = self.context.available_rect();
-        let area = [area.min.x, area.min.y, area.max.x, area.max.y].map(|side| (side * scale) as i32);
+        let area = [left.min.x, left.min.y, left.max.x, left.max.y].map(|side| (side * scale) as i32);
         let mut blits = Vec::new();
         if let Some(picture) = &self.status.picture {
             self.shown_at = place(picture.extent(), area);
