@@ -38,7 +38,11 @@ pub fn read(path: &Path) -> Result<Camera> {
     let file: File = serde_json::from_slice(&bytes).with_context(|| format!("camera path {name}"))?;
     let vfov_is_right = file.vfov > 0.0 && file.vfov < 180.0;
     ensure!(vfov_is_right, "camera path {name}: vfov is {}, expected degrees between 0 and 180", file.vfov);
-    let key = |s: &Station| CameraKey { time: s.time, position: Vec3::from(s.position), target: Vec3::from(s.target) };
+    let key = |s: &Station| CameraKey {
+        time: s.time,
+        position: Vec3::from(s.position),
+        target: Vec3::from(s.target),
+    };
     for (i, station) in file.stations.iter().enumerate() {
         ensure!(
             station.position != station.target,
@@ -46,7 +50,8 @@ pub fn read(path: &Path) -> Result<Camera> {
         );
     }
     let way = CameraPath::new(file.stations.iter().map(key).collect());
-    let way = way.with_context(|| format!("camera path {name}: it needs two stations or more, with rising times"))?;
+    let way =
+        way.with_context(|| format!("camera path {name}: it needs two stations or more, with rising times"))?;
     Ok(Camera::on_path("path", way, file.vfov.to_radians()))
 }
 
@@ -98,7 +103,10 @@ mod tests {
             (format!(r#"{{"vfov":50,"stations":[{station}]}}"#), "two stations"),
             (format!(r#"{{"vfov":50,"stations":[{station},{station}]}}"#), "rising times"),
             (format!(r#"{{"vfov":200,"stations":[{station}]}}"#), "between 0 and 180"),
-            (r#"{"vfov":50,"stations":[{"time":0,"position":[0,0,0],"target":[0,0,0]}]}"#.into(), "same point"),
+            (
+                r#"{"vfov":50,"stations":[{"time":0,"position":[0,0,0],"target":[0,0,0]}]}"#.into(),
+                "same point",
+            ),
         ] {
             std::fs::write(&path, text).unwrap();
             let message = format!("{:#}", read(&path).unwrap_err());

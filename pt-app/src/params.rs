@@ -41,7 +41,9 @@ impl FrameParams {
             Value::Null => "none".to_owned(),
             Value::String(text) => text,
             // Of an f32, which JSON widens.
-            Value::Number(number) if number.is_f64() => (number.as_f64().unwrap_or_default() as f32).to_string(),
+            Value::Number(number) if number.is_f64() => {
+                (number.as_f64().unwrap_or_default() as f32).to_string()
+            }
             other => other.to_string(),
         };
         Self::knobs().iter().map(|knob| text(leaf(&knob.key).unwrap_or_default())).collect()

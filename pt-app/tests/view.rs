@@ -43,7 +43,9 @@ mod window {
 
     /// Red, green, blue of a PNG.
     fn png(path: &Path) -> Vec<[u8; 3]> {
-        let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
+        let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap()))
+            .read_info()
+            .unwrap();
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut bytes).unwrap();
         bytes.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()
@@ -74,7 +76,19 @@ mod window {
     pub fn the_copied_command_renders_what_the_window_shows() {
         let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
         let into = folder.path().to_str().unwrap();
-        let words = ["flicker", "--size", "64x48", "--profile", "realtime", "--seed", "5", "--device", "cpu", "--backend", "compute"];
+        let words = [
+            "flicker",
+            "--size",
+            "64x48",
+            "--profile",
+            "realtime",
+            "--seed",
+            "5",
+            "--device",
+            "cpu",
+            "--backend",
+            "compute",
+        ];
         let more = ["--play", "--frames", "3", "--validation", "--folder", into];
         let mut shown = Shown::start(&display, &[&words[..], &more[..]].concat());
         shown.tap(Key::H);
@@ -102,7 +116,10 @@ mod window {
         assert!(colours(&picture) > 100, "it is not all the same");
         assert!(png(&saved) == picture, "{command}: another picture than the saved one");
         let radiance = |path: &Path| pt_image::image_file::LinearImage::read(path).unwrap().pixels;
-        assert!(radiance(&saved.with_extension("exr")) == radiance(&again.with_extension("exr")), "{command}");
+        assert!(
+            radiance(&saved.with_extension("exr")) == radiance(&again.with_extension("exr")),
+            "{command}"
+        );
         shown.wait_for("the picture in the window", |shown| picture_of(shown.pixels()) == picture);
 
         // The ground truth takes the right half, and the left one stays.
@@ -161,7 +178,10 @@ mod window {
         }
         shown.tap(Key::C);
         let command = shown.line();
-        assert!(command.contains("--set lights.emissive=false") && command.contains("--frames=2"), "{command}");
+        assert!(
+            command.contains("--set lights.emissive=false") && command.contains("--frames=2"),
+            "{command}"
+        );
         let dark = picture(&mut shown, 2);
         assert!(mean(&dark) < 0.5 * mean(&lit), "{} and {}", mean(&dark), mean(&lit));
 
@@ -169,7 +189,9 @@ mod window {
         shown.wait_for("the picture in the window", |shown| picture_of(shown.pixels()) == dark);
         shown.resize([700, 500]);
         let has_size = |shown: &Shown| shown.pixels().0 == [700, 500];
-        shown.wait_for("the picture in a larger window", |shown| has_size(shown) && picture_of(shown.pixels()) == dark);
+        shown.wait_for("the picture in a larger window", |shown| {
+            has_size(shown) && picture_of(shown.pixels()) == dark
+        });
         shown.close();
     }
 }

@@ -122,7 +122,12 @@ impl Progressive {
                 self.tracer.record(&mut frame, gpu, &self.uniforms, work)?;
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
-                self.iterations = adapt(self.iterations, MAX_ITERATIONS, submitted.elapsed(), SUBMISSION.min(self.step_time));
+                self.iterations = adapt(
+                    self.iterations,
+                    MAX_ITERATIONS,
+                    submitted.elapsed(),
+                    SUBMISSION.min(self.step_time),
+                );
                 if self.tracer.is_done() {
                     break;
                 }

@@ -33,9 +33,8 @@ impl Blit {
         let corners = |x: [i32; 2], y: [i32; 2]| {
             [vk::Offset3D { x: x[0], y: y[0], z: 0 }, vk::Offset3D { x: x[1], y: y[1], z: 1 }]
         };
-        let layers = vk::ImageSubresourceLayers::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .layer_count(1);
+        let layers =
+            vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let region = vk::ImageBlit::default()
             .src_subresource(layers)
             .src_offsets(corners(fx, fy))

@@ -152,7 +152,8 @@ mod tests {
     #[test]
     fn it_flies_where_it_looks() {
         let look = |held| {
-            let mut camera = FreeCamera::new(Pose { eye: [0.0; 3], target: [0.0, 0.0, -5.0], vfov: 50.0 }, 20.0);
+            let mut camera =
+                FreeCamera::new(Pose { eye: [0.0; 3], target: [0.0, 0.0, -5.0], vfov: 50.0 }, 20.0);
             camera.fly(held, 1.0);
             camera.pose().eye
         };

@@ -9,7 +9,9 @@ pub enum Error {
     #[error("no window can be shown: {0}; pt render writes pictures without one")]
     NoWindow(String),
     /// The device can't show images on the window's surface.
-    #[error("no window can be shown: {device} can't present on this display ({lacks}); pt render writes pictures without one")]
+    #[error(
+        "no window can be shown: {device} can't present on this display ({lacks}); pt render writes pictures without one"
+    )]
     NoPresentation {
         /// The device.
         device: String,

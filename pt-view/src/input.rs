@@ -56,8 +56,7 @@ pub(crate) struct HeldKeys {
 impl HeldKeys {
     /// A key is pressed or released.
     pub(crate) fn set(&mut self, key: KeyCode, is_pressed: bool) {
-        let keys =
-            [KeyCode::KeyD, KeyCode::KeyA, KeyCode::KeyE, KeyCode::KeyQ, KeyCode::KeyW, KeyCode::KeyS];
+        let keys = [KeyCode::KeyD, KeyCode::KeyA, KeyCode::KeyE, KeyCode::KeyQ, KeyCode::KeyW, KeyCode::KeyS];
         if let Some(index) = keys.iter().position(|known| *known == key) {
             self.keys[index] = is_pressed;
         }
@@ -65,7 +64,8 @@ impl HeldKeys {
 
     /// As the camera takes them.
     pub(crate) fn held(&self) -> Held {
-        let axis = |plus: usize| f32::from(u8::from(self.keys[plus])) - f32::from(u8::from(self.keys[plus + 1]));
+        let axis =
+            |plus: usize| f32::from(u8::from(self.keys[plus])) - f32::from(u8::from(self.keys[plus + 1]));
         Held { right: axis(0), up: axis(2), forward: axis(4), fast: self.shift }
     }
 }

@@ -78,7 +78,8 @@ const MOST_UNDO: usize = 256;
 impl KnobSheet {
     /// Knobs with the values that the renderer has; a knob without one has its default.
     pub fn new(knobs: Vec<Knob>, values: Vec<String>) -> Self {
-        let default = |(i, knob): (usize, &Knob)| values.get(i).cloned().unwrap_or_else(|| knob.default.clone());
+        let default =
+            |(i, knob): (usize, &Knob)| values.get(i).cloned().unwrap_or_else(|| knob.default.clone());
         let values: Vec<_> = knobs.iter().enumerate().map(default).collect();
         Self { knobs, sent: values.clone(), values, undo: Vec::new(), redo: Vec::new(), dragged: None }
     }
@@ -168,7 +169,8 @@ impl KnobSheet {
 
     /// Keys and values of the knobs that have changed since the last call.
     pub fn take_changes(&mut self) -> Vec<(String, String)> {
-        let changed = self.knobs.iter().zip(&self.values).zip(&self.sent).filter(|((_, now), sent)| now != sent);
+        let changed =
+            self.knobs.iter().zip(&self.values).zip(&self.sent).filter(|((_, now), sent)| now != sent);
         let changes = changed.map(|((knob, now), _)| (knob.key.clone(), now.clone())).collect();
         self.sent.clone_from(&self.values);
         changes

@@ -43,7 +43,10 @@ impl PassHistory {
 
     /// The passes in the order of the frame.
     pub fn rows(&self) -> Vec<PassRow> {
-        let row = |(last, times): &(PassTime, VecDeque<f64>)| PassRow { last: last.clone(), median_ms: median(times) };
+        let row = |(last, times): &(PassTime, VecDeque<f64>)| PassRow {
+            last: last.clone(),
+            median_ms: median(times),
+        };
         self.passes.iter().map(row).collect()
     }
 

@@ -9,7 +9,8 @@ use ash::{khr, vk};
 use pt_core::{Device, Image};
 
 /// Makes the surface of a window: once, and again whenever it is lost.
-pub type MakeSurface = Box<dyn Fn(&ash::Entry, &ash::Instance) -> std::result::Result<vk::SurfaceKHR, vk::Result>>;
+pub type MakeSurface =
+    Box<dyn Fn(&ash::Entry, &ash::Instance) -> std::result::Result<vk::SurfaceKHR, vk::Result>>;
 
 /// Colour round the picture, as display codes.
 const BACKGROUND: [f32; 4] = [0.09, 0.09, 0.10, 1.0];
@@ -58,7 +59,8 @@ impl Presenter {
         // SAFETY: valid device and create infos.
         unsafe {
             let pool = raw.create_command_pool(&pool, None).call("vkCreateCommandPool")?;
-            let allocate = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+            let allocate =
+                vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
             Ok(Self {
                 device: device.clone(),
                 surfaces,
@@ -157,7 +159,8 @@ impl Presenter {
                     // SAFETY: its swapchain is gone.
                     unsafe { self.surfaces.destroy_surface(self.surface, None) };
                     self.surface = vk::SurfaceKHR::null();
-                    self.surface = (self.make_surface)(vulkan.entry, vulkan.instance).call("vkCreateSurface")?;
+                    self.surface =
+                        (self.make_surface)(vulkan.entry, vulkan.instance).call("vkCreateSurface")?;
                     // Whether the device can present is not asked again: the window is the same.
                     surface_format(&self.device, &self.surfaces, self.surface)?;
                     self.rules.made_surface();
@@ -203,12 +206,23 @@ impl Presenter {
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the last submission is done; the swapchain and the pictures outlive this one.
         unsafe {
-            raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty()).call("vkResetCommandPool")?;
+            raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .call("vkResetCommandPool")?;
             raw.begin_command_buffer(commands, &begin).call("vkBeginCommandBuffer")?;
             raw.cmd_reset_query_pool(commands, *queries, 0, 2);
-            barrier(raw, commands, Some((image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)));
+            barrier(
+                raw,
+                commands,
+                Some((image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::TRANSFER_DST_OPTIMAL)),
+            );
             let clear = vk::ClearColorValue { float32: BACKGROUND };
-            raw.cmd_clear_color_image(commands, image, vk::ImageLayout::TRANSFER_DST_OPTIMAL, &clear, &[WHOLE]);
+            raw.cmd_clear_color_image(
+                commands,
+                image,
+                vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+                &clear,
+                &[WHOLE],
+            );
             barrier(raw, commands, None);
             for blit in blits {
                 blit.record(raw, commands, image, [extent.width, extent.height]);
@@ -287,10 +301,8 @@ unsafe fn barrier(
     image: Option<(vk::Image, vk::ImageLayout, vk::ImageLayout)>,
 ) {
     let all = vk::PipelineStageFlags2::ALL_COMMANDS;
-    let (write, any) = (
-        vk::AccessFlags2::MEMORY_WRITE,
-        vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
-    );
+    let (write, any) =
+        (vk::AccessFlags2::MEMORY_WRITE, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
     let memory = [vk::MemoryBarrier2::default()
         .src_stage_mask(all)
         .src_access_mask(write)

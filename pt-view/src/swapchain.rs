@@ -43,9 +43,7 @@ pub(crate) fn surface_format(
     }
     let formats = formats.call("vkGetPhysicalDeviceSurfaceFormatsKHR")?;
     let is_there = |format: &vk::Format| {
-        formats
-            .iter()
-            .any(|f| f.format == *format && f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR)
+        formats.iter().any(|f| f.format == *format && f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR)
     };
     FORMATS.into_iter().find(is_there).ok_or_else(|| lacks("no 8-bit sRGB format"))
 }
@@ -66,8 +64,7 @@ impl Swapchain {
         let vulkan = device.vulkan();
         let raw = vulkan.device;
         // SAFETY: the surface is of the device's instance.
-        let can =
-            unsafe { surfaces.get_physical_device_surface_capabilities(vulkan.physical, surface) }?;
+        let can = unsafe { surfaces.get_physical_device_surface_capabilities(vulkan.physical, surface) }?;
         let Some(extent) = extent(&can, size) else { return Ok(None) };
         let most = if can.max_image_count == 0 { u32::MAX } else { can.max_image_count };
         let alpha = [vk::CompositeAlphaFlagsKHR::OPAQUE, vk::CompositeAlphaFlagsKHR::INHERIT];

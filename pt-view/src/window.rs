@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{DeviceEvent, DeviceId, ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::PhysicalKey;
 use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
@@ -94,7 +94,8 @@ impl View {
         let wake = move || {
             let _ = proxy.send_event(Woken);
         };
-        let renderer = RendererThread::new(start, wake).map_err(|error| Error::NoWindow(error.to_string()))?;
+        let renderer =
+            RendererThread::new(start, wake).map_err(|error| Error::NoWindow(error.to_string()))?;
         let mut app = App::new(device, opening, renderer, commands);
         self.events.run_app(&mut app).map_err(|error| Error::NoWindow(error.to_string()))?;
         app.failure.take().map_or(Ok(()), Err)
@@ -270,7 +271,8 @@ impl<'a> App<'a> {
             TruthView::Alone | TruthView::Difference => vec![whole(truth)],
             TruthView::Split => {
                 let at = (self.panel.split * width as f32).round() as i32;
-                let across = left + (f64::from(at) / f64::from(width.max(1)) * f64::from(right - left)) as i32;
+                let across =
+                    left + (f64::from(at) / f64::from(width.max(1)) * f64::from(right - left)) as i32;
                 vec![
                     Blit { image: picture, from: [0, 0, at, height], to: [left, top, across, bottom] },
                     Blit { image: truth, from: [at, 0, width, height], to: [across, top, right, bottom] },
@@ -305,7 +307,10 @@ impl<'a> App<'a> {
                 let PhysicalKey::Code(key) = event.physical_key else { return };
                 let is_pressed = event.state == ElementState::Pressed;
                 self.keys.set(key, is_pressed && !self.control);
-                if is_pressed && !event.repeat && let Some(action) = action(key, self.control) {
+                if is_pressed
+                    && !event.repeat
+                    && let Some(action) = action(key, self.control)
+                {
                     self.act(action);
                 }
             }
@@ -405,8 +410,6 @@ impl ApplicationHandler<Woken> for App<'_> {
             _ => {}
         }
     }
-
-    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, _: DeviceEvent) {}
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         self.collect();

@@ -124,16 +124,6 @@ impl Shown {
         std::thread::sleep(Duration::from_millis(600));
     }
 
-    pub fn drag(&self, button: u8, from: [i16; 2], to: [i16; 2]) {
-        self.move_to(from);
-        self.fake(BUTTON_PRESS_EVENT, button, from);
-        for step in 1..=8 {
-            self.move_to([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * step / 8));
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        self.fake(BUTTON_RELEASE_EVENT, button, to);
-    }
-
     fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
         self.x.xtest_fake_input(kind, detail, 0, self.root, x, y, 0).unwrap();
         self.x.sync();
@@ -179,7 +169,8 @@ impl Shown {
     pub fn close(mut self) {
         let atom = |name: &str| self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
         let data = [atom("WM_DELETE_WINDOW"), 0, 0, 0, 0];
-        let event = x11rb::protocol::xproto::ClientMessageEvent::new(32, self.window, atom("WM_PROTOCOLS"), data);
+        let event =
+            x11rb::protocol::xproto::ClientMessageEvent::new(32, self.window, atom("WM_PROTOCOLS"), data);
         self.x.send_event(false, self.window, x11rb::protocol::xproto::EventMask::NO_EVENT, event).unwrap();
         self.x.sync();
         let status = self.program.wait().unwrap();
@@ -215,6 +206,7 @@ fn find(x: &RustConnection, root: Window) -> Option<Window> {
         let title = x.get_property(false, window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 64);
         let title = title.ok().and_then(|title| title.reply().ok());
         let is_mapped = x.get_window_attributes(window).ok().and_then(|attributes| attributes.reply().ok());
-        title.is_some_and(|title| title.value.starts_with(b"pt view")) && is_mapped.is_some_and(|a| a.map_state == x11rb::protocol::xproto::MapState::VIEWABLE)
+        title.is_some_and(|title| title.value.starts_with(b"pt view"))
+            && is_mapped.is_some_and(|a| a.map_state == x11rb::protocol::xproto::MapState::VIEWABLE)
     })
 }

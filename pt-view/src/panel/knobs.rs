@@ -14,7 +14,8 @@ impl Panel {
         for stage in stages {
             let is_listed = |i: &usize| {
                 let knob = &self.sheet.knobs()[*i];
-                let text = || knob.key.to_lowercase().contains(&filter) || knob.doc.to_lowercase().contains(&filter);
+                let text =
+                    || knob.key.to_lowercase().contains(&filter) || knob.doc.to_lowercase().contains(&filter);
                 knob.stage() == stage && text() && (!self.only_changed || self.sheet.is_changed(*i))
             };
             let listed: Vec<_> = (0..self.sheet.knobs().len()).filter(is_listed).collect();
@@ -53,14 +54,16 @@ impl Panel {
                 }
             });
             ui.checkbox(&mut self.only_changed, "changed");
-            let search = egui::TextEdit::singleline(&mut self.filter).hint_text("search").desired_width(110.0);
+            let search =
+                egui::TextEdit::singleline(&mut self.filter).hint_text("search").desired_width(110.0);
             ui.add(search);
         });
     }
 }
 
 fn knob_row(ui: &mut egui::Ui, sheet: &mut KnobSheet, index: usize) {
-    let (knob, value, is_changed) = (sheet.knobs()[index].clone(), sheet.value(index).to_owned(), sheet.is_changed(index));
+    let (knob, value, is_changed) =
+        (sheet.knobs()[index].clone(), sheet.value(index).to_owned(), sheet.is_changed(index));
     ui.horizontal(|ui| {
         let mut name = egui::RichText::new(knob.name());
         if is_changed {
@@ -68,7 +71,8 @@ fn knob_row(ui: &mut egui::Ui, sheet: &mut KnobSheet, index: usize) {
         }
         let label = ui.label(name).on_hover_ui(|ui| tooltip(ui, &knob));
         let set = editor(ui, &knob, &value, label.id);
-        if is_changed && ui.small_button("reset").on_hover_text(format!("back to {}", knob.default)).clicked() {
+        if is_changed && ui.small_button("reset").on_hover_text(format!("back to {}", knob.default)).clicked()
+        {
             sheet.reset(index);
         }
         if let Some((value, drags)) = set {
@@ -106,7 +110,8 @@ fn editor(ui: &mut egui::Ui, knob: &Knob, value: &str, label: egui::Id) -> Optio
         }
         KnobKind::Integer([least, greatest]) => {
             let mut number = value.parse().unwrap_or(*least);
-            let drag = egui::DragValue::new(&mut number).range(*least..=*greatest).fixed_decimals(0).speed(0.1);
+            let drag =
+                egui::DragValue::new(&mut number).range(*least..=*greatest).fixed_decimals(0).speed(0.1);
             let response = ui.add(drag).labelled_by(label);
             if response.changed() {
                 set = Some((format!("{number:.0}"), response.dragged()));
@@ -114,8 +119,13 @@ fn editor(ui: &mut egui::Ui, knob: &Knob, value: &str, label: egui::Id) -> Optio
         }
         KnobKind::Number([least, greatest]) => {
             let mut number: f64 = value.parse().unwrap_or(*least);
-            let speed = if greatest - least < 1e3 { 0.004 * (greatest - least) } else { 0.02 * number.abs().max(0.01) };
-            let drag = egui::DragValue::new(&mut number).range(*least..=*greatest).speed(speed).max_decimals(6);
+            let speed = if greatest - least < 1e3 {
+                0.004 * (greatest - least)
+            } else {
+                0.02 * number.abs().max(0.01)
+            };
+            let drag =
+                egui::DragValue::new(&mut number).range(*least..=*greatest).speed(speed).max_decimals(6);
             let response = ui.add(drag).labelled_by(label);
             if response.changed() {
                 // As a float of the renderer, without digits that it does not have.

@@ -1,8 +1,8 @@
 //! The page of the images, of the pixel under the cursor, and of the ground truth.
 
 use super::Panel;
-use pt_image::metrics::colour_map;
 use crate::protocol::{Legend, Request, Status, TruthView};
+use pt_image::metrics::colour_map;
 
 impl Panel {
     pub(super) fn looking(&mut self, ui: &mut egui::Ui, status: &Status, requests: &mut Vec<Request>) {
@@ -79,13 +79,17 @@ fn show_legend(ui: &mut egui::Ui, legend: &Legend) {
     ui.label(format!("{}: {}", legend.name, legend.meaning));
     let [least, greatest] = legend.range;
     if !legend.is_color {
-        let (area, _) = ui.allocate_exact_size(egui::vec2(ui.available_width().min(340.0), 14.0), egui::Sense::hover());
+        let (area, _) =
+            ui.allocate_exact_size(egui::vec2(ui.available_width().min(340.0), 14.0), egui::Sense::hover());
         let steps = 64;
         for step in 0..steps {
             let [r, g, b] = colour_map(step as f32 / (steps - 1) as f32);
             let width = area.width() / steps as f32;
             let left = area.left() + step as f32 * width;
-            let bar = egui::Rect::from_min_size(egui::pos2(left, area.top()), egui::vec2(width + 1.0, area.height()));
+            let bar = egui::Rect::from_min_size(
+                egui::pos2(left, area.top()),
+                egui::vec2(width + 1.0, area.height()),
+            );
             ui.painter().rect_filled(bar, 0.0, egui::Color32::from_rgb(r, g, b));
         }
     }

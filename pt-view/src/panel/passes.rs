@@ -17,7 +17,8 @@ pub(super) fn ui(ui: &mut egui::Ui, history: &PassHistory) {
         for row in history.rows() {
             ui.label(&row.last.name);
             ui.monospace(format!("{:.3}", row.median_ms));
-            let millions = |count: u64| if count == 0 { String::new() } else { format!("{:.2}", count as f64 * 1e-6) };
+            let millions =
+                |count: u64| if count == 0 { String::new() } else { format!("{:.2}", count as f64 * 1e-6) };
             ui.monospace(millions(row.last.rays));
             ui.monospace(millions(row.last.bytes));
             ui.end_row();

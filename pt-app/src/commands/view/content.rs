@@ -36,7 +36,8 @@ fn knobs() -> Vec<Knob> {
 /// `default`: as [`FrameParams::knob_values`] writes it.
 fn knob((declared, default): (&Declared, String)) -> Knob {
     let ends = || {
-        let ends = declared.range.as_ref().map(|ends| ends.each_ref().map(|end| end.as_f64().unwrap_or_default()));
+        let ends =
+            declared.range.as_ref().map(|ends| ends.each_ref().map(|end| end.as_f64().unwrap_or_default()));
         ends.unwrap_or([f64::MIN, f64::MAX])
     };
     Knob {

@@ -13,8 +13,8 @@ use crate::frame::FrameTime;
 use crate::params::{FrameParams, check_frame, differences, resolve};
 use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result, bail, ensure};
-use pt_core::settings::{Knobs, apply_sets};
 use pt_core::Image;
+use pt_core::settings::{Knobs, apply_sets};
 use pt_scene::{Camera, CameraKey, Projection};
 use pt_shaders::channels::{DISPLAY, Format};
 use pt_shaders::glam::Vec3;
@@ -134,7 +134,10 @@ impl ViewFrames {
         match request {
             Request::Camera(pose) => {
                 let (eye, target) = (Vec3::from(pose.eye), Vec3::from(pose.target));
-                self.put_camera(Camera::look_at("look", eye, target, pose.vfov.to_radians()), View::Free(pose))?;
+                self.put_camera(
+                    Camera::look_at("look", eye, target, pose.vfov.to_radians()),
+                    View::Free(pose),
+                )?;
             }
             Request::SceneCamera(index) => self.scene_camera(index)?,
             Request::Knobs(changes) => self.set_knobs(&changes)?,
@@ -174,10 +177,12 @@ impl ViewFrames {
         let Some(camera) = scene.cameras.get(index).cloned() else { return Ok(()) };
         let by_index = camera.index.unwrap_or(index);
         let by_name = scene.cameras.iter().find(|other| other.name == camera.name);
-        let name = match () {
-            () if scene.camera(by_index) == Some(&camera) => by_index.to_string(),
-            () if by_name == Some(&camera) => camera.name.clone(),
-            () => bail!("camera {}: neither its name nor its index tells it from the others", camera.name),
+        let name = if scene.camera(by_index) == Some(&camera) {
+            by_index.to_string()
+        } else if by_name == Some(&camera) {
+            camera.name.clone()
+        } else {
+            bail!("camera {}: neither its name nor its index tells it from the others", camera.name);
         };
         self.put_camera(camera, View::OfScene(name))?;
         self.pose_number += 1;
@@ -332,7 +337,8 @@ impl ViewFrames {
         let truth = self.truth.get_or_insert_with(|| Truth::new(&session.device, session.gpu.backend()));
         let time = self.pace.time();
         let camera = self.camera.at(time);
-        let codes = truth.advance(&session.scene, &camera, time, &running.full, &self.params, self.truth_view)?;
+        let codes =
+            truth.advance(&session.scene, &camera, time, &running.full, &self.params, self.truth_view)?;
         if let Some(codes) = codes {
             put(&mut self.truth_image, &session.device, &codes)?;
         }
@@ -350,7 +356,8 @@ impl ViewFrames {
             _ => Vec::new(),
         };
         let time = self.pace.time();
-        if !matches!(self.view, View::Free(_)) && (self.camera.path.is_some() || self.camera.motion.is_some()) {
+        if !matches!(self.view, View::Free(_)) && (self.camera.path.is_some() || self.camera.motion.is_some())
+        {
             self.pose_number += 1;
         }
         let running = self.running.as_ref();

@@ -1,27 +1,39 @@
 //! The command line that reproduces a picture.
 
-use crate::cli::Cli;
-use clap::CommandFactory;
+use super::args::ViewArgs;
+use crate::args::{CameraArgs, CameraChoice, LookAt, picture_flags};
 use clap::parser::ValueSource;
+use clap::{Args, Command};
 use pt_view::protocol::Pose;
 use std::ffi::OsString;
 
 /// Options whose values the window may change: a hand-out says them anew. Those of `pt view` alone are left out, too.
 const REPLACED: &[&str] = &[
-    "file", "camera", "look", "vfov", "camera_path", "time", "hold", "profile", "set", "folder", "frames", "play",
+    "file",
+    "camera",
+    "look",
+    "vfov",
+    "camera_path",
+    "time",
+    "hold",
+    "profile",
+    "set",
+    "folder",
+    "frames",
+    "play",
 ];
 
 /// The words of a command line of `pt view` that hold for `pt render` as they are: scene, size, seed, device and so on.
 pub(super) fn kept_words(line: impl IntoIterator<Item = OsString>) -> Vec<String> {
-    let root = Cli::command();
-    let Ok(matches) = root.clone().try_get_matches_from(line) else { return Vec::new() };
-    let (Some(matches), Some(command)) = (matches.subcommand_matches("view"), root.find_subcommand("view")) else {
+    let command = ViewArgs::augment_args(Command::new("view"));
+    // The first word is the program.
+    let Ok(matches) = command.clone().try_get_matches_from(line.into_iter().skip(1)) else {
         return Vec::new();
     };
     let mut words = Vec::new();
     for arg in command.get_arguments() {
         let id = arg.get_id().as_str();
-        let is_flag_of_knob = crate::args::picture_flags().any(|name| name == id);
+        let is_flag_of_knob = picture_flags().any(|name| name == id);
         if REPLACED.contains(&id)
             || is_flag_of_knob
             || matches.try_contains_id(id).is_err()
@@ -91,8 +103,7 @@ impl Picture<'_> {
 }
 
 /// The camera options of a command line of `pt view`, as they are.
-pub(super) fn camera_words(camera: &crate::args::CameraArgs) -> Vec<String> {
-    use crate::args::{CameraChoice, LookAt};
+pub(super) fn camera_words(camera: &CameraArgs) -> Vec<String> {
     let mut words = Vec::new();
     match &camera.camera {
         Some(CameraChoice::Index(index)) => words.push(format!("--camera={index}")),
@@ -121,6 +132,7 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::render::RenderArgs;
 
     fn kept(line: &str) -> Vec<String> {
         kept_words(line.split_whitespace().map(OsString::from))
@@ -134,7 +146,17 @@ mod tests {
         words.sort();
         assert_eq!(
             words,
-            ["--backend", "--env-rotation", "--seed", "--size", "--validation", "-30", "64x48", "7", "compute"]
+            [
+                "--backend",
+                "--env-rotation",
+                "--seed",
+                "--size",
+                "--validation",
+                "-30",
+                "64x48",
+                "7",
+                "compute"
+            ]
         );
         assert!(kept("pt view gallery").is_empty());
     }
@@ -145,7 +167,15 @@ mod tests {
         let pose = Pose { eye: [-1.5, 0.1, 1e-7], target: [0.0, 1.0, -3.0], vfov: 47.5 };
         let kept = kept("pt view gallery --size 64x48 --seed 7");
         let view = View::Free(pose);
-        let picture = Picture { scene: "my scene.gltf", kept: &kept, view: &view, time: 1.25, holds: true, frames: 3, sets: &sets };
+        let picture = Picture {
+            scene: "my scene.gltf",
+            kept: &kept,
+            view: &view,
+            time: 1.25,
+            holds: true,
+            frames: 3,
+            sets: &sets,
+        };
         let command = picture.command();
         assert_eq!(
             command,
@@ -153,7 +183,8 @@ mod tests {
              --frames=3 --set lights.sun=false --set post.ev100=-2.5 -o picture.png"
         );
         let words = command.replace("'my scene.gltf'", "scene.gltf");
-        let matches = Cli::command().try_get_matches_from(words.split(' '));
+        let render = RenderArgs::augment_args(Command::new("render"));
+        let matches = render.try_get_matches_from(words.split(' ').skip(1));
         assert!(matches.is_ok(), "{:?}", matches.err());
     }
 

@@ -1,6 +1,6 @@
 //! Images of the frame in false colour, and the values of a pixel.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result};
 use pt_core::ChannelImages;
 use pt_core::capture::{read_layer, read_pixel};
 use pt_image::image_file::{Layer, Samples, srgb_encode_8bit};
@@ -29,17 +29,12 @@ pub(super) fn names(images: &ChannelImages) -> Vec<String> {
 /// An image that the frame does not have; a device that fails.
 pub(super) fn false_color(images: &ChannelImages, name: &str) -> Result<(Codes, Legend)> {
     let id = images.ids().find(|id| id.full_name() == name);
-    ensure!(id.is_some(), "{name}: this frame has no such image");
-    let Some(id) = id else { return Ok((Codes { size: [0; 2], texels: Vec::new() }, legend("", ""))) };
+    let id = id.with_context(|| format!("{name}: this frame has no such image"))?;
     let (layer, size) = read_layer(images, id)?;
     let channel = id.channel();
     let meaning = format!("{} ({})", channel.meaning.trim_end_matches('.'), channel.unit);
     let (texels, range, is_color) = texels_of(&layer);
-    Ok((Codes { size, texels }, Legend { range, is_color, ..legend(name, &meaning) }))
-}
-
-fn legend(name: &str, meaning: &str) -> Legend {
-    Legend { name: name.into(), meaning: meaning.into(), range: [0.0; 2], is_color: false }
+    Ok((Codes { size, texels }, Legend { name: name.into(), meaning, range, is_color }))
 }
 
 /// Codes of a layer, the values at the ends of the scale, and whether components are colours.
@@ -59,7 +54,12 @@ fn texels_of(layer: &Layer) -> (Vec<u8>, [f32; 2], bool) {
         [one] => colour_map(place(one[i])),
         _ => [0; 3],
     };
-    let texels = (0..count).flat_map(|i| { let [r, g, b] = color(i); [r, g, b, 255] }).collect();
+    let texels = (0..count)
+        .flat_map(|i| {
+            let [r, g, b] = color(i);
+            [r, g, b, 255]
+        })
+        .collect();
     (texels, range, components.len() > 1)
 }
 
@@ -109,7 +109,11 @@ pub(super) fn pixel(images: &ChannelImages, pixel: [u32; 2]) -> Result<Vec<(Stri
 /// Four digits.
 fn short(value: f32) -> String {
     let size = value.abs();
-    if value != 0.0 && value.is_finite() && !(1e-3..1e5).contains(&size) { format!("{value:.3e}") } else { format!("{value:.4}") }
+    if value != 0.0 && value.is_finite() && !(1e-3..1e5).contains(&size) {
+        format!("{value:.3e}")
+    } else {
+        format!("{value:.4}")
+    }
 }
 
 #[cfg(test)]
@@ -140,6 +144,9 @@ mod tests {
 
     #[test]
     fn values_are_short() {
-        assert_eq!([short(0.0), short(1.5), short(1.25e-6), short(f32::NAN)], ["0.0000", "1.5000", "1.250e-6", "NaN"]);
+        assert_eq!(
+            [short(0.0), short(1.5), short(1.25e-6), short(f32::NAN)],
+            ["0.0000", "1.5000", "1.250e-6", "NaN"]
+        );
     }
 }

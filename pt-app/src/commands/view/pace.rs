@@ -112,7 +112,9 @@ mod tests {
     #[test]
     fn a_picture_made_anew_ends_at_the_time_that_is_shown() {
         let mut pace = Pace::new(5.0, true);
-        (0..10).for_each(|_| drop(pace.next(60.0)));
+        for _ in 0..10 {
+            pace.next(60.0);
+        }
         let mut anew = pace.anew(4, 60.0);
         let last = (0..4).map(|_| anew.next(60.0)[0]).last().unwrap();
         assert!((last - pace.time()).abs() < 1e-12, "{last}");

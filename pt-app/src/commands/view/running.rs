@@ -40,7 +40,13 @@ impl Running {
     ///
     /// # Errors
     /// When the device refuses.
-    pub(super) fn anew(self, args: &FrameArgs, params: &FrameParams, camera: Camera, time: f64) -> Result<Self> {
+    pub(super) fn anew(
+        self,
+        args: &FrameArgs,
+        params: &FrameParams,
+        camera: Camera,
+        time: f64,
+    ) -> Result<Self> {
         let Self { session, full, recorder } = self;
         drop((full, recorder));
         let Session { device, mut scene, gpu, lights, .. } = session;
