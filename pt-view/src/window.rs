@@ -333,7 +333,7 @@ impl<'a> App<'a> {
         }
     }
 
-    fn cursor_moved(&mut self, at: [f64; 2], is_over_panel: bool) {
+    fn cursor_moved(&mut self, at: [f64; 2]) {
         let way = [0, 1].map(|axis| (at[axis] - self.cursor[axis]) as f32);
         self.cursor = at;
         if let Some(button) = self.drag {
@@ -346,8 +346,8 @@ impl<'a> App<'a> {
             self.renderer.send([Request::Camera(self.camera.pose())]);
         }
         let size = self.status.picture.as_ref().map(|picture| picture.extent());
-        let pixel = size.filter(|_| !is_over_panel).and_then(|size| pixel_under(at, size, self.shown_at));
-        let pixel = pixel.filter(|_| self.panel.shows_pixel());
+        let size = size.filter(|_| self.panel.shows_pixel());
+        let pixel = size.and_then(|size| pixel_under(at, size, self.shown_at));
         if pixel != self.pixel {
             self.pixel = pixel;
             self.renderer.send([Request::Pixel(pixel)]);
@@ -397,8 +397,7 @@ impl ApplicationHandler<Woken> for App<'_> {
                 self.keys.shift = modifiers.state().shift_key();
             }
             WindowEvent::CursorMoved { position, .. } => {
-                let is_over_panel = self.context.is_pointer_over_area();
-                self.cursor_moved([position.x, position.y], is_over_panel);
+                self.cursor_moved([position.x, position.y]);
             }
             WindowEvent::Focused(false) => self.keys = HeldKeys::default(),
             // A drag that began in the picture ends wherever it does.

@@ -122,7 +122,7 @@ impl Panel {
             egui::SidePanel::right("panel").default_width(380.0).show(context, |ui| {
                 self.pages(ui);
                 ui.separator();
-                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match self.page {
+                egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| match self.page {
                     Page::Knobs => self.knobs(ui),
                     Page::Looking => self.looking(ui, status, &mut requests),
                     Page::Passes => passes::ui(ui, &self.history),
