@@ -45,6 +45,8 @@ test: toolchain ## everything CI asks: format, lints, documentation, all tests
 	begin() { printf '\n== %s s: %s\n' $$((SECONDS - start)) "$$*"; }
 	begin set-up
 	scripts/setup-vulkan.sh --tests
+	# Before anything is compiled: build scripts look for it.
+	scripts/setup-xvfb.sh
 	# The rest is mostly downloads: it goes on beside the lints. A failed lint does not cut off an installation.
 	trap wait EXIT
 	{

@@ -1,4 +1,4 @@
-//! Tells the tests whether the shared test data are there, the Python modules of the example, Slurm, and whether file systems can be mounted; and the program its git revision.
+//! Tells the tests whether the shared test data are there, the Python modules of the example, Slurm, an X server without a screen, and whether file systems can be mounted; and the program its git revision.
 
 use std::path::Path;
 use std::process::Command;
@@ -18,6 +18,11 @@ fn main() {
     if programs.iter().all(|program| Path::new(program).exists()) && is_root() {
         println!("cargo::rerun-if-changed={}", programs[0]);
         println!("cargo::rustc-cfg=slurm");
+    }
+    println!("cargo::rustc-check-cfg=cfg(xvfb)");
+    if Path::new("/usr/bin/Xvfb").exists() {
+        println!("cargo::rerun-if-changed=/usr/bin/Xvfb");
+        println!("cargo::rustc-cfg=xvfb");
     }
     println!("cargo::rustc-check-cfg=cfg(tmpfs)");
     if can_mount() {

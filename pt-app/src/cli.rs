@@ -4,7 +4,7 @@
 use crate::commands::bake;
 use crate::commands::{
     bench, capture, compare, import, info, knobs, merge, passes, reference, render, replay, scenes, sheet,
-    study,
+    study, view,
 };
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -23,6 +23,7 @@ const EXAMPLES: &str = "\
 Examples:
   pt render gallery -o picture.png                    one frame of a built-in scene
   pt render scene.gltf --frames 64 --accumulate -o picture.exr
+  pt view gallery --size 480x270                      a window
   pt reference scene.gltf --spp 256 -o truth.exr      the ground truth
   pt compare picture.exr truth.exr                    error metrics
   pt scenes                                           the built-in scenes
@@ -45,6 +46,8 @@ pub enum Command {
     Bench(bench::BenchArgs),
     /// Render frames of a scene.
     Render(Box<render::RenderArgs>),
+    /// Show frames of a scene in a window: every knob, ground truth beside them, the command line that reproduces them.
+    View(Box<view::ViewArgs>),
     /// Record frames of a scene: the channels between the stages, and the histories at the first frame.
     Capture(Box<capture::CaptureArgs>),
     /// Run the rest of the frame on recorded frames, without a scene.
@@ -79,6 +82,7 @@ impl Cli {
             Command::Knobs(args) => knobs::run(args, out),
             Command::Bench(args) => bench::run(args, out),
             Command::Render(args) => render::run(args, out),
+            Command::View(args) => view::run(args, out),
             Command::Capture(args) => capture::run(args, out),
             Command::Replay(args) => replay::run(args, out),
             Command::Import(args) => import::run(args, out),

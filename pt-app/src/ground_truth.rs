@@ -11,7 +11,7 @@ use pt_scene::Scene;
 use pt_shaders::records::FrameRecord;
 
 /// Seed of ground truth: no seed of a frame gives the same random numbers in practice.
-const SEED: u64 = 0x7275_7468_5f6f_6672;
+pub(crate) const SEED: u64 = 0x7275_7468_5f6f_6672;
 
 /// The view that is path traced.
 pub struct TruthOf<'a> {

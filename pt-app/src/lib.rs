@@ -2,6 +2,7 @@
 
 pub mod aov;
 pub mod args;
+pub mod camera_path;
 pub mod cli;
 pub mod commands;
 pub mod frame;

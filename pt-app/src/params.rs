@@ -33,6 +33,22 @@ impl FrameParams {
         self.denoise.variant == Denoiser::Asvgf
     }
 
+    /// The value of each knob, in their order, as `--set` takes it.
+    pub fn knob_values(&self) -> Vec<String> {
+        let tree = serde_json::to_value(self).unwrap_or_default();
+        let leaf = |key: &str| key.split('.').try_fold(&tree, |node, name| node.get(name)).cloned();
+        let text = |value: Value| match value {
+            Value::Null => "none".to_owned(),
+            Value::String(text) => text,
+            // Of an f32, which JSON widens.
+            Value::Number(number) if number.is_f64() => {
+                (number.as_f64().unwrap_or_default() as f32).to_string()
+            }
+            other => other.to_string(),
+        };
+        Self::knobs().iter().map(|knob| text(leaf(&knob.key).unwrap_or_default())).collect()
+    }
+
     /// The medium of the frame as the reference has it.
     pub fn medium(&self) -> pt_reference::MediumParams {
         let pt_gbuffer::GodraysParams { density, albedo, anisotropy, max_distance, .. } =
@@ -157,24 +173,14 @@ pub fn check_frame(params: &FrameParams, accumulate: bool) -> Result<()> {
 
 /// The knobs that differ from their defaults, as `--set` takes them.
 pub fn assignments(params: &FrameParams) -> Vec<String> {
-    let (Ok(tree), Ok(default)) =
-        (serde_json::to_value(params), serde_json::to_value(FrameParams::default()))
-    else {
-        return Vec::new();
-    };
-    let leaf = |tree: &Value, key: &str| key.split('.').try_fold(tree, |node, name| node.get(name)).cloned();
-    let text = |value: Value| match value {
-        Value::Null => "none".to_owned(),
-        Value::String(text) => text,
-        // Of an f32, which JSON widens.
-        Value::Number(number) if number.is_f64() => (number.as_f64().unwrap_or_default() as f32).to_string(),
-        other => other.to_string(),
-    };
-    let differs = |knob: Knob| {
-        let value = leaf(&tree, &knob.key)?;
-        (leaf(&default, &knob.key).as_ref() != Some(&value)).then(|| format!("{}={}", knob.key, text(value)))
-    };
-    FrameParams::knobs().into_iter().filter_map(differs).collect()
+    differences(&FrameParams::default(), params)
+}
+
+/// The knobs of `params` that differ from those of `base`, as `--set` takes them.
+pub fn differences(base: &FrameParams, params: &FrameParams) -> Vec<String> {
+    let values = base.knob_values().into_iter().zip(params.knob_values());
+    let knobs = FrameParams::knobs().into_iter().zip(values);
+    knobs.filter(|(_, (was, is))| was != is).map(|(knob, (_, is))| format!("{}={is}", knob.key)).collect()
 }
 
 /// Checks that nothing after the interleave would lose the alpha of a transparent background.

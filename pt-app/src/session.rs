@@ -1,6 +1,7 @@
 //! Set-up that all commands share that run the frame: device, scene, camera.
 
 use crate::args::{CameraArgs, CameraChoice, DeviceArgs, LookAt};
+use crate::camera_path;
 use anyhow::{Result, anyhow, bail, ensure};
 use pt_core::console::print_warning;
 use pt_core::memory::{check_size, host_free_bytes};
@@ -205,7 +206,10 @@ pub fn fold_seed(seed: u64) -> u32 {
 /// # Errors
 /// A camera that the scene does not have, with those that it has.
 pub fn choose_camera(scene: &Scene, args: &CameraArgs) -> Result<Option<Camera>> {
-    let CameraArgs { camera: choice, look, vfov } = args;
+    let CameraArgs { camera: choice, look, vfov, camera_path } = args;
+    if let Some(path) = camera_path {
+        return camera_path::read(path).map(Some);
+    }
     if let Some(LookAt { eye, target }) = *look {
         let camera = Camera::look_at("look", Vec3::from(eye), Vec3::from(target), vfov.to_radians());
         return Ok(Some(camera));

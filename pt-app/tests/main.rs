@@ -16,3 +16,4 @@ mod reference;
 mod scenes;
 mod strangers;
 mod study;
+mod view;

@@ -135,6 +135,9 @@ pub enum Error {
         /// What makes it.
         remedy: &'static str,
     },
+    /// No images can be shown in a window.
+    #[error("no window can be shown: {0}; pt render writes pictures without one")]
+    NoPresentation(String),
     /// The GPU did not finish in time.
     #[error("the device did not finish within {0} s: a kernel hangs, or the work is too large for it")]
     Timeout(u64),

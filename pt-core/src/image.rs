@@ -4,7 +4,7 @@ use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use crate::layout::image_bytes;
-use crate::texels::{decode_f32, encode_f32};
+use crate::texels::{decode_f32, decode_u32, encode_f32};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
@@ -269,8 +269,24 @@ impl Image {
 
     /// Copies the texels to the host, after everything submitted so far.
     pub fn read(&self) -> Result<Vec<u8>> {
+        self.read_part(self.whole_copy(), self.bytes())
+    }
+
+    /// Copies one texel to the host, after everything submitted so far.
+    ///
+    /// # Panics
+    /// Where there is no texel.
+    pub fn read_texel(&self, at: [u32; 2]) -> Result<Vec<u8>> {
+        let [width, height] = self.extent();
+        assert!(at[0] < width && at[1] < height, "{}: no texel {at:?} in {width}x{height}", self.name());
+        let offset = vk::Offset3D { x: at[0] as i32, y: at[1] as i32, z: 0 };
+        let part = vk::BufferImageCopy { image_offset: offset, ..copy_region(0, 0, [1, 1]) };
+        self.read_part(part, self.0.format.bytes().into())
+    }
+
+    fn read_part(&self, part: vk::BufferImageCopy, bytes: u64) -> Result<Vec<u8>> {
         let device = &self.0.device;
-        let staging = Buffer::new(device, "read-back", self.bytes(), Location::Readback)?;
+        let staging = Buffer::new(device, "read-back", bytes, Location::Readback)?;
         // SAFETY: image and buffer are alive until the wait inside submit_once is over.
         device.submit_once(|cmd| unsafe {
             device.raw().cmd_copy_image_to_buffer(
@@ -278,7 +294,7 @@ impl Image {
                 self.0.handle,
                 vk::ImageLayout::GENERAL,
                 staging.handle(),
-                &[self.whole_copy()],
+                &[part],
             );
         })?;
         Ok(staging.mapped())
@@ -291,16 +307,7 @@ impl Image {
 
     /// Texels as unsigned integers, for the integer formats.
     pub fn read_u32(&self) -> Result<Vec<u32>> {
-        let bytes = self.read()?;
-        Ok(match self.0.format {
-            Format::R16Uint => {
-                bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect()
-            }
-            Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
-                bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
-            }
-            other => return Err(self.no_integers(other)),
-        })
+        decode_u32(self.0.format, &self.read()?).ok_or_else(|| self.no_integers(self.0.format))
     }
 
     fn no_integers(&self, format: Format) -> Error {

@@ -23,6 +23,19 @@ pub(crate) fn decode_f32(format: Format, bytes: &[u8]) -> Vec<f32> {
     }
 }
 
+/// Values of texels as integers; `None` if they are none.
+pub(crate) fn decode_u32(format: Format, bytes: &[u8]) -> Option<Vec<u32>> {
+    match format {
+        Format::R16Uint => {
+            Some(bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect())
+        }
+        Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
+            Some(bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
+        }
+        _ => None,
+    }
+}
+
 /// Bytes of texels from values, `format.components()` per texel.
 pub(crate) fn encode_f32(format: Format, values: &[f32]) -> Vec<u8> {
     let unorm = |max: f32| move |v: &f32| (v.clamp(0.0, 1.0) * max).round();

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 const SUBMISSION: Duration = Duration::from_millis(100);
 /// Most iterations of a submission.
 const MAX_ITERATIONS: u32 = 32;
-/// How long a step is to take: the last paths of a step leave a wide device idle.
+/// How long a step is to take unless the caller says otherwise: the last paths of a step leave a wide device idle.
 const STEP: Duration = Duration::from_millis(500);
 /// Most samples a pixel gets in one step.
 const MAX_BATCH: u32 = 256;
@@ -33,6 +33,7 @@ pub struct Progressive {
     /// Samples of the next step and iterations of the next submission, adapted to the device's speed.
     batch: u32,
     iterations: u32,
+    step_time: Duration,
 }
 
 impl Progressive {
@@ -63,7 +64,14 @@ impl Progressive {
             next_sample: first_sample,
             batch: 1,
             iterations: 1,
+            step_time: STEP,
         })
+    }
+
+    /// How long a step is to take; at least one sample is traced.
+    #[must_use]
+    pub fn with_step_time(self, step_time: Duration) -> Self {
+        Self { step_time, ..self }
     }
 
     /// Goes on from earlier sums; `next_sample` is the index of the first sample that they lack.
@@ -114,13 +122,18 @@ impl Progressive {
                 self.tracer.record(&mut frame, gpu, &self.uniforms, work)?;
                 frame.submit()?;
                 timings.extend(self.recorder.finish()?);
-                self.iterations = adapt(self.iterations, MAX_ITERATIONS, submitted.elapsed(), SUBMISSION);
+                self.iterations = adapt(
+                    self.iterations,
+                    MAX_ITERATIONS,
+                    submitted.elapsed(),
+                    SUBMISSION.min(self.step_time),
+                );
                 if self.tracer.is_done() {
                     break;
                 }
             }
         }
-        self.batch = adapt(self.batch, MAX_BATCH, started.elapsed(), STEP);
+        self.batch = adapt(self.batch, MAX_BATCH, started.elapsed(), self.step_time);
         self.next_sample = samples.end;
         Ok(timings)
     }

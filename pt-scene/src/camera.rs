@@ -55,7 +55,7 @@ impl Camera {
 
     /// A camera that follows `path`, standing at its start.
     pub fn on_path(name: &str, path: CameraPath, yfov: f32) -> Self {
-        let (eye, target) = path.at(0.0);
+        let CameraKey { position: eye, target, .. } = path.keys[0];
         Self { path: Some(path), ..Self::look_at(name, eye, target, yfov) }
     }
 
@@ -137,10 +137,10 @@ impl CameraPath {
         self.keys[self.keys.len() - 1].time - self.keys[0].time
     }
 
-    /// Position and target `time` seconds after the first station.
+    /// Position and target at `time`, on the clock of the stations.
     pub fn at(&self, time: f64) -> (Vec3, Vec3) {
         let keys = &self.keys;
-        let time = keys[0].time + time.clamp(0.0, self.duration());
+        let time = time.clamp(keys[0].time, keys[keys.len() - 1].time);
         let i = keys.partition_point(|key| key.time <= time).clamp(1, keys.len() - 1) - 1;
         let (a, b) = (keys[i], keys[i + 1]);
         let span = b.time - a.time;

@@ -2,10 +2,11 @@
 
 use super::values::{finite, numbers};
 use clap::Args;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Degrees.
-const DEFAULT_VFOV: f32 = 50.0;
+pub const DEFAULT_VFOV: f32 = 50.0;
 
 /// Camera arguments.
 #[derive(Clone, Debug, Args)]
@@ -19,11 +20,14 @@ pub struct CameraArgs {
     /// Vertical field of view of --look, degrees, between 0 and 180.
     #[arg(long, value_name = "DEG", default_value_t = DEFAULT_VFOV, value_parser = field_of_view, allow_negative_numbers = true, requires = "look", help_heading = "Camera")]
     pub vfov: f32,
+    /// Way of the camera from a file that `pt view` has recorded, instead of a camera of the scene.
+    #[arg(long, value_name = "F.json", conflicts_with_all = ["camera", "look"], help_heading = "Camera")]
+    pub camera_path: Option<PathBuf>,
 }
 
 impl Default for CameraArgs {
     fn default() -> Self {
-        Self { camera: None, look: None, vfov: DEFAULT_VFOV }
+        Self { camera: None, look: None, vfov: DEFAULT_VFOV, camera_path: None }
     }
 }
 

@@ -23,6 +23,9 @@ pub struct FrameArgs {
     /// Average all frames instead of showing the last one; without a denoiser, unless a profile or --set denoise.variant asks for one.
     #[arg(long, help_heading = "Frame")]
     pub accumulate: bool,
+    /// Show the scene at --time in all frames; histories and the eye go on as in a sequence.
+    #[arg(long, help_heading = "Frame")]
+    pub hold: bool,
     /// Seed of all random numbers; another seed gives independent noise.
     #[arg(long, value_name = "S", default_value_t = 0, help_heading = "Frame")]
     pub seed: u64,
@@ -58,9 +61,9 @@ impl FrameArgs {
         self.size.into()
     }
 
-    /// Time of frame `index`, seconds. With `--accumulate` all frames show the same time.
+    /// Time of frame `index`, seconds. With `--accumulate` and `--hold` all frames show the same time.
     pub fn time(&self, index: u32) -> f64 {
-        let shown = if self.accumulate { 0.0 } else { f64::from(index) / self.scene.fps };
+        let shown = if self.accumulate || self.hold { 0.0 } else { f64::from(index) / self.scene.fps };
         self.scene.time + shown
     }
 

@@ -8,8 +8,13 @@ mod post;
 mod scene;
 pub mod values;
 
-pub use camera::{CameraArgs, CameraChoice, LookAt};
+pub use camera::{CameraArgs, CameraChoice, DEFAULT_VFOV, LookAt};
 pub use device::DeviceArgs;
 pub use frame::FrameArgs;
 pub use post::PostArgs;
 pub use scene::{LoadArgs, SceneArgs};
+
+/// Names of the flags that stand for knobs.
+pub fn picture_flags() -> impl Iterator<Item = &'static str> {
+    <post::Picture as flags::FlagSet>::FLAGS.iter().map(|flag| flag.name)
+}

@@ -16,3 +16,4 @@ pub mod replay;
 pub mod scenes;
 pub mod sheet;
 pub mod study;
+pub mod view;

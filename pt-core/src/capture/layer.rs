@@ -4,10 +4,12 @@ use crate::channels::ChannelImages;
 use crate::error::Error;
 use crate::image::Image;
 use crate::pack::{pack_unit_vector, unpack_unit_vector};
-use crate::split::{to_flat, to_split};
+use crate::split::{flat_to_split, to_flat, to_split};
+use crate::texels::{decode_f32, decode_u32};
 use glam::Vec3;
 use pt_image::image_file::{Channel, Layer, LayeredImage, Samples};
-use pt_shaders::channels::{ChannelId, ExtentClass, Stored};
+use pt_shaders::channels::{ChannelId, ExtentClass, Format, Stored};
+use pt_shaders::records::field_width;
 
 fn layers(there: &[String]) -> String {
     let named: Vec<_> = there.iter().map(String::as_str).filter(|name| !name.is_empty()).collect();
@@ -87,6 +89,26 @@ pub fn read_layer(images: &ChannelImages, id: ChannelId) -> Result<(Layer, [u32;
     Ok((layer_of(id, &words), layer_size(images, id)))
 }
 
+/// Reads the texel of an image of this frame that belongs to a pixel of the frame, as a layer of one pixel; waits for the device.
+///
+/// # Errors
+/// When the device fails.
+///
+/// # Panics
+/// When the image is not allocated, or the frame has no such pixel.
+pub fn read_pixel(images: &ChannelImages, id: ChannelId, pixel: [u32; 2]) -> Result<Layer, Error> {
+    let image = images.current(id);
+    let size = images.size();
+    let at = match id.channel().extent {
+        ExtentClass::Split => flat_to_split(pixel, field_width(size[0])),
+        _ => [0, 1].map(|axis| {
+            let scaled = u64::from(pixel[axis]) * u64::from(image.extent()[axis]) / u64::from(size[axis]);
+            scaled as u32
+        }),
+    };
+    Ok(layer_of(id, &words(image.format(), &image.read_texel(at)?)))
+}
+
 /// A layer of an image that no device holds: `words` of its texels in the order of the layer, as many a texel as its format has components; floats as their bits.
 pub fn layer_of(id: ChannelId, words: &[u32]) -> Layer {
     let width = id.channel().format.components() as usize;
@@ -112,10 +134,12 @@ pub fn layer_of(id: ChannelId, words: &[u32]) -> Layer {
 
 /// The texels as one word a component: integers, or the bits of floats.
 fn read_words(image: &Image) -> Result<Vec<u32>, Error> {
-    if image.format().is_uint() {
-        return image.read_u32();
-    }
-    Ok(image.read_f32()?.into_iter().map(f32::to_bits).collect())
+    Ok(words(image.format(), &image.read()?))
+}
+
+fn words(format: Format, texels: &[u8]) -> Vec<u32> {
+    decode_u32(format, texels)
+        .unwrap_or_else(|| decode_f32(format, texels).into_iter().map(f32::to_bits).collect())
 }
 
 /// Fills an image of this frame from a layer, as [`read_layer`] makes it.

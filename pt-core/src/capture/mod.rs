@@ -11,7 +11,7 @@ pub mod folder;
 mod layer;
 pub mod sidecar;
 
-pub use layer::{CaptureError, layer_of, load_image, read_layer, write_layer};
+pub use layer::{CaptureError, layer_of, load_image, read_layer, read_pixel, write_layer};
 
 use crate::channels::ChannelImages;
 use crate::device::Device;

@@ -1,8 +1,10 @@
 //! Instance, device choice, queue, memory allocator, one-off submissions.
 
+mod present;
 mod selection;
 mod validation;
 
+pub use present::Vulkan;
 pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
@@ -13,6 +15,7 @@ use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use pt_shaders::channels::GbufferFormat;
+use std::ffi::CStr;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -51,6 +54,7 @@ pub(crate) struct Inner {
     pub(crate) debug_utils: Option<ext::debug_utils::Device>,
     pub(crate) acceleration_structure: Option<khr::acceleration_structure::Device>,
     pub(crate) ray_tracing_pipeline: Option<khr::ray_tracing_pipeline::Device>,
+    physical: vk::PhysicalDevice,
     pub(crate) queue_family: u32,
     queue: Mutex<vk::Queue>,
     allocator: ManuallyDrop<Mutex<Allocator>>,
@@ -72,11 +76,12 @@ pub(crate) struct Instance {
     pub(crate) raw: ash::Instance,
     validation: Option<validation::Messenger>,
     debug_utils: bool,
-    _entry: ash::Entry,
+    entry: ash::Entry,
 }
 
 impl Instance {
-    fn new(validate: bool) -> Result<Self> {
+    /// `surfaces`: the extensions that surfaces of windows need; none without a window.
+    fn new(validate: bool, surfaces: &[&CStr]) -> Result<Self> {
         // SAFETY: libvulkan is trusted to be a Vulkan loader.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::NoLoader(e.to_string()))?;
         let application =
@@ -87,6 +92,15 @@ impl Instance {
         let offered = unsafe { entry.enumerate_instance_extension_properties(None) }.unwrap_or_default();
         let debug_utils =
             validate || offered.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+        for &name in surfaces {
+            if !offered.iter().any(|e| e.extension_name_as_c_str() == Ok(name)) {
+                return Err(Error::NoPresentation(format!(
+                    "the Vulkan drivers of this machine lack {}",
+                    name.to_string_lossy()
+                )));
+            }
+            extensions.push(name.as_ptr());
+        }
         if debug_utils {
             extensions.push(ext::debug_utils::NAME.as_ptr());
         }
@@ -111,7 +125,7 @@ impl Instance {
             other => other.context("vkCreateInstance")?,
         };
         let validation = if validate { Some(validation::Messenger::new(&entry, &raw)?) } else { None };
-        Ok(Self { raw, validation, debug_utils, _entry: entry })
+        Ok(Self { raw, validation, debug_utils, entry })
     }
 }
 
@@ -126,16 +140,20 @@ impl Drop for Instance {
 impl Device {
     /// All devices, best first, with their capabilities and, if one cannot be used, the reason.
     pub fn list() -> Result<Vec<DeviceInfo>> {
-        let instance = Instance::new(false)?;
+        let instance = Instance::new(false, &[])?;
         Ok(selection::candidates(&instance.raw)?.into_iter().map(|c| c.info).collect())
     }
 
     /// Opens a device.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
-        let instance = Instance::new(options.validation)?;
+        Self::open_with(options, &[])
+    }
+
+    fn open_with(options: &DeviceOptions, surfaces: &[&CStr]) -> Result<Self> {
+        let instance = Instance::new(options.validation, surfaces)?;
         let candidate = selection::choose(selection::candidates(&instance.raw)?, options.device.as_deref())?;
         let capabilities = candidate.info.capabilities;
-        let raw = selection::create_device(&instance.raw, &candidate)?;
+        let raw = selection::create_device(&instance.raw, &candidate, !surfaces.is_empty())?;
         let queue_family = candidate.queue_family;
         // SAFETY: the family has at least one queue and was requested above.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
@@ -172,6 +190,7 @@ impl Device {
             debug_utils,
             acceleration_structure,
             ray_tracing_pipeline,
+            physical: candidate.physical,
             queue_family,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Mutex::new(allocator)),

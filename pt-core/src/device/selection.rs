@@ -320,8 +320,16 @@ pub(super) fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result
     })
 }
 
-pub(super) fn create_device(instance: &ash::Instance, candidate: &Candidate) -> Result<ash::Device> {
+/// `presents`: the device shows images in a window, over which a panel is drawn.
+pub(super) fn create_device(
+    instance: &ash::Instance,
+    candidate: &Candidate,
+    presents: bool,
+) -> Result<ash::Device> {
     let capabilities = candidate.info.capabilities;
+    if presents {
+        super::present::check(instance, candidate)?;
+    }
     let mut f = Features::default();
     for (_, bit) in required(&mut f) {
         *bit = vk::TRUE;
@@ -332,7 +340,11 @@ pub(super) fn create_device(instance: &ash::Instance, candidate: &Candidate) -> 
     f.ray_query.ray_query = vk::TRUE;
     f.rt_pipeline.ray_tracing_pipeline = vk::TRUE;
     f.rt_reorder.ray_tracing_invocation_reorder = vk::TRUE;
+    f.v13.dynamic_rendering = vk::Bool32::from(presents);
     let mut extensions = Vec::new();
+    if presents {
+        extensions.push(khr::swapchain::NAME.as_ptr());
+    }
     let ray_tracing = capabilities.ray_query || capabilities.rt_pipeline;
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default()

@@ -2,6 +2,8 @@
 
 pub mod compare;
 pub mod frame;
+#[cfg(feature = "view")]
+pub mod panel;
 pub mod path;
 pub mod post;
 pub mod trace;
@@ -34,6 +36,9 @@ pub enum BenchCommand {
     Stage(Box<frame::BenchStageArgs>),
     /// The frame, then each stage that needs no rays alone.
     All(Box<frame::BenchFrameArgs>),
+    /// GPU time of the panel of `pt view`, drawn over pictures on a surface without a window.
+    #[cfg(feature = "view")]
+    Panel(panel::BenchPanelArgs),
     /// Compare two runs of a benchmark of the frame: which passes have become slower.
     Compare(compare::CompareArgs),
 }
@@ -50,6 +55,8 @@ pub fn run(args: &BenchArgs, out: &mut impl Write) -> Result<bool> {
         BenchCommand::Frame(args) => frame::run(args, Subject::Frame, out),
         BenchCommand::Stage(args) => frame::run(&args.frame, Subject::Stage(args.stage), out),
         BenchCommand::All(args) => frame::run(args, Subject::All, out),
+        #[cfg(feature = "view")]
+        BenchCommand::Panel(args) => panel::run(args, out),
         BenchCommand::Compare(args) => compare::run(args, out),
     }
 }

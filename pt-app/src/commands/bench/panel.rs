@@ -1,0 +1,95 @@
+//! `pt bench panel` measures what the panel of `pt view` costs.
+
+use crate::commands::view::content;
+use crate::params::FrameParams;
+use anyhow::{Result, ensure};
+use clap::Args;
+use pt_core::harness::Spread;
+use pt_core::{DeviceOptions, Image};
+use pt_image::image_file::ImageSize;
+use pt_shaders::channels::Format;
+use pt_view::Context;
+use pt_view::blit::Blit;
+use pt_view::headless::{lay_out, open_device, presenter};
+use pt_view::panel::Panel;
+use pt_view::panel_renderer::LaidOut;
+use pt_view::presenter::Presenter;
+use pt_view::protocol::Status;
+use pt_view::swapchain_rules::Outcome;
+use std::io::Write;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// `pt bench panel`
+#[derive(Clone, Debug, Args)]
+pub struct BenchPanelArgs {
+    /// Size of window and picture in pixels.
+    #[arg(long, value_name = "WxH", default_value = "1920x1080")]
+    pub size: ImageSize,
+    /// Pictures that are measured.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: u32,
+    /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
+    #[arg(long, value_name = "D")]
+    pub device: Option<String>,
+}
+
+/// Pictures before the measurement.
+const WARM_UP: u32 = 8;
+/// A surface that takes no picture for so long does not work.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Runs the command.
+///
+/// # Errors
+/// A device without `VK_EXT_headless_surface`, or one that fails.
+pub fn run(args: &BenchPanelArgs, out: &mut impl Write) -> Result<bool> {
+    let size: [u32; 2] = args.size.into();
+    let device = open_device(&DeviceOptions { device: args.device.clone(), validation: false })?;
+    let mut presenter = presenter(&device, size)?;
+    let image = Image::new(&device, "picture", Format::Rgba8Unorm, size)?;
+    let whole = [0, 0, size[0] as i32, size[1] as i32];
+    let blit = Blit { image, from: whole, to: whole };
+    let mut panel = Panel::new(content::of(&FrameParams::default(), &[], false)?);
+    // Every key has a dot: all knobs are listed, which is the most that there is to draw.
+    panel.search(".");
+    let context = Context::default();
+    let mut times = [Vec::new(), Vec::new()];
+    for index in 0..WARM_UP + args.frames {
+        for (has_panel, times) in [false, true].into_iter().zip(&mut times) {
+            let mut laid_out = has_panel.then(|| lay_out(&context, size, &mut panel, &Status::default()));
+            let ms = time(&mut presenter, &blit, laid_out.as_mut())?;
+            times.extend(ms.filter(|_| index >= WARM_UP));
+        }
+    }
+    let [without, with] = times.map(Spread::of);
+    writeln!(
+        out,
+        "panel at {}x{}: {:.3} ms of GPU time (95 % below {:.3} ms), without it {:.3} ms; {} pictures, {}",
+        size[0],
+        size[1],
+        with.median_ms,
+        with.p95_ms,
+        without.median_ms,
+        args.frames,
+        device.info().name
+    )?;
+    Ok(true)
+}
+
+/// GPU time between the picture and its presentation, milliseconds.
+fn time(presenter: &mut Presenter, blit: &Blit, mut panel: Option<&mut LaidOut>) -> Result<Option<f64>> {
+    let begun = Instant::now();
+    let wait = || -> Result<()> {
+        ensure!(begun.elapsed() < PATIENCE, "the surface takes no pictures");
+        sleep(Duration::from_micros(100));
+        Ok(())
+    };
+    while presenter.show(std::slice::from_ref(blit), panel.as_deref_mut())? == Outcome::LeftOut {
+        wait()?;
+    }
+    while !presenter.is_free()? {
+        wait()?;
+    }
+    Ok(presenter.panel_ms())
+}

@@ -1,0 +1,85 @@
+//! The seam to a window: a device that can present, and the handles that a swapchain needs. Devices without a window have none of it.
+
+use super::selection::Candidate;
+use super::{Device, DeviceOptions};
+use crate::error::{Error, Result, VkContext};
+use crate::image::Image;
+use crate::lock::lock;
+use ash::{khr, vk};
+use std::ffi::CStr;
+
+/// The handles below a device. They are valid as long as it is.
+#[derive(Clone, Copy)]
+pub struct Vulkan<'a> {
+    /// The loader.
+    pub entry: &'a ash::Entry,
+    /// The instance.
+    pub instance: &'a ash::Instance,
+    /// The physical device.
+    pub physical: vk::PhysicalDevice,
+    /// The logical device.
+    pub device: &'a ash::Device,
+    /// Family of the one queue.
+    pub queue_family: u32,
+}
+
+impl Device {
+    /// Opens a device as [`Device::open`] does, with `VK_KHR_swapchain`, dynamic rendering, and the instance extensions that `surfaces` need.
+    ///
+    /// # Errors
+    /// [`Error::NoPresentation`] where the drivers lack one of them; else those of [`Device::open`].
+    pub fn open_presenting(options: &DeviceOptions, surfaces: &[&CStr]) -> Result<Self> {
+        Self::open_with(options, surfaces)
+    }
+
+    /// The handles below it.
+    pub fn vulkan(&self) -> Vulkan<'_> {
+        let inner = self.inner();
+        Vulkan {
+            entry: &inner.instance.entry,
+            instance: &inner.instance.raw,
+            physical: inner.physical,
+            device: &inner.raw,
+            queue_family: inner.queue_family,
+        }
+    }
+
+    /// Gives the one queue to `work`; nobody else uses it meanwhile.
+    pub fn with_queue<T>(&self, work: impl FnOnce(vk::Queue) -> T) -> T {
+        work(*lock(&self.inner().queue))
+    }
+}
+
+impl Image {
+    /// Its handle, for a copy into a swapchain. The layout is GENERAL.
+    pub fn vulkan(&self) -> vk::Image {
+        self.handle()
+    }
+}
+
+/// Checks that the device can show images.
+pub(super) fn check(instance: &ash::Instance, candidate: &Candidate) -> Result<()> {
+    let lacks = |what: &str| Err(Error::NoPresentation(format!("{} lacks {what}", candidate.info.name)));
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+    let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
+    // SAFETY: valid handles; the chained struct outlives the calls.
+    let (extensions, families) = unsafe {
+        instance.get_physical_device_features2(candidate.physical, &mut features);
+        (
+            instance
+                .enumerate_device_extension_properties(candidate.physical)
+                .context("vkEnumerateDeviceExtensionProperties")?,
+            instance.get_physical_device_queue_family_properties(candidate.physical),
+        )
+    };
+    if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(khr::swapchain::NAME)) {
+        return lacks("VK_KHR_swapchain");
+    }
+    if v13.dynamic_rendering == vk::FALSE {
+        return lacks("dynamicRendering");
+    }
+    let draws = families
+        .get(candidate.queue_family as usize)
+        .is_some_and(|family| family.queue_flags.contains(vk::QueueFlags::GRAPHICS));
+    if draws { Ok(()) } else { lacks("a graphics queue") }
+}

@@ -1,0 +1,92 @@
+//! The renderer on a thread of its own: the window is never blocked by it.
+
+use crate::protocol::{Failure, Frames, Request, Status};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Frames come no faster than this: scene time runs at one frame per this interval, and a GPU that is faster rests.
+const INTERVAL: Duration = Duration::from_micros(16_667);
+
+/// What the two threads share.
+#[derive(Default)]
+struct Mailbox {
+    requests: Mutex<Vec<Request>>,
+    status: Mutex<Option<Result<Status, Failure>>>,
+    quit: AtomicBool,
+}
+
+/// The thread that renders.
+pub(crate) struct RendererThread {
+    mailbox: Arc<Mailbox>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl RendererThread {
+    /// Starts it. `start` makes the renderer, on the thread; `wake` is called when there is something to collect.
+    pub(crate) fn new(
+        start: impl FnOnce() -> Result<Box<dyn Frames>, Failure> + Send + 'static,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let mailbox = Arc::new(Mailbox::default());
+        let shared = mailbox.clone();
+        let thread = std::thread::Builder::new().name("renderer".into()).spawn(move || {
+            if let Err(failure) = run(start, &shared, &wake) {
+                *lock(&shared.status) = Some(Err(failure));
+                wake();
+            }
+        })?;
+        Ok(Self { mailbox, thread: Some(thread) })
+    }
+
+    /// Hands requests over; they are followed before the next frame.
+    pub(crate) fn send(&self, requests: impl IntoIterator<Item = Request>) {
+        lock(&self.mailbox.requests).extend(requests);
+    }
+
+    /// What the last frame left behind, if it is new; the failure that ended the thread.
+    pub(crate) fn collect(&self) -> Option<Result<Status, Failure>> {
+        lock(&self.mailbox.status).take()
+    }
+
+    /// Whether it is still there: a thread that panicked leaves no failure behind.
+    pub(crate) fn is_running(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+}
+
+fn run(
+    start: impl FnOnce() -> Result<Box<dyn Frames>, Failure>,
+    mailbox: &Mailbox,
+    wake: &impl Fn(),
+) -> Result<(), Failure> {
+    let mut frames = start()?;
+    let mut due = Instant::now();
+    while !mailbox.quit.load(Ordering::Relaxed) {
+        let requests = std::mem::take(&mut *lock(&mailbox.requests));
+        let status = frames.next(requests)?;
+        *lock(&mailbox.status) = Some(Ok(status));
+        wake();
+        due += INTERVAL;
+        match due.checked_duration_since(Instant::now()) {
+            Some(rest) => std::thread::sleep(rest),
+            None => due = Instant::now(),
+        }
+    }
+    Ok(())
+}
+
+impl Drop for RendererThread {
+    fn drop(&mut self) {
+        self.mailbox.quit.store(true, Ordering::Relaxed);
+        if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
+            eprintln!("warning: the thread of the renderer panicked");
+        }
+    }
+}
+
+/// What another thread has left is whole: a value is put there at once.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
