@@ -337,45 +337,39 @@ impl<'f, 'r> Pass<'f, 'r> {
                 .ok_or_else(|| format!("the kernel's binding \"{}\" is not bound", binding.name))?;
             check_binding(binding, resource, *how)?;
         }
-        self.check_memory()?;
         match self.bound.keys().find(|name| !reflection.bindings.values().any(|b| b.name == **name)) {
             Some(name) => {
                 let known: Vec<_> = reflection.bindings.values().map(|b| b.name.as_str()).collect();
                 Err(format!("the kernel has no binding \"{name}\"; it has {}", known.join(", ")))
             }
-            None => Ok(()),
+            None => self.check_memory(),
         }
     }
 
     /// Images that share memory do so by what the stages declare; here it shows where a declaration lacks something.
     fn check_memory(&self) -> std::result::Result<(), String> {
-        let mut writes: Vec<u64> = Vec::new();
-        for (resource, how) in self.bound.values() {
-            let Resource::Image(image) = resource else { continue };
-            if *how != Use::Write && image.is_overwritten() {
+        let images = || {
+            self.bound.values().filter_map(|(resource, how)| match resource {
+                Resource::Image(image) => Some((image, *how)),
+                Resource::Buffer(_) => None,
+            })
+        };
+        for (image, how) in images() {
+            if how != Use::Write && image.is_overwritten() {
                 return Err(format!(
                     "it reads \"{}\", whose memory another image has taken: no stage declares that it is read so late",
                     image.name()
                 ));
             }
-            if matches!(how, Use::Write | Use::Update) {
-                writes.push(image.id());
+            let same_memory = images().filter(|(other, _)| other.id() == image.id()).count();
+            if matches!(how, Use::Write | Use::Update) && same_memory > 1 {
+                return Err(format!(
+                    "it writes \"{}\" and accesses that memory by another name, too",
+                    image.name()
+                ));
             }
         }
-        let images = self.bound.values().filter_map(|(resource, _)| match resource {
-            Resource::Image(image) => Some(image),
-            Resource::Buffer(_) => None,
-        });
-        let written_twice = |image: &&Image| {
-            writes.contains(&image.id())
-                && images.clone().filter(|other| other.id() == image.id()).count() > 1
-        };
-        match images.clone().find(written_twice) {
-            Some(image) => {
-                Err(format!("it writes \"{}\" and accesses that memory by another name, too", image.name()))
-            }
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     fn write_descriptors(&self, device: &crate::device::Device) -> Result<Vec<(u32, vk::DescriptorSet)>> {

@@ -50,6 +50,11 @@ impl LowFrequency {
         })
     }
 
+    /// Whether it filters nothing.
+    pub(super) fn hands_on(&self) -> bool {
+        self.temporal.is_none() && self.spatial.is_none()
+    }
+
     /// Adds the passes to the frame and returns the light for the composite. It comes before the passes over the other channels.
     pub(super) fn record<'a>(
         &self,

@@ -68,10 +68,11 @@ impl DenoiseChain {
 
     /// The images of the lighting stages that the composite reads because no pass filters them.
     pub fn handed_on(&self) -> StageIo {
-        match (&self.variant, &self.low_frequency) {
-            (None, Some(_)) => SplitLight::UNFILTERED_INDIRECT,
-            (None, None) => SplitLight::UNFILTERED,
-            _ => StageIo::of("denoiser"),
+        let keeps_indirect = self.low_frequency.as_ref().is_some_and(LowFrequency::hands_on);
+        match &self.variant {
+            _ if keeps_indirect => SplitLight::UNFILTERED_INDIRECT,
+            None => SplitLight::UNFILTERED,
+            Some(_) => StageIo::of("denoiser"),
         }
     }
 
