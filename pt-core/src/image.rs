@@ -369,7 +369,8 @@ impl Image {
         copy_region(0, 0, self.0.extent)
     }
 
-    pub(crate) fn handle(&self) -> vk::Image {
+    /// Its handle, for a copy into a swapchain. The layout is GENERAL.
+    pub fn handle(&self) -> vk::Image {
         self.0.handle
     }
 

@@ -46,7 +46,7 @@ impl Blit {
         unsafe {
             raw.cmd_blit_image(
                 commands,
-                self.image.vulkan(),
+                self.image.handle(),
                 vk::ImageLayout::GENERAL,
                 target,
                 vk::ImageLayout::TRANSFER_DST_OPTIMAL,

@@ -3,7 +3,6 @@
 use super::selection::Candidate;
 use super::{Device, DeviceOptions};
 use crate::error::{Error, Result, VkContext};
-use crate::image::Image;
 use crate::lock::lock;
 use ash::{khr, vk};
 use std::ffi::CStr;
@@ -47,13 +46,6 @@ impl Device {
     /// Gives the one queue to `work`; nobody else uses it meanwhile.
     pub fn with_queue<T>(&self, work: impl FnOnce(vk::Queue) -> T) -> T {
         work(*lock(&self.inner().queue))
-    }
-}
-
-impl Image {
-    /// Its handle, for a copy into a swapchain. The layout is GENERAL.
-    pub fn vulkan(&self) -> vk::Image {
-        self.handle()
     }
 }
 
