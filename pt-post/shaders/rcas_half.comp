@@ -5,8 +5,7 @@
 #include "post_records.glsl"
 #include "half.glsl"
 
-// A group is a row of threads that go down RCAS_ROWS rows of pixels, RCAS_COLUMNS wide, two at a time.
-layout(local_size_x = RCAS_COLUMNS + 2) in;
+layout(local_size_x = 32, local_size_y = 4) in;
 layout(push_constant, scalar) uniform Push { RcasPush push; };
 layout(set = 2, binding = 0) uniform sampler2D source;
 layout(set = 2, binding = 1, rgba8) uniform writeonly image2D target;
@@ -18,22 +17,14 @@ const float16_t LEAST = 1.0hf / 8192.0hf;
 // Two pixels, the upper one first.
 struct Pair { f16vec2 r, g, b; };
 
-// A pair of each thread; twice: one is read while the next is written.
-shared uvec3 pairs[2][RCAS_COLUMNS + 2];
-
 Pair fetch(int x, ivec2 y) {
     vec3 upper = texelFetch(source, ivec2(x, y.x), 0).rgb, lower = texelFetch(source, ivec2(x, y.y), 0).rgb;
     return Pair(f16vec2(upper.r, lower.r), f16vec2(upper.g, lower.g), f16vec2(upper.b, lower.b));
 }
 
-Pair unpacked(uvec3 words) { return Pair(unpackFloat2x16(words.x), unpackFloat2x16(words.y), unpackFloat2x16(words.z)); }
-
-// The lower one of the first pair and the upper one of the second.
-f16vec2 between(f16vec2 first, f16vec2 second) { return f16vec2(first.y, second.x); }
-
-Pair between(Pair first, Pair second) {
-    return Pair(between(first.r, second.r), between(first.g, second.g), between(first.b, second.b));
-}
+// The pixel above the first of the pair and that first one; the second one and the pixel below it.
+Pair from_above(vec3 above, Pair c) { return Pair(f16vec2(above.r, c.r.x), f16vec2(above.g, c.g.x), f16vec2(above.b, c.b.x)); }
+Pair to_below(Pair c, vec3 below) { return Pair(f16vec2(c.r.y, below.r), f16vec2(c.g.y, below.g), f16vec2(c.b.y, below.b)); }
 
 f16vec2 luma(Pair c) { return c.g + 0.5hf * (c.r + c.b); }
 
@@ -66,26 +57,13 @@ Pair sharpened(Pair b, Pair d, Pair e, Pair f, Pair h) {
 void store(vec3 code, ivec2 p) { imageStore(target, p, vec4(to_8_bits(code, p, push.dither != 0u), 1.0)); }
 
 void main() {
-    ivec2 size = imageSize(target), last = size - 1;
-    ivec2 corner = ivec2(gl_WorkGroupID.xy) * ivec2(RCAS_COLUMNS, RCAS_ROWS);
-    int thread = int(gl_LocalInvocationIndex);
-    // The first and the last thread only read.
-    ivec2 p = corner + ivec2(thread - 1, 0);
-    bool shown = thread > 0 && thread <= int(RCAS_COLUMNS) && p.x < size.x;
-    int x = clamp(p.x, 0, last.x);
-    Pair above = fetch(x, max(ivec2(p.y - 2, p.y - 1), 0)), here = fetch(x, min(ivec2(p.y, p.y + 1), last.y));
-    int end = min(corner.y + int(RCAS_ROWS), size.y);
-    for (uint parity = 0u; p.y < end; p.y += 2, parity ^= 1u) {
-        Pair below = fetch(x, min(ivec2(p.y + 2, p.y + 3), last.y));
-        pairs[parity][thread] = uvec3(packFloat2x16(here.r), packFloat2x16(here.g), packFloat2x16(here.b));
-        barrier();
-        if (shown) {
-            Pair left = unpacked(pairs[parity][thread - 1]), right = unpacked(pairs[parity][thread + 1]);
-            Pair code = sharpened(between(above, here), left, here, right, between(here, below));
-            store(vec3(code.r.x, code.g.x, code.b.x), p);
-            if (p.y < last.y) store(vec3(code.r.y, code.g.y, code.b.y), p + ivec2(0, 1));
-        }
-        above = here;
-        here = below;
-    }
+    ivec2 last = imageSize(target) - 1;
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy) * ivec2(1, 2);
+    if (any(greaterThan(p, last))) return;
+    ivec2 y = ivec2(p.y, min(p.y + 1, last.y));
+    Pair here = fetch(p.x, y), left = fetch(max(p.x - 1, 0), y), right = fetch(min(p.x + 1, last.x), y);
+    vec3 above = texelFetch(source, ivec2(p.x, max(p.y - 1, 0)), 0).rgb, below = texelFetch(source, ivec2(p.x, min(p.y + 2, last.y)), 0).rgb;
+    Pair code = sharpened(from_above(above, here), left, here, right, to_below(here, below));
+    store(vec3(code.r.x, code.g.x, code.b.x), p);
+    if (p.y < last.y) store(vec3(code.r.y, code.g.y, code.b.y), p + ivec2(0, 1));
 }

@@ -95,6 +95,10 @@ impl Fsr {
         let kernel = if eight_bits { &self.rcas_kernel } else { &self.rcas_codes_kernel };
         let pass = frame.pass("rcas", kernel).sample("source", source).write("target", target);
         let pass = if eight_bits { pass.read("blue_noise", &self.blue_noise) } else { pass };
+        if eight_bits && self.half {
+            // Two pixels a thread.
+            return pass.push(&push).dispatch([width, height.div_ceil(2), 1]);
+        }
         let groups = [width.div_ceil(RCAS_COLUMNS), height.div_ceil(RCAS_ROWS)];
         pass.push(&push).dispatch([groups[0] * (RCAS_COLUMNS + 2), groups[1], 1])
     }
