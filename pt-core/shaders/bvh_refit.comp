@@ -12,10 +12,10 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Ind
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer RefitTable { RefitNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TriangleTable { BvhTriangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer BoundsTable { NodeBounds at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer NodeWords { uint at[18]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer NodeWords { uint at[20]; };
 layout(push_constant, scalar) uniform Push { RefitPush push; };
 
-const uint NODE_BYTES = 72u;
+const uint NODE_BYTES = 80u;
 // Smallest extent of a node's grid: keeps its steps normal numbers.
 const float LEAST_EXTENT = 1e-20;
 

@@ -220,7 +220,7 @@ mod tests {
     use pt_shaders::records::BvhTriangle;
 
     /// Box of each child slot, decoded from the node's grid, and the size of the grid's steps.
-    fn decode(words: &[u64; 9], slot: u32) -> (Vec3, Vec3, Vec3) {
+    fn decode(words: &[u64; 10], slot: u32) -> (Vec3, Vec3, Vec3) {
         let float = |bits: u64| f32::from_bits(bits as u32);
         let origin = Vec3::new(float(words[0]), float(words[0] >> 32), float(words[1]));
         let byte = |word: usize, slot: u32| (words[word] >> (8 * slot)) as u8;

@@ -75,7 +75,7 @@ impl NativeRays {
         size: [u32; 2],
         seed: u32,
     ) -> Result<Self> {
-        let scene = NativeScene::new(meshes, instances, BvhQuality::default())?;
+        let scene = NativeScene::new(meshes, instances, BvhQuality::for_loading(meshes))?;
         let lists = ray_lists(&scene, meshes, instances, camera, size, seed);
         Ok(Self { scene, lists })
     }

@@ -3,7 +3,7 @@
 //! Both are compressed 8-wide BVHs (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through
 //! Compressed Wide BVHs"), built with `obvhs` and handed to the GPU node by node (`trace/compute.glsl`).
 
-use super::TraceError;
+use super::{MeshGeometry, TraceError};
 use glam::{Affine3A, UVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
@@ -21,19 +21,27 @@ const MAX_TOP_DEPTH: u32 = 18;
 const MAX_BINARY_DEPTH: u32 = 256;
 
 /// How much time goes into a mesh's BVH. Seconds are for 237,000 triangles on one core of a 2023 server.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BvhQuality {
     /// 0.1 s: for geometry that changes.
     Fast,
     /// 0.15 s, rays 10-15 % faster than with `Fast`.
-    #[default]
     Medium,
-    /// 0.5 s, rays a few per cent faster than with `Medium`.
+    /// 0.5 s, rays 3-5 % faster than with `Medium`.
     High,
 }
 
+/// Triangles up to which a scene gets trees of high quality: they take 2 s on one core.
+const MAX_HIGH_QUALITY: usize = 1_000_000;
+
 impl BvhQuality {
+    /// For geometry that is loaded once: high, as long as nobody waits for it.
+    pub fn for_loading(meshes: &[MeshGeometry]) -> Self {
+        let triangles: usize = meshes.iter().map(|mesh| mesh.indices.len()).sum();
+        if triangles <= MAX_HIGH_QUALITY { Self::High } else { Self::Medium }
+    }
+
     /// Neighbours looked at when clusters merge, levels on which only the next one is looked at, share of the nodes that
     /// are re-inserted where they lower the surface area heuristic's cost.
     fn parameters(self) -> (PlocSearchDistance, usize, f32) {
@@ -99,7 +107,7 @@ impl MeshBvh {
         }
         let triangle = |&triangle: &u32| {
             let [v0, v1, v2] = corners(triangle);
-            BvhTriangle { v0, e1: v1 - v0, e2: v2 - v0, triangle }
+            BvhTriangle { v0, e1: v1 - v0, e2: v2 - v0, triangle, padding: [0; 2] }
         };
         let triangles = bvh.primitive_indices.iter().map(triangle).collect();
         Ok(Self { bvh, triangles })
@@ -165,7 +173,7 @@ impl TopLevel {
 /// The nodes as the GPU reads them; at least a root.
 pub fn gpu_nodes(bvh: &CwBvh) -> Vec<BvhNode> {
     if bvh.nodes.is_empty() {
-        return vec![BvhNode { words: [0; 9] }];
+        return vec![BvhNode { words: [0; 10] }];
     }
     let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
     bvh.nodes
@@ -184,6 +192,7 @@ pub fn gpu_nodes(bvh: &CwBvh) -> Vec<BvhNode> {
                     u64::from_le_bytes(n.child_max_y),
                     u64::from_le_bytes(n.child_min_z),
                     u64::from_le_bytes(n.child_max_z),
+                    0,
                 ],
             }
         })

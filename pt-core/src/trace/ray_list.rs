@@ -71,7 +71,7 @@ impl RayScene {
         };
         // A sky is a matter of materials.
         let features = [("scene_features", (!FEATURE_SKY).into())];
-        let accel = AccelStructure::new(device, meshes, instances, backend, BvhQuality::default())?;
+        let accel = AccelStructure::new(device, meshes, instances, backend, BvhQuality::for_loading(meshes))?;
         let mut geometry = Vec::new();
         let mut mesh_records = Vec::new();
         for (index, mesh) in meshes.iter().enumerate() {

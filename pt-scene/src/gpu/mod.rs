@@ -165,7 +165,8 @@ impl GpuScene {
         let count = scene.instances.len();
         phases.mark("choice of backend");
         let textures = textures::prepare_all(threads, device, scene);
-        let accel = AccelStructure::new(device, &geometry, count, backend, BvhQuality::default())?;
+        let accel =
+            AccelStructure::new(device, &geometry, count, backend, BvhQuality::for_loading(&geometry))?;
         phases.mark("BVH");
         let mut mesh_records: Vec<_> = meshes
             .iter()

@@ -2,18 +2,19 @@
 // "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs"). Nodes: BvhNode, made by pt_core::trace::bvh.
 //
 // Written for SIMD without branches as well (lavapipe executes both sides of every `if`, and a loop's body at least once):
-// what is rare, entering an instance and testing alpha, sits in the outer loop; loads are 64 bit wide, stack entries too.
+// what is rare, entering an instance and testing alpha, sits in the outer loop; loads are 128 bit wide, stack entries 64 bit.
 // With several instances each iteration of the outer loop visits one node, so that lanes which change level do not wait until
 // all others have left their instances.
 layout(local_size_x = 8, local_size_y = 4) in;
 
 uvec2 launch_id() { return gl_GlobalInvocationID.xy; }
 
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer NodeWords { uint64_t at[9]; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer TriangleWords { uint64_t at[5]; };
+// Of 16 bytes: a GPU has instructions that load as much, and visiting nodes costs it instructions.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer NodeWords { uvec4 at[5]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TriangleWords { uvec4 at[3]; };
 
-const uint NODE_BYTES = 72u;
-const uint TRIANGLE_BYTES = 40u;
+const uint NODE_BYTES = 80u;
+const uint TRIANGLE_BYTES = 48u;
 // pt_core::trace::bvh keeps the trees within it.
 const uint STACK_SIZE = 48u;
 // Barycentrics this far outside still hit: closes the cracks that rounding leaves between neighbours.
@@ -70,12 +71,10 @@ uint permute(uint bits, uint octant) {
 
 // Inner children and leaves of a node that the ray meets in [t_min, t_max].
 void visit(NodeWords node, BoxRay ray, float t_min, float t_max, out uvec2 inner, out uvec2 leaves) {
-    vec2 origin_xy = uintBitsToFloat(unpackUint2x32(node.at[0]));
-    uvec2 head = unpackUint2x32(node.at[1]);
-    uvec2 base = unpackUint2x32(node.at[2]);
-    uvec2 x0 = unpackUint2x32(node.at[3]), x1 = unpackUint2x32(node.at[4]);
-    uvec2 y0 = unpackUint2x32(node.at[5]), y1 = unpackUint2x32(node.at[6]);
-    uvec2 z0 = unpackUint2x32(node.at[7]), z1 = unpackUint2x32(node.at[8]);
+    uvec4 a = node.at[0], b = node.at[1], c = node.at[2], d = node.at[3];
+    vec2 origin_xy = uintBitsToFloat(a.xy);
+    uvec2 head = a.zw, base = b.xy;
+    uvec2 x0 = b.zw, x1 = c.xy, y0 = c.zw, y1 = d.xy, z0 = d.zw, z1 = node.at[4].xy;
     vec3 extent = uintBitsToFloat(uvec3(head.y << 23, head.y << 15, head.y << 7) & 0x7f800000u);
     vec3 scale = extent * ray.inverse;
     vec3 offset = (vec3(origin_xy, uintBitsToFloat(head.x)) - ray.origin) * ray.inverse;
@@ -110,10 +109,8 @@ struct MeshTriangle {
 
 MeshTriangle load_triangle(uint64_t triangles, uint entry) {
     TriangleWords words = TriangleWords(triangles + uint64_t(entry) * TRIANGLE_BYTES);
-    vec2 a = uintBitsToFloat(unpackUint2x32(words.at[0])), b = uintBitsToFloat(unpackUint2x32(words.at[1]));
-    vec2 c = uintBitsToFloat(unpackUint2x32(words.at[2])), d = uintBitsToFloat(unpackUint2x32(words.at[3]));
-    uvec2 e = unpackUint2x32(words.at[4]);
-    return MeshTriangle(vec3(a, b.x), vec3(b.y, c), vec3(d, uintBitsToFloat(e.x)), e.y);
+    uvec4 a = words.at[0], b = words.at[1], c = words.at[2];
+    return MeshTriangle(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.xy)), uintBitsToFloat(uvec3(b.zw, c.x)), c.y);
 }
 
 Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {

@@ -225,12 +225,12 @@ impl RayListHead {
 }
 
 gpu_struct! {
-    /// A node of a compressed 8-wide BVH (Ylitie et al. 2017). As 64-bit words: on lavapipe the number of loads counts.
+    /// A node of a compressed 8-wide BVH (Ylitie et al. 2017), of whole loads of 16 bytes.
     pub struct BvhNode {
         /// 0: origin x, y. 1: origin z; exponents x, y, z and the set of inner children, a byte each. 2: first inner child and
         /// first leaf entry, 28 bits each, with the set of leaves in the bits above (low half, high half). 3 to 8: planes of
-        /// the children, a byte each: x lower, x upper, y lower, y upper, z lower, z upper.
-        pub words: [u64; 9],
+        /// the children, a byte each: x lower, x upper, y lower, y upper, z lower, z upper. 9: 0.
+        pub words: [u64; 10],
     }
 }
 
@@ -245,6 +245,8 @@ gpu_struct! {
         pub e2: Vec3,
         /// Triangle index in the mesh.
         pub triangle: u32,
+        /// 0: whole loads of 16 bytes.
+        pub padding: [u32; 2],
     }
 }
 
