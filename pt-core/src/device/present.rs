@@ -1,6 +1,5 @@
 //! The seam to a window: a device that can present, and the handles that a swapchain needs. Devices without a window have none of it.
 
-use super::selection::Candidate;
 use super::{Device, DeviceOptions};
 use crate::error::{Error, Result, VkContext};
 use crate::lock::lock;
@@ -49,19 +48,24 @@ impl Device {
     }
 }
 
-/// Checks that the device can show images.
-pub(super) fn check(instance: &ash::Instance, candidate: &Candidate) -> Result<()> {
-    let lacks = |what: &str| Err(Error::NoPresentation(format!("{} lacks {what}", candidate.info.name)));
+/// Checks that the device called `name` can show images, and draw a panel over them, on a queue of `queue_family`.
+pub(super) fn check(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    queue_family: u32,
+    name: &str,
+) -> Result<()> {
+    let lacks = |what: &str| Err(Error::NoPresentation(format!("{name} lacks {what}")));
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
     let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
     // SAFETY: valid handles; the chained struct outlives the calls.
     let (extensions, families) = unsafe {
-        instance.get_physical_device_features2(candidate.physical, &mut features);
+        instance.get_physical_device_features2(physical, &mut features);
         (
             instance
-                .enumerate_device_extension_properties(candidate.physical)
+                .enumerate_device_extension_properties(physical)
                 .context("vkEnumerateDeviceExtensionProperties")?,
-            instance.get_physical_device_queue_family_properties(candidate.physical),
+            instance.get_physical_device_queue_family_properties(physical),
         )
     };
     if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(khr::swapchain::NAME)) {
@@ -71,7 +75,7 @@ pub(super) fn check(instance: &ash::Instance, candidate: &Candidate) -> Result<(
         return lacks("dynamicRendering");
     }
     let draws = families
-        .get(candidate.queue_family as usize)
+        .get(queue_family as usize)
         .is_some_and(|family| family.queue_flags.contains(vk::QueueFlags::GRAPHICS));
     if draws { Ok(()) } else { lacks("a graphics queue") }
 }

@@ -328,7 +328,7 @@ pub(super) fn create_device(
 ) -> Result<ash::Device> {
     let capabilities = candidate.info.capabilities;
     if presents {
-        super::present::check(instance, candidate)?;
+        super::present::check(instance, candidate.physical, candidate.queue_family, &candidate.info.name)?;
     }
     let mut f = Features::default();
     for (_, bit) in required(&mut f) {
