@@ -3,11 +3,13 @@
 
 pub mod blit;
 pub mod camera;
+mod drawing;
 mod error;
 pub mod headless;
 mod input;
 pub mod knob_sheet;
 pub mod layout;
+pub mod offscreen;
 pub mod panel;
 pub mod panel_renderer;
 pub mod pass_history;

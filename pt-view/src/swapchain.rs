@@ -1,5 +1,6 @@
 //! The images of a surface.
 
+use crate::drawing::WHOLE;
 use crate::error::{Call, Error, Result};
 use ash::{khr, vk};
 use pt_core::Device;
@@ -131,16 +132,6 @@ impl Swapchain {
         self.device.with_queue(|queue| unsafe { self.loader.queue_present(queue, &info) })
     }
 }
-
-/// The one level and layer of an image.
-pub(crate) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
-    aspect_mask: vk::ImageAspectFlags::COLOR,
-    base_mip_level: 0,
-    level_count: 1,
-    base_array_layer: 0,
-    layer_count: 1,
-};
-
 /// The size of the images: the surface's own where it has one, else the window's within its limits. `None` without an area.
 fn extent(can: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> Option<vk::Extent2D> {
     let (least, most) = (can.min_image_extent, can.max_image_extent);

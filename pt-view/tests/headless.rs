@@ -5,6 +5,7 @@ use pt_shaders::channels::Format;
 use pt_view::Context;
 use pt_view::blit::Blit;
 use pt_view::headless;
+use pt_view::offscreen::Offscreen;
 use pt_view::panel::{Panel, PanelContent};
 use pt_view::panel_renderer::LaidOut;
 use pt_view::presenter::Presenter;
@@ -80,6 +81,26 @@ fn a_window_without_area_shows_nothing_until_it_has_one() {
     presenter.resized([40, 30]);
     show(&mut presenter, &[blit], None);
     drop(presenter);
+    assert_silent(&device);
+}
+
+#[test]
+fn panels_are_drawn_where_nobody_sees_them() {
+    let name = std::env::var("PT_TEST_DEVICE").ok();
+    let device = Device::open(&DeviceOptions { device: name, validation: true }).unwrap();
+    let mut target = Offscreen::new(&device, [64, 48]).unwrap();
+    let (context, blit) = (Context::default(), picture(&device));
+    let mut panel = Panel::new(PanelContent::default());
+    let mut drawn = 0;
+    while drawn < 4 {
+        let mut laid_out = headless::lay_out(&context, [64, 48], &mut panel, &Status::default());
+        while !target.draw(std::slice::from_ref(&blit), Some(&mut laid_out)).unwrap() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        drawn += 1;
+    }
+    assert!(target.panel_ms().is_some_and(|ms| ms > 0.0), "the third one is done");
+    drop((blit, target));
     assert_silent(&device);
 }
 

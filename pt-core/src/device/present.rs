@@ -1,4 +1,4 @@
-//! The seam to a window: a device that can present, and the handles that a swapchain needs. Devices without a window have none of it.
+//! The seam to a window: a device that can present, and the handles that a swapchain needs.
 
 use super::{Device, DeviceOptions};
 use crate::error::{Error, Result, VkContext};
@@ -22,7 +22,7 @@ pub struct Vulkan<'a> {
 }
 
 impl Device {
-    /// Opens a device as [`Device::open`] does, with `VK_KHR_swapchain`, dynamic rendering, and the instance extensions that `surfaces` need.
+    /// Opens a device as [`Device::open`] does, with `VK_KHR_swapchain` and the instance extensions that `surfaces` need.
     ///
     /// # Errors
     /// [`Error::NoPresentation`] where the drivers lack one of them; else those of [`Device::open`].
@@ -48,34 +48,19 @@ impl Device {
     }
 }
 
-/// Checks that the device called `name` can show images, and draw a panel over them, on a queue of `queue_family`.
+/// Checks that the device called `name` can show images and, if it `draws`, a panel over them.
 pub(super) fn check(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
-    queue_family: u32,
     name: &str,
+    draws: bool,
 ) -> Result<()> {
     let lacks = |what: &str| Err(Error::NoPresentation(format!("{name} lacks {what}")));
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
-    let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
-    // SAFETY: valid handles; the chained struct outlives the calls.
-    let (extensions, families) = unsafe {
-        instance.get_physical_device_features2(physical, &mut features);
-        (
-            instance
-                .enumerate_device_extension_properties(physical)
-                .context("vkEnumerateDeviceExtensionProperties")?,
-            instance.get_physical_device_queue_family_properties(physical),
-        )
-    };
+    // SAFETY: valid handles.
+    let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }
+        .context("vkEnumerateDeviceExtensionProperties")?;
     if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(khr::swapchain::NAME)) {
         return lacks("VK_KHR_swapchain");
     }
-    if v13.dynamic_rendering == vk::FALSE {
-        return lacks("dynamicRendering");
-    }
-    let draws = families
-        .get(queue_family as usize)
-        .is_some_and(|family| family.queue_flags.contains(vk::QueueFlags::GRAPHICS));
-    if draws { Ok(()) } else { lacks("a graphics queue") }
+    if draws { Ok(()) } else { lacks("dynamic rendering or a graphics queue") }
 }

@@ -27,6 +27,8 @@ pub struct Capabilities {
     pub texture_compression_bc: bool,
     /// Arithmetic in half floats.
     pub half_floats: bool,
+    /// Its queue draws triangles, without render passes.
+    pub draws: bool,
     /// Sampled images of 16-bit unorm codes are filtered linearly.
     pub texture_16_bit_unorm: bool,
     /// Size of the bindless texture table.
@@ -248,6 +250,10 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
             max_image_side: core.limits.max_image_dimension2_d,
             texture_compression_bc: supported.core.features.texture_compression_bc != 0,
             half_floats: supported.v12.shader_float16 != 0,
+            draws: supported.v13.dynamic_rendering != 0
+                && queue_family
+                    .and_then(|index| families.get(index as usize))
+                    .is_some_and(|family| family.queue_flags.contains(vk::QueueFlags::GRAPHICS)),
             texture_16_bit_unorm: filters_16_bit_unorm(instance, physical),
             max_textures: MAX_TEXTURES
                 .min(core.limits.max_per_stage_descriptor_samplers)
@@ -328,7 +334,7 @@ pub(super) fn create_device(
 ) -> Result<ash::Device> {
     let capabilities = candidate.info.capabilities;
     if presents {
-        super::present::check(instance, candidate.physical, candidate.queue_family, &candidate.info.name)?;
+        super::present::check(instance, candidate.physical, &candidate.info.name, capabilities.draws)?;
     }
     let mut f = Features::default();
     for (_, bit) in required(&mut f) {
@@ -340,7 +346,7 @@ pub(super) fn create_device(
     f.ray_query.ray_query = vk::TRUE;
     f.rt_pipeline.ray_tracing_pipeline = vk::TRUE;
     f.rt_reorder.ray_tracing_invocation_reorder = vk::TRUE;
-    f.v13.dynamic_rendering = vk::Bool32::from(presents);
+    f.v13.dynamic_rendering = vk::Bool32::from(capabilities.draws);
     let mut extensions = Vec::new();
     if presents {
         extensions.push(khr::swapchain::NAME.as_ptr());

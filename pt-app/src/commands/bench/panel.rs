@@ -5,17 +5,16 @@ use crate::params::FrameParams;
 use anyhow::{Result, ensure};
 use clap::Args;
 use pt_core::harness::Spread;
-use pt_core::{DeviceOptions, Image};
+use pt_core::{Device, DeviceOptions, Image};
 use pt_image::image_file::ImageSize;
 use pt_shaders::channels::Format;
 use pt_view::Context;
 use pt_view::blit::Blit;
-use pt_view::headless::{lay_out, open_device, presenter};
+use pt_view::headless::lay_out;
+use pt_view::offscreen::Offscreen;
 use pt_view::panel::Panel;
 use pt_view::panel_renderer::LaidOut;
-use pt_view::presenter::Presenter;
 use pt_view::protocol::Status;
-use pt_view::swapchain_rules::Outcome;
 use std::io::Write;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -36,17 +35,17 @@ pub struct BenchPanelArgs {
 
 /// Pictures before the measurement.
 const WARM_UP: u32 = 8;
-/// A surface that takes no picture for so long does not work.
+/// A device that takes so long does not work.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Runs the command.
 ///
 /// # Errors
-/// A device without `VK_EXT_headless_surface`, or one that fails.
+/// A device that can't draw, or fails.
 pub fn run(args: &BenchPanelArgs, out: &mut impl Write) -> Result<bool> {
     let size: [u32; 2] = args.size.into();
-    let device = open_device(&DeviceOptions { device: args.device.clone(), validation: false })?;
-    let mut presenter = presenter(&device, size)?;
+    let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
+    let mut target = Offscreen::new(&device, size)?;
     let image = Image::new(&device, "picture", Format::Rgba8Unorm, size)?;
     let whole = [0, 0, size[0] as i32, size[1] as i32];
     let blit = Blit { image, from: whole, to: whole };
@@ -58,7 +57,7 @@ pub fn run(args: &BenchPanelArgs, out: &mut impl Write) -> Result<bool> {
     for index in 0..WARM_UP + args.frames {
         for (has_panel, times) in [false, true].into_iter().zip(&mut times) {
             let mut laid_out = has_panel.then(|| lay_out(&context, size, &mut panel, &Status::default()));
-            let ms = time(&mut presenter, &blit, laid_out.as_mut())?;
+            let ms = time(&mut target, &blit, laid_out.as_mut())?;
             times.extend(ms.filter(|_| index >= WARM_UP));
         }
     }
@@ -77,19 +76,19 @@ pub fn run(args: &BenchPanelArgs, out: &mut impl Write) -> Result<bool> {
     Ok(true)
 }
 
-/// GPU time between the picture and its presentation, milliseconds.
-fn time(presenter: &mut Presenter, blit: &Blit, mut panel: Option<&mut LaidOut>) -> Result<Option<f64>> {
+/// GPU time between the picture and the end of the panel, milliseconds.
+fn time(target: &mut Offscreen, blit: &Blit, mut panel: Option<&mut LaidOut>) -> Result<Option<f64>> {
     let begun = Instant::now();
     let wait = || -> Result<()> {
-        ensure!(begun.elapsed() < PATIENCE, "the surface takes no pictures");
+        ensure!(begun.elapsed() < PATIENCE, "the device does not draw");
         sleep(Duration::from_micros(100));
         Ok(())
     };
-    while presenter.show(std::slice::from_ref(blit), panel.as_deref_mut())? == Outcome::LeftOut {
+    while !target.draw(std::slice::from_ref(blit), panel.as_deref_mut())? {
         wait()?;
     }
-    while !presenter.is_free()? {
+    while !target.is_free()? {
         wait()?;
     }
-    Ok(presenter.panel_ms())
+    Ok(target.panel_ms())
 }
