@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures how times grow with pixels, triangles, lights and instances, for the chapter of the book. Run it on a GPU.
 
-usage: scripts/growth.py [--pt target/release/pt] [--seconds 120] [--frames 24] [--size 1920x1080] [--most 1] [--json FILE] [--out docs/src/generated]
+usage: scripts/growth.py [--pt target/release/pt] [--seconds 120] [--frames 24] [--size 1920x1080] [--most 1] [--json FILE] [--device D] [--out docs/src/generated]
 
 Each row is `pt render field:COUNTS --size SIZE --frames FRAMES --profile realtime --timings F`, the built-in scene `field` with one count changed:
 the median time of a frame on the device, the median time in which the host records it, and the time before the first frame. A row that
@@ -52,7 +52,7 @@ def measure(args, counts, size, folder):
     path = folder / "timings.json"
     scene = "field:" + ",".join(f"{name}={count}" for name, count in counts.items())
     command = [args.pt, "render", scene, "--size", size, "--frames", str(args.frames), "--profile", "realtime"]
-    command += ["--timings", str(path), "-o", str(folder / "frame.png")]
+    command += ["--timings", str(path), "-o", str(folder / "frame.png")] + (["--device", args.device] if args.device else [])
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         return {"skipped": (done.stderr.strip() or str(done.returncode)).splitlines()[-1]}, None
@@ -191,6 +191,7 @@ def main():
     parser.add_argument("--frames", type=int, default=24)
     parser.add_argument("--size", default="1920x1080")
     parser.add_argument("--most", type=float, default=1)
+    parser.add_argument("--device")
     parser.add_argument("--json", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parent.parent / "docs/src/generated")
     args = parser.parse_args()

@@ -1,8 +1,10 @@
 //! `pt bench path` measures the whole path loop of the reference path tracer, and the CPU tracing the same number of rays.
 
+use crate::args::values::assignment;
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
 use crate::commands::reference::BYTES_PER_PIXEL;
 use crate::inputs::Inputs;
+use crate::params::{ReferenceSettings, resolve_reference};
 use crate::session::{Session, check_host_memory, open_scene};
 use anyhow::Result;
 use clap::Args;
@@ -45,6 +47,9 @@ pub struct BenchPathArgs {
     /// Number of timed windows; the median is reported.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub windows: u32,
+    /// Set one knob of the path tracer, such as reference.lights=per-kind; may be repeated.
+    #[arg(long = "set", value_name = "reference.key=value", value_parser = assignment)]
+    pub set: Vec<String>,
     /// Device and trace backend.
     #[command(flatten)]
     pub device: DeviceArgs,
@@ -97,6 +102,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         Inputs::of_scene(&args.scene, None).check([path])?;
         check_writable(path)?;
     }
+    let reference = resolve_reference(ReferenceSettings::default(), None, &args.set)?.reference;
     let size = [args.size.width, args.size.height];
     check_host_memory("a reference image", size, BYTES_PER_PIXEL)?;
     let scene = open_scene(&args.scene.file, &args.scene.load_options())?;
@@ -110,7 +116,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     let params = ReferenceParams {
         max_bounces: Some(args.max_bounces),
         roulette_start: args.roulette_start,
-        ..ReferenceParams::default()
+        ..reference
     };
     let Session { device, scene, gpu, lights, .. } = &mut session;
     params.prepare_lights(device, scene, gpu, lights)?;
@@ -198,6 +204,7 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
             "size": size,
             "samples": args.spp,
             "max_bounces": args.max_bounces,
+            "set": args.set,
             "device": session.device.info().name,
             "driver": session.device.info().driver_line(),
             "backend": session.gpu.backend().to_string(),
