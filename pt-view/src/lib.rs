@@ -3,6 +3,7 @@
 
 pub mod blit;
 pub mod camera;
+pub mod durations;
 mod error;
 pub mod headless;
 mod input;
