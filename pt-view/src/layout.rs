@@ -113,10 +113,10 @@ mod tests {
         assert!(!is_on_edge([67.0, 30.0], 0.5, shown) && !is_on_edge([60.0, 71.0], 0.5, shown));
         assert_eq!([0.0, 35.0, 110.0, 300.0].map(|x| split_under(x, shown)), [0.0, 0.25, 1.0, 1.0]);
         assert_eq!(split_under(3.0, [0; 4]), 1.0, "no picture");
-        let split = parts(TruthView::Split, false, split_under(35.0, shown), [50, 25], shown);
-        assert_eq!((split[0].layer, split[0].to), (Layer::Frame, [10, 20, 34, 70]));
-        assert_eq!((split[1].layer, split[1].from), (Layer::Truth, [12, 0, 50, 25]));
-        assert_eq!(split[1].to, [34, 20, 110, 70]);
+        let split = parts(TruthView::Split, false, split_under(35.0, shown), [40, 20], shown);
+        assert_eq!((split[0].layer, split[0].to), (Layer::Frame, [10, 20, 35, 70]));
+        assert_eq!((split[1].layer, split[1].from), (Layer::Truth, [10, 0, 40, 20]));
+        assert_eq!(split[1].to, [35, 20, 110, 70]);
     }
 
     #[test]

@@ -106,12 +106,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::*;
 
-    /// Waits for the end of the test in its first frame.
+    /// Its frames wait for the end of the test.
     struct Slow(std::sync::mpsc::Receiver<()>);
 
     impl Frames for Slow {
         fn next(&mut self, requests: Vec<Request>) -> Result<Status, Failure> {
-            let _ = self.0.recv();
+            let _ = self.0.recv_timeout(Duration::from_secs(20));
             Ok(Status {
                 message: format!("{requests:?}"),
                 is_resting: requests.is_empty(),
@@ -128,10 +128,14 @@ mod tests {
             let _ = wake.send(());
         };
         let thread = RendererThread::new(|| Ok(Box::new(Slow(ended)) as Box<dyn Frames>), wake).unwrap();
-        // Would never return if they waited: the frame ends below.
-        thread.send([Request::Step]);
-        assert!(thread.collect().is_none() && thread.is_running());
-        thread.send([Request::Save]);
+        let begun = Instant::now();
+        // The frame is begun meanwhile, and ends below.
+        for _ in 0..20 {
+            thread.send([Request::Step]);
+            assert!(thread.collect().is_none() && thread.is_running());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
         drop(end);
         woken.recv().unwrap();
         while thread.frames().count() == 0 {
