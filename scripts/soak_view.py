@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 """Runs `pt view` with random input on an X server without a screen, and fails if it crashes, if the validation layers say something, or if memory grows.
 
-usage: scripts/soak_view.py [--pt target/release/pt] [--minutes 30] [--seed 1] [--scene flicker] [--size 160x90] [--most-growth 2]
+usage: scripts/soak_view.py [--pt target/release/pt] [--minutes 30] [--seed 1] [--scene flicker] [--size 160x90] [--most-growth 1]
                             [-- MORE OPTIONS OF pt view]
 
-It needs Xvfb (scripts/setup-xvfb.sh) and xdotool (apt-get install xdotool). Input is keys, drags in the picture and on the panel, the wheel, other sizes
-of the window, a window that is hidden for a while, and other input on top; in the end Ctrl Q closes the window. The same seed gives the same input.
+It needs Xvfb (scripts/setup-xvfb.sh) and xdotool (apt-get install xdotool). Input is keys, drags in the picture and on the panel, the wheel, text, other
+sizes of the window, and a window that is hidden for a while; in the end Ctrl Q closes the window. The same seed draws the same input.
 
-It prints resident memory at the start, each minute and at the end, its slope over the second half of the run, and the line that `pt view` ends with: frames,
-frame rate, and how long input waited. Memory is that of the last moment of each ten seconds; on a CPU device the pictures are in it. Exit code 1: a
-crash, a message of the validation layers, or a slope of more than MOST_GROWTH MiB a minute. Exit code 2: something is missing.
+The first third of the time runs with the validation layers, the rest without: the layers keep notes of all objects that were ever made, so that memory grows with
+them. Each run prints resident memory at its start, each minute and at its end, its slope over the second half, and the line that `pt view` ends with: frames,
+frame rate, and how long input waited. Exit code 1: a crash, a message of the validation layers, or, without them, a slope of more than MOST_GROWTH MiB a
+minute; runs of less than ten minutes are too short for it, because kernels are still compiled for knobs that were not turned before. Exit code 2: something is missing.
 """
 
 import argparse
@@ -112,9 +113,10 @@ def close(display, window, process, patience):
     return process.poll()
 
 
-def soak(args, display, folder):
-    command = [args.pt, "view", args.scene, "--size", args.size, "--profile", "realtime", "--device", args.device, "--validation", "--play"]
-    command += ["--frames", "4", "--folder", folder, *args.more]
+def soak(args, display, folder, minutes, validates):
+    """One run; whether it went well."""
+    command = [args.pt, "view", args.scene, "--size", args.size, "--profile", "realtime", "--device", args.device, "--play"]
+    command += ["--validation"] * validates + ["--frames", "4", "--folder", folder, *args.more]
     print(" ".join(command), flush=True)
     process = subprocess.Popen(command, env=display.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     said = {"out": [], "err": []}
@@ -134,7 +136,7 @@ def soak(args, display, folder):
         display.do("windowfocus", window)
         time.sleep(args.settle)
         dice, begin, next_sample, next_line = random.Random(args.seed), time.monotonic(), 0.0, 0.0
-        while process.poll() is None and (now := time.monotonic() - begin) < args.minutes * 60:
+        while process.poll() is None and (now := time.monotonic() - begin) < minutes * 60:
             if now >= next_sample:
                 samples.append((now, resident(process.pid)))
                 next_sample += 10
@@ -162,7 +164,8 @@ def soak(args, display, folder):
     summary = [line.strip() for line in said["out"] if "frames per second" in line]
     print(*(summary or ["no summary"]), sep="\n")
     growth = slope(samples)
-    print(f"slope over the second half: {growth:+.2f} MiB a minute (limit {args.most_growth:g})")
+    limit = "not judged" if validates else f"limit {args.most_growth:g}"
+    print(f"slope over the second half: {growth:+.2f} MiB a minute ({limit})", flush=True)
     problems = []
     if not window:
         problems.append("there was no window")
@@ -174,13 +177,13 @@ def soak(args, display, folder):
         problems.append(f"exit code {code}")
     if any("validation" in line.lower() or "panicked" in line for line in said["err"]):
         problems.append("a message of the validation layers or a panic")
-    if growth > args.most_growth:
+    if growth > args.most_growth and not validates:
         problems.append("memory grows")
     for problem in problems:
         print(f"soak_view: {problem}", file=sys.stderr)
     if problems:
         print("".join(said["err"][-20:]), file=sys.stderr)
-    return 1 if problems else 0
+    return not problems
 
 
 def clear(folder):
@@ -200,7 +203,7 @@ def main():
     parser.add_argument("--device", default="cpu", help="as pt view takes it")
     parser.add_argument("--settle", type=float, default=20, help="seconds before the first input")
     parser.add_argument("--patience", type=float, default=120, help="seconds in which the window must close")
-    parser.add_argument("--most-growth", type=float, default=2, help="MiB a minute")
+    parser.add_argument("--most-growth", type=float, default=1, help="MiB a minute")
     parser.add_argument("more", nargs="*", help="more options of pt view, after --")
     args = parser.parse_args()
     for tool in ("Xvfb", "xdotool"):
@@ -213,7 +216,8 @@ def main():
     display = Display()
     try:
         with tempfile.TemporaryDirectory() as folder:
-            return soak(args, display, folder)
+            went_well = [soak(args, display, folder, args.minutes * share, share < 0.5) for share in (1 / 3, 2 / 3)]
+            return 0 if all(went_well) else 1
     finally:
         display.close()
 
