@@ -7,6 +7,7 @@ use crate::swapchain::{Swapchain, WHOLE, surface_format};
 use crate::swapchain_rules::{Outcome, Step, SwapchainRules};
 use ash::{khr, vk};
 use pt_core::{Device, Image};
+use std::time::{Duration, Instant};
 
 /// Makes the surface of a window: once, and again whenever it is lost.
 pub type MakeSurface =
@@ -14,6 +15,9 @@ pub type MakeSurface =
 
 /// Colour round the picture, as display codes.
 const BACKGROUND: [f32; 4] = [0.09, 0.09, 0.10, 1.0];
+/// Another swapchain and other textures of the panel wait for the frame that is being rendered, and on a CPU device so does the display of a picture. After a
+/// longer wait the picture is left out, so that input is followed before the next one.
+const MOST_WAIT: Duration = Duration::from_millis(10);
 
 /// Shows pictures on a surface. It never waits for the device: a picture for which there is no room yet is left out.
 pub struct Presenter {
@@ -129,7 +133,15 @@ impl Presenter {
     /// # Errors
     /// When the device fails.
     pub fn show(&mut self, blits: &[Blit], panel: Option<&mut LaidOut>) -> Result<Outcome> {
+        let begun = Instant::now();
         if !self.is_free()? || !self.make_ready()? {
+            return Ok(Outcome::LeftOut);
+        }
+        let mut panel = panel;
+        if let (Some(renderer), Some(panel)) = (&mut self.panel, &mut panel) {
+            renderer.prepare(panel)?;
+        }
+        if begun.elapsed() > MOST_WAIT {
             return Ok(Outcome::LeftOut);
         }
         let Some(swapchain) = &self.swapchain else { return Ok(Outcome::LeftOut) };
@@ -140,9 +152,8 @@ impl Presenter {
             return Ok(Outcome::LeftOut);
         }
         self.record(index, blits, panel)?;
-        self.submit(index)?;
         self.reading = blits.iter().map(|blit| blit.image.clone()).collect();
-        let answer = self.swapchain.as_ref().map_or(Ok(false), |swapchain| swapchain.present(index));
+        let answer = self.submit(index)?;
         self.rules.presented(answer).call("vkQueuePresentKHR")?;
         Ok(Outcome::Done)
     }
@@ -199,10 +210,6 @@ impl Presenter {
         };
         let (raw, commands) = (device.vulkan().device, *commands);
         let (image, extent) = (swapchain.images[index as usize], swapchain.extent);
-        let mut panel = panel;
-        if let Some(panel) = &mut panel {
-            renderer.prepare(panel)?;
-        }
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the last submission is done; the swapchain and the pictures outlive this one.
         unsafe {
@@ -250,9 +257,10 @@ impl Presenter {
         }
     }
 
-    fn submit(&mut self, index: u32) -> Result<()> {
+    /// Draws and presents, without a frame between the two; the answer to the second.
+    fn submit(&mut self, index: u32) -> Result<std::result::Result<bool, vk::Result>> {
         let raw = self.device.vulkan().device;
-        let Some(swapchain) = &self.swapchain else { return Ok(()) };
+        let Some(swapchain) = &self.swapchain else { return Ok(Ok(false)) };
         let semaphore = |semaphore| {
             vk::SemaphoreSubmitInfo::default()
                 .semaphore(semaphore)
@@ -266,11 +274,13 @@ impl Presenter {
             .signal_semaphore_infos(&signal);
         // SAFETY: the fence was signalled by the last submission; what the commands use is kept until it is signalled again.
         unsafe { raw.reset_fences(&[self.done]) }.call("vkResetFences")?;
-        self.device
-            .with_queue(|queue| unsafe { raw.queue_submit2(queue, &[info], self.done) })
-            .call("vkQueueSubmit2")?;
+        let answer = self.device.with_queue(|queue| {
+            // SAFETY: as above; nobody else uses the queue.
+            unsafe { raw.queue_submit2(queue, &[info], self.done) }.map(|()| swapchain.present(queue, index))
+        });
+        let answer = answer.call("vkQueueSubmit2")?;
         self.in_flight = true;
-        Ok(())
+        Ok(answer)
     }
 
     /// Of the last panel, from its timestamps.
