@@ -1,6 +1,6 @@
 //! The files that a command reads: none of them may be overwritten by what it writes.
 
-use crate::args::SceneArgs;
+use crate::args::{CameraArgs, SceneArgs};
 use crate::output::stands_for;
 use anyhow::{Result, bail};
 use serde_json::Value;
@@ -13,12 +13,13 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// A scene with the files that it names, its environment, and a profile.
-    pub fn of_scene(args: &SceneArgs, profile: Option<&str>) -> Self {
+    /// A scene with the files that it names, its environment, the way of the camera, and a profile.
+    pub fn of_scene(args: &SceneArgs, camera: &CameraArgs, profile: Option<&str>) -> Self {
         let scene = Path::new(&args.file);
         let mut inputs = Self::default().with("the scene", [scene]);
         inputs = inputs.with("a file that the scene names", files_of(scene));
         inputs = inputs.with("the environment", args.load.env.as_deref());
+        inputs = inputs.with("the way of the camera", camera.camera_path.as_deref());
         inputs.with("the profile", profile.map(Path::new))
     }
 

@@ -6,6 +6,7 @@ pub mod camera_path;
 pub mod cli;
 pub mod commands;
 pub mod frame;
+pub mod frame_capture;
 pub mod ground_truth;
 pub mod inputs;
 pub mod interrupt;

@@ -149,6 +149,7 @@ fn inputs_are_never_overwritten() {
     fs::write(at.join("scene.gltf"), text).unwrap();
     fs::write(at.join("paint.png"), "pixels").unwrap();
     fs::write(at.join("knobs.toml"), "").unwrap();
+    fs::write(at.join("way.json"), "{}").unwrap();
     succeeds(at, "reference cornell --size 8x8 --spp-range 0..1 --backend compute --no-aov -o r0.exr");
     succeeds(at, "reference cornell --size 8x8 --spp-range 1..2 --backend compute --no-aov -o r1.exr");
     succeeds(at, "capture cornell --size 8x8 --backend compute -o c");
@@ -164,6 +165,10 @@ fn inputs_are_never_overwritten() {
         ("render scene.gltf --size 8x8 -o paint.png", "it is a file that the scene names"),
         ("render scene.gltf --size 8x8 -o a.png --timings scene.gltf", "it is the scene"),
         ("render cornell --profile knobs.toml --size 8x8 -o a.png --timings knobs.toml", "it is the profile"),
+        (
+            "render cornell --camera-path way.json --size 8x8 -o a.png --timings way.json",
+            "it is the way of the camera",
+        ),
         ("render cornell --size 8x8 -o a.png -o a.png", "it is given twice"),
         ("reference cornell --size 8x8 --env sky.exr -o sky.exr", "it is the environment"),
         ("reference cornell --size 8x8 -o a.exr --checkpoint a.exr", "it is given twice"),

@@ -35,7 +35,9 @@ fn a_knob_that_is_clicked_changes_the_picture_and_a_resize_does_not() {
 
 #[cfg(xvfb)]
 mod window {
-    use super::display::{Display, Key, Shown};
+    use super::display::{Display, Ended, Key, Shown};
+    use pt_core::capture::folder::CaptureFolder;
+    use pt_image::image_file::LayeredImage;
     use std::path::Path;
     use std::process::Command;
 
@@ -97,6 +99,13 @@ mod window {
         shown.press(Key::W);
         std::thread::sleep(std::time::Duration::from_millis(700));
         shown.release(Key::W);
+        // Captured frames go on where the histories of the window are.
+        shown.tap(Key::G);
+        let capture = folder.path().join("capture-1");
+        shown.wait_for("three captured frames", |_| {
+            CaptureFolder::open(&capture).is_ok_and(|capture| capture.index.frames.len() == 3)
+        });
+        assert_replays(&capture);
         shown.tap(Key::C);
         let command = shown.line();
         shown.tap(Key::P);
@@ -124,12 +133,56 @@ mod window {
 
         // The ground truth takes the right half, and the left one stays.
         shown.tap(Key::T);
-        let left = |picture: &[[u8; 3]]| -> Vec<[u8; 3]> {
-            picture.chunks(SIZE[0]).flat_map(|row| &row[..SIZE[0] / 2]).copied().collect()
+        let quarter = |picture: &[[u8; 3]], index: usize| -> Vec<[u8; 3]> {
+            let part = index * SIZE[0] / 4..(index + 1) * SIZE[0] / 4;
+            picture.chunks(SIZE[0]).flat_map(|row| &row[part.clone()]).copied().collect()
         };
-        shown.wait_for("the truth beside the frame", |shown| picture_of(shown.pixels()) != picture);
-        assert!(left(&picture_of(shown.pixels())) == left(&picture));
-        shown.close();
+        let is_frame = |shown: &Shown| {
+            let now = picture_of(shown.pixels());
+            [0, 1, 2, 3].map(|index| quarter(&now, index) == quarter(&picture, index))
+        };
+        shown.wait_for("the truth beside the frame", |shown| is_frame(shown) == [true, true, false, false]);
+        // A drag takes the edge, not the camera, which would change the frame.
+        let [left, top] = [(464 - 2 * 64) / 2, 54];
+        shown.drag(1, [left + 64, top], [left + 32, top]);
+        shown.wait_for("the edge is moved", |shown| is_frame(shown) == [true, false, false, false]);
+        shown.press(Key::F);
+        shown.wait_for("the truth while a key is held", |shown| is_frame(shown) == [false; 4]);
+        shown.release(Key::F);
+        shown.wait_for("the frame again", |shown| is_frame(shown) == [true, false, false, false]);
+        assert_does_not_block(&shown.close());
+    }
+
+    /// Checks that the rest of the frame, from the denoiser on, gives the bits that were captured.
+    fn assert_replays(capture: &Path) {
+        let layers = ["flat_color", "display"];
+        let again = capture.with_file_name("replayed");
+        std::fs::create_dir(&again).unwrap();
+        let done = Command::new(env!("CARGO_BIN_EXE_pt"))
+            .args(["replay", capture.to_str().unwrap(), "--from", "denoise", "--device", "cpu"])
+            .args(["--aov", &layers.join(","), "-o", again.join("#.exr").to_str().unwrap()])
+            .output()
+            .unwrap();
+        assert!(done.status.success(), "{done:?}");
+        let folder = CaptureFolder::open(capture).unwrap();
+        assert!(folder.range().start > 0, "frames were before it");
+        assert!(folder.sidecar(folder.range().start).unwrap().has_history);
+        for frame in folder.range() {
+            let captured = folder.frame(frame).unwrap().into_image();
+            let replayed = LayeredImage::read_exr(&again.join(format!("{frame}.exr"))).unwrap();
+            for layer in layers {
+                let layer_is = |image: &LayeredImage| image.layer(layer).cloned();
+                assert!(layer_is(&captured).is_some(), "{layer} was not captured");
+                assert!(layer_is(&captured) == layer_is(&replayed), "frame {frame}: {layer} differs");
+            }
+        }
+    }
+
+    /// Input waits for a frame at most, and seldom that long. A frame is that of a device that may be busy with another test, and so may the processor be.
+    fn assert_does_not_block(ended: &Ended) {
+        assert!(ended.frames > 3.0, "{ended:?}");
+        assert!(ended.longest_wait <= ended.longest_frame + 500.0, "{ended:?}");
+        assert!(ended.median_wait < ended.median_frame, "{ended:?}");
     }
 
     /// Where the panel of a window for pictures of 64x48 has its widgets: 380 of its 464 points are the panel's.
@@ -192,6 +245,8 @@ mod window {
         shown.wait_for("the picture in a larger window", |shown| {
             has_size(shown) && picture_of(shown.pixels()) == dark
         });
-        shown.close();
+        shown.play_about(1, std::time::Duration::from_secs(4));
+        let ended = shown.close_by_key();
+        assert_does_not_block(&ended);
     }
 }

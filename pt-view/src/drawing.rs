@@ -93,32 +93,37 @@ impl Drawing {
         Ok(true)
     }
 
-    /// Draws parts of pictures and, over them, a panel. The last picture is done. `wait`: the target is free; `signal`: it is drawn.
+    /// Uploads textures of a panel before it is drawn. The last picture is done.
     ///
     /// # Errors
     /// When the device fails.
-    pub(crate) fn draw(
+    pub(crate) fn prepare(&mut self, panel: &mut LaidOut) -> Result<()> {
+        self.panel.as_mut().map_or(Ok(()), |renderer| renderer.prepare(panel))
+    }
+
+    /// Draws parts of pictures and, over them, a panel that is prepared. The last picture is done. `wait`: the target is free; `signal`: it is drawn.
+    /// `then` has the queue before anybody else; what it gives.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub(crate) fn draw<T>(
         &mut self,
         target: Target,
         blits: &[Blit],
-        panel: Option<&mut LaidOut>,
+        panel: Option<&LaidOut>,
         wait: &[vk::Semaphore],
         signal: &[vk::Semaphore],
-    ) -> Result<()> {
+        then: impl FnOnce(vk::Queue) -> T,
+    ) -> Result<T> {
         self.record(target, blits, panel)?;
-        self.submit(wait, signal)?;
         self.reading = blits.iter().map(|blit| blit.image.clone()).collect();
-        Ok(())
+        self.submit(wait, signal, then)
     }
 
-    fn record(&mut self, target: Target, blits: &[Blit], panel: Option<&mut LaidOut>) -> Result<()> {
+    fn record(&mut self, target: Target, blits: &[Blit], panel: Option<&LaidOut>) -> Result<()> {
         let Self { device, panel: Some(renderer), commands, queries, .. } = self else { return Ok(()) };
         let (raw, commands) = (device.vulkan().device, *commands);
         let Target { image, view, extent, layout } = target;
-        let mut panel = panel;
-        if let Some(panel) = &mut panel {
-            renderer.prepare(panel)?;
-        }
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the last submission is done; the target and the pictures outlive this one.
         unsafe {
@@ -166,7 +171,12 @@ impl Drawing {
         }
     }
 
-    fn submit(&mut self, wait: &[vk::Semaphore], signal: &[vk::Semaphore]) -> Result<()> {
+    fn submit<T>(
+        &mut self,
+        wait: &[vk::Semaphore],
+        signal: &[vk::Semaphore],
+        then: impl FnOnce(vk::Queue) -> T,
+    ) -> Result<T> {
         let raw = self.device.vulkan().device;
         let infos = |semaphores: &[vk::Semaphore]| -> Vec<_> {
             let info = |&semaphore: &vk::Semaphore| {
@@ -184,11 +194,13 @@ impl Drawing {
             .signal_semaphore_infos(&signal);
         // SAFETY: the fence was signalled by the last submission; what the commands use is kept until it is signalled again.
         unsafe { raw.reset_fences(&[self.done]) }.call("vkResetFences")?;
-        self.device
-            .with_queue(|queue| unsafe { raw.queue_submit2(queue, &[info], self.done) })
-            .call("vkQueueSubmit2")?;
+        let answer = self.device.with_queue(|queue| {
+            // SAFETY: as above; nobody else uses the queue.
+            unsafe { raw.queue_submit2(queue, &[info], self.done) }.map(|()| then(queue))
+        });
+        let answer = answer.call("vkQueueSubmit2")?;
         self.in_flight = true;
-        Ok(())
+        Ok(answer)
     }
 
     /// Of the last panel, from its timestamps.

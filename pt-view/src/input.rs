@@ -14,7 +14,9 @@ pub(crate) enum Action {
     RecordOrWrite,
     HandOut,
     Save,
+    Capture,
     HidePanel,
+    Close,
     Undo,
     Redo,
 }
@@ -24,6 +26,7 @@ pub(crate) fn action(key: KeyCode, control: bool) -> Option<Action> {
     Some(match key {
         KeyCode::KeyZ if control => Action::Undo,
         KeyCode::KeyY if control => Action::Redo,
+        KeyCode::KeyQ if control => Action::Close,
         _ if control => return None,
         KeyCode::Space => Action::PlayOrPause,
         KeyCode::Period => Action::Step,
@@ -32,6 +35,7 @@ pub(crate) fn action(key: KeyCode, control: bool) -> Option<Action> {
         KeyCode::KeyK => Action::RecordOrWrite,
         KeyCode::KeyC => Action::HandOut,
         KeyCode::KeyP => Action::Save,
+        KeyCode::KeyG => Action::Capture,
         KeyCode::KeyH => Action::HidePanel,
         KeyCode::Digit1 => Action::Camera(0),
         KeyCode::Digit2 => Action::Camera(1),
@@ -86,7 +90,9 @@ mod tests {
     }
 
     #[test]
-    fn control_is_for_undo() {
+    fn control_is_for_undo_and_the_end() {
+        assert_eq!(action(KeyCode::KeyQ, true), Some(Action::Close));
+        assert_eq!(action(KeyCode::KeyQ, false), None, "it flies");
         assert_eq!(action(KeyCode::KeyZ, true), Some(Action::Undo));
         assert_eq!(action(KeyCode::KeyZ, false), None);
         assert_eq!(action(KeyCode::KeyC, true), None, "the panel's own copy");

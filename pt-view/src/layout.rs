@@ -1,4 +1,9 @@
-//! Where the picture is in the window.
+//! Where the picture is in the window, and which parts of it are the frame and the ground truth.
+
+use crate::protocol::TruthView;
+
+/// Distance from the edge between frame and ground truth at which a drag takes it, pixels of the window.
+const REACH: f64 = 6.0;
 
 /// Places a picture of `size` pixels in `area` (left, top, right, bottom, pixels of the window): centred, and as large as fits; enlarged by whole
 /// factors alone, so that each pixel is a square.
@@ -23,6 +28,61 @@ pub fn pixel_under(at: [f64; 2], size: [u32; 2], place: [i32; 4]) -> Option<[u32
     Some([pixel[0]?, pixel[1]?])
 }
 
+/// What a part of the picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// The frame.
+    Frame,
+    /// The ground truth.
+    Truth,
+}
+
+/// A part of the picture. Rectangles are left, top, right, bottom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// What it shows.
+    pub layer: Layer,
+    /// Its pixels of the picture.
+    pub from: [i32; 4],
+    /// Its pixels of the window.
+    pub to: [i32; 4],
+}
+
+/// The parts of a picture of `size` pixels at `place`. `is_flipped`: the key is held that shows the ground truth; `split`: the share of the picture that
+/// is left of it.
+pub fn parts(view: TruthView, is_flipped: bool, split: f32, size: [u32; 2], place: [i32; 4]) -> Vec<Part> {
+    let [width, height] = size.map(|side| side as i32);
+    let [left, top, right, bottom] = place;
+    let whole = |layer| vec![Part { layer, from: [0, 0, width, height], to: place }];
+    match view {
+        TruthView::Off => whole(Layer::Frame),
+        TruthView::Alone | TruthView::Difference => whole(Layer::Truth),
+        TruthView::Split | TruthView::Flip if is_flipped => whole(Layer::Truth),
+        TruthView::Flip => whole(Layer::Frame),
+        TruthView::Split => {
+            let at = (split.clamp(0.0, 1.0) * width as f32).round() as i32;
+            let across = left + (f64::from(at) / f64::from(width.max(1)) * f64::from(right - left)) as i32;
+            let frame =
+                Part { layer: Layer::Frame, from: [0, 0, at, height], to: [left, top, across, bottom] };
+            let from = [at, 0, width, height];
+            vec![frame, Part { layer: Layer::Truth, from, to: [across, top, right, bottom] }]
+        }
+    }
+}
+
+/// Whether a drag at `at` (pixels of the window) takes the edge of a picture at `place`.
+pub fn is_on_edge(at: [f64; 2], split: f32, place: [i32; 4]) -> bool {
+    let [left, top, right, bottom] = place.map(f64::from);
+    let edge = left + f64::from(split) * (right - left);
+    (at[0] - edge).abs() <= REACH && (top..bottom).contains(&at[1])
+}
+
+/// The share of a picture at `place` that is left of `x`, pixels of the window.
+pub fn split_under(x: f64, place: [i32; 4]) -> f32 {
+    let [left, _, right, _] = place.map(f64::from);
+    ((x - left) / (right - left).max(1.0)).clamp(0.0, 1.0) as f32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,5 +104,31 @@ mod tests {
         assert_eq!(pixel_under([32.0, 20.0], [10, 10], shown), None);
         assert_eq!(pixel_under([1.0, 20.0], [10, 10], shown), None);
         assert_eq!(pixel_under([1.0, 1.0], [10, 10], [0; 4]), None, "no picture");
+    }
+
+    #[test]
+    fn the_edge_follows_a_drag() {
+        let shown = [10, 20, 110, 70];
+        assert!(is_on_edge([60.0, 30.0], 0.5, shown) && is_on_edge([66.0, 30.0], 0.5, shown));
+        assert!(!is_on_edge([67.0, 30.0], 0.5, shown) && !is_on_edge([60.0, 71.0], 0.5, shown));
+        assert_eq!([0.0, 35.0, 110.0, 300.0].map(|x| split_under(x, shown)), [0.0, 0.25, 1.0, 1.0]);
+        assert_eq!(split_under(3.0, [0; 4]), 1.0, "no picture");
+        let split = parts(TruthView::Split, false, split_under(35.0, shown), [40, 20], shown);
+        assert_eq!((split[0].layer, split[0].to), (Layer::Frame, [10, 20, 35, 70]));
+        assert_eq!((split[1].layer, split[1].from), (Layer::Truth, [10, 0, 40, 20]));
+        assert_eq!(split[1].to, [35, 20, 110, 70]);
+    }
+
+    #[test]
+    fn a_held_key_shows_the_truth() {
+        let shown = |view, is_flipped| {
+            let parts = parts(view, is_flipped, 0.5, [10, 10], [0, 0, 10, 10]);
+            parts.iter().map(|part| part.layer).collect::<Vec<_>>()
+        };
+        assert_eq!(shown(TruthView::Flip, false), [Layer::Frame]);
+        assert_eq!(shown(TruthView::Flip, true), [Layer::Truth]);
+        assert_eq!(shown(TruthView::Split, false), [Layer::Frame, Layer::Truth]);
+        assert_eq!(shown(TruthView::Split, true), [Layer::Truth]);
+        assert_eq!(shown(TruthView::Off, true), [Layer::Frame], "no truth yet");
     }
 }

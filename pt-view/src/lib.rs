@@ -4,6 +4,7 @@
 pub mod blit;
 pub mod camera;
 mod drawing;
+pub mod durations;
 mod error;
 pub mod headless;
 mod input;

@@ -94,7 +94,15 @@ impl Offscreen {
     /// # Errors
     /// When the device fails.
     pub fn draw(&mut self, blits: &[Blit], panel: Option<&mut LaidOut>) -> Result<bool> {
-        Ok(self.is_free()? && self.drawing.draw(self.target, blits, panel, &[], &[]).map(|()| true)?)
+        if !self.is_free()? {
+            return Ok(false);
+        }
+        let mut panel = panel;
+        if let Some(panel) = &mut panel {
+            self.drawing.prepare(panel)?;
+        }
+        self.drawing.draw(self.target, blits, panel.as_deref(), &[], &[], |_| ())?;
+        Ok(true)
     }
 
     /// GPU time of the last panel in milliseconds; `None` before the second picture.

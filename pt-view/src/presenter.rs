@@ -8,10 +8,15 @@ use crate::swapchain::{Swapchain, surface_format};
 use crate::swapchain_rules::{Outcome, Step, SwapchainRules};
 use ash::{khr, vk};
 use pt_core::Device;
+use std::time::{Duration, Instant};
 
 /// Makes the surface of a window: once, and again whenever it is lost.
 pub type MakeSurface =
     Box<dyn Fn(&ash::Entry, &ash::Instance) -> std::result::Result<vk::SurfaceKHR, vk::Result>>;
+
+/// Another swapchain and other textures of the panel wait for the frame that is being rendered, and on a CPU device so does the display of a picture. After a
+/// longer wait the picture is left out, so that input is followed before the next one.
+const MOST_WAIT: Duration = Duration::from_millis(10);
 
 /// Shows pictures on a surface. It never waits for the device: a picture for which there is no room yet is left out.
 pub struct Presenter {
@@ -95,7 +100,15 @@ impl Presenter {
     /// # Errors
     /// When the device fails.
     pub fn show(&mut self, blits: &[Blit], panel: Option<&mut LaidOut>) -> Result<Outcome> {
+        let begun = Instant::now();
         if !self.is_free()? || !self.make_ready()? {
+            return Ok(Outcome::LeftOut);
+        }
+        let mut panel = panel;
+        if let Some(panel) = &mut panel {
+            self.drawing.prepare(panel)?;
+        }
+        if begun.elapsed() > MOST_WAIT {
             return Ok(Outcome::LeftOut);
         }
         let Some(swapchain) = &self.swapchain else { return Ok(Outcome::LeftOut) };
@@ -112,8 +125,9 @@ impl Presenter {
             extent: swapchain.extent,
             layout: vk::ImageLayout::PRESENT_SRC_KHR,
         };
-        self.drawing.draw(target, blits, panel, &[self.acquired], &[swapchain.drawn[place]])?;
-        let answer = swapchain.present(index);
+        let (wait, signal) = ([self.acquired], [swapchain.drawn[place]]);
+        let present = |queue| swapchain.present(queue, index);
+        let answer = self.drawing.draw(target, blits, panel.as_deref(), &wait, &signal, present)?;
         self.rules.presented(answer).call("vkQueuePresentKHR")?;
         Ok(Outcome::Done)
     }

@@ -42,6 +42,8 @@ pub enum Request {
     Save,
     /// Begin to record the way of the camera, or end and write it.
     Record(bool),
+    /// Begin to capture the next frames, or end it early.
+    Capture(bool),
 }
 
 /// How the ground truth is shown beside the frame.
@@ -54,13 +56,15 @@ pub enum TruthView {
     Split,
     /// In place of the frame.
     Alone,
+    /// In place of the frame while a key is held.
+    Flip,
     /// The difference of frame and truth in false colour.
     Difference,
 }
 
 impl TruthView {
     /// All of them, in the order of the key that goes through them.
-    pub const ALL: [Self; 4] = [Self::Off, Self::Split, Self::Alone, Self::Difference];
+    pub const ALL: [Self; 5] = [Self::Off, Self::Split, Self::Alone, Self::Flip, Self::Difference];
 
     /// For the panel.
     pub fn name(self) -> &'static str {
@@ -68,6 +72,7 @@ impl TruthView {
             Self::Off => "off",
             Self::Split => "split",
             Self::Alone => "truth alone",
+            Self::Flip => "flip",
             Self::Difference => "difference",
         }
     }
@@ -119,6 +124,8 @@ pub struct Status {
     pub picture: Option<Image>,
     /// The ground truth as it would be shown.
     pub truth: Option<Image>,
+    /// No frame was rendered: the picture that was handed out stays.
+    pub is_resting: bool,
     /// Frames since the histories were reset.
     pub frames: u32,
     /// Scene time, seconds.
@@ -127,6 +134,8 @@ pub struct Status {
     pub playing: bool,
     /// Whether the way of the camera is recorded.
     pub recording: bool,
+    /// Frames that are captured already, and that will be; `None` while none are.
+    pub capture: Option<[u32; 2]>,
     /// Where the renderer has put the camera, with a number that changes when it did so by itself.
     pub pose: Option<(u64, Pose)>,
     /// Times of the last frame that is finished, pass by pass.

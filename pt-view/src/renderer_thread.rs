@@ -1,5 +1,6 @@
 //! The renderer on a thread of its own: the window is never blocked by it.
 
+use crate::durations::Durations;
 use crate::protocol::{Failure, Frames, Request, Status};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -14,6 +15,7 @@ const INTERVAL: Duration = Duration::from_micros(16_667);
 struct Mailbox {
     requests: Mutex<Vec<Request>>,
     status: Mutex<Option<Result<Status, Failure>>>,
+    frames: Mutex<Durations>,
     quit: AtomicBool,
 }
 
@@ -50,6 +52,11 @@ impl RendererThread {
         lock(&self.mailbox.status).take()
     }
 
+    /// How long the frames took so far.
+    pub(crate) fn frames(&self) -> Durations {
+        lock(&self.mailbox.frames).clone()
+    }
+
     /// Whether it is still there: a thread that panicked leaves no failure behind.
     pub(crate) fn is_running(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
@@ -65,7 +72,11 @@ fn run(
     let mut due = Instant::now();
     while !mailbox.quit.load(Ordering::Relaxed) {
         let requests = std::mem::take(&mut *lock(&mailbox.requests));
+        let begun = Instant::now();
         let status = frames.next(requests)?;
+        if !status.is_resting {
+            lock(&mailbox.frames).add(begun.elapsed());
+        }
         *lock(&mailbox.status) = Some(Ok(status));
         wake();
         due += INTERVAL;
@@ -89,4 +100,47 @@ impl Drop for RendererThread {
 /// What another thread has left is whole: a value is put there at once.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Its frames wait for the end of the test.
+    struct Slow(std::sync::mpsc::Receiver<()>);
+
+    impl Frames for Slow {
+        fn next(&mut self, requests: Vec<Request>) -> Result<Status, Failure> {
+            let _ = self.0.recv_timeout(Duration::from_secs(20));
+            Ok(Status {
+                message: format!("{requests:?}"),
+                is_resting: requests.is_empty(),
+                ..Status::default()
+            })
+        }
+    }
+
+    #[test]
+    fn the_window_does_not_wait_for_a_frame() {
+        let (end, ended) = std::sync::mpsc::channel();
+        let (wake, woken) = std::sync::mpsc::channel();
+        let wake = move || {
+            let _ = wake.send(());
+        };
+        let thread = RendererThread::new(|| Ok(Box::new(Slow(ended)) as Box<dyn Frames>), wake).unwrap();
+        let begun = Instant::now();
+        // The frame is begun meanwhile, and ends below.
+        for _ in 0..20 {
+            thread.send([Request::Step]);
+            assert!(thread.collect().is_none() && thread.is_running());
+            assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        drop(end);
+        woken.recv().unwrap();
+        while thread.frames().count() == 0 {
+            woken.recv().unwrap();
+        }
+        assert!(thread.frames().count() <= 2, "frames that rest do not count");
+    }
 }

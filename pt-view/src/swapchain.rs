@@ -120,8 +120,8 @@ impl Swapchain {
         unsafe { self.loader.acquire_next_image(self.handle, 0, signal, vk::Fence::null()) }
     }
 
-    /// Hands a drawn image to the display.
-    pub(crate) fn present(&self, index: u32) -> std::result::Result<bool, vk::Result> {
+    /// Hands a drawn image to the display; nobody else uses the queue meanwhile.
+    pub(crate) fn present(&self, queue: vk::Queue, index: u32) -> std::result::Result<bool, vk::Result> {
         let (swapchains, indices) = ([self.handle], [index]);
         let wait = [self.drawn[index as usize]];
         let info = vk::PresentInfoKHR::default()
@@ -129,7 +129,7 @@ impl Swapchain {
             .swapchains(&swapchains)
             .image_indices(&indices);
         // SAFETY: the image was acquired, and the submission that draws it signals the semaphore.
-        self.device.with_queue(|queue| unsafe { self.loader.queue_present(queue, &info) })
+        unsafe { self.loader.queue_present(queue, &info) }
     }
 }
 /// The size of the images: the surface's own where it has one, else the window's within its limits. `None` without an area.

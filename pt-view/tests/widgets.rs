@@ -180,10 +180,13 @@ fn the_bar_asks_for_time_and_files() {
     assert_eq!(harness.click("Copy command"), [Request::HandOut]);
     assert_eq!(harness.click("Save"), [Request::Save]);
     assert_eq!(harness.click("Record path"), [Request::Record(true)]);
-    harness.status = Status { playing: true, recording: true, ..Status::default() };
+    assert_eq!(harness.click("Capture"), [Request::Capture(true)]);
+    harness.status = Status { playing: true, recording: true, capture: Some([3, 16]), ..Status::default() };
     harness.rest();
     assert_eq!(harness.click("Pause"), [Request::Play(false)]);
     assert_eq!(harness.click("Write path"), [Request::Record(false)]);
+    assert!(harness.find("captured 3 of 16").is_some());
+    assert_eq!(harness.click("End capture"), [Request::Capture(false)]);
 }
 
 #[test]
@@ -191,6 +194,7 @@ fn ground_truth_and_cameras_are_asked_for() {
     let mut harness = Harness::new();
     harness.click("Look");
     assert_eq!(harness.click("split"), [Request::Truth(TruthView::Split)]);
+    assert_eq!(harness.click("flip"), [Request::Truth(TruthView::Flip)]);
     assert_eq!(harness.click("difference"), [Request::Truth(TruthView::Difference)]);
     harness.click("Keys");
     assert_eq!(harness.click("back"), [Request::SceneCamera(1)]);

@@ -3,22 +3,20 @@
 use crate::args::FrameArgs;
 use crate::args::values::FrameRange;
 use crate::frame::{FullFrame, Moment};
+use crate::frame_capture::FrameCapture;
 use crate::interrupt::{self, Interrupt};
 use crate::output::check_folder;
-use crate::params::{FrameParams, check_one_plane};
+use crate::params::check_one_plane;
 use crate::progress::Progress;
 use crate::session::{Session, fold_seed, open_scene};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use pt_core::Recorder;
-use pt_core::capture::folder::{CaptureWriter, Index, history_names, read_histories};
-use pt_core::capture::sidecar::{Sidecar, to_hex};
 use pt_core::console::print_warning;
 use pt_gbuffer::hidden_lobes;
 use pt_image::image_file::encode_exr_parts;
 use pt_reference::records::PathLights;
 use pt_reference::{EstimateFile, Identity, Progressive, ReferenceParams};
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -56,16 +54,9 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
         print_warning(notice);
     }
     check_one_plane(&params, &scene, "pt capture")?;
-    let index = Index {
-        version: env!("CARGO_PKG_VERSION").into(),
-        scene: scene.name.clone(),
-        output_size: args.frame.output_size(),
-        accumulate: args.frame.accumulate,
-        frames: Vec::new(),
-    };
-    let mut writer = CaptureWriter::create(&args.output, index)?;
-    let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
     let (size, accumulate) = (args.frame.output_size(), args.frame.accumulate);
+    let mut capture = FrameCapture::create(&args.output, &scene.name, size, accumulate)?;
+    let mut session = Session::open(&args.frame.device, &args.frame.camera, scene)?;
     let mut full = FullFrame::new(&mut session, size, accumulate, &params)?;
 
     let interrupt = Interrupt::listen()?;
@@ -73,15 +64,10 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
     let mut recorder = Recorder::new(&session.device)?;
     let mut progress = Progress::new(range.end);
     let mut previous = args.frame.time(0);
-    let mut state = BTreeMap::new();
-    let mut histories = Vec::new();
     let mut end = 0;
     for number in 0..range.end {
-        if number == range.start && full.images().has_frame() {
-            histories = read_histories(full.images())?;
-            for buffer in full.state() {
-                state.insert(buffer.name().to_owned(), to_hex(&buffer.read::<u8>()?));
-            }
+        if number == range.start {
+            capture.begin(&full)?;
         }
         let has_history = full.images().has_frame();
         let time = args.frame.time(number);
@@ -92,12 +78,6 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
         frame.submit()?;
         if number >= range.start {
             let moment = *full.moment().context("a frame was recorded")?;
-            let sidecar = Sidecar {
-                has_history,
-                histories: history_names(&histories),
-                state: std::mem::take(&mut state),
-                ..sidecar(&session, time, moment, &params)?
-            };
             let reference = match args.reference_spp {
                 Some(spp) => {
                     let max_bounces = args.reference_bounces;
@@ -116,7 +96,7 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
                 }
                 None => None,
             };
-            writer.add(full.images(), std::mem::take(&mut histories), &sidecar, reference.as_deref())?;
+            capture.add(&session, &full, &params, has_history, time, reference.as_deref())?;
         }
         previous = time;
         progress.advance_to(recorder.finished());
@@ -149,28 +129,6 @@ pub fn run(args: &CaptureArgs, out: &mut impl Write) -> Result<bool> {
         session.gpu.backend(),
     )?;
     Ok(true)
-}
-
-fn sidecar(session: &Session, time: f64, moment: Moment, params: &FrameParams) -> Result<Sidecar> {
-    let Moment { record, jitter, time_step } = moment;
-    Ok(Sidecar {
-        version: env!("CARGO_PKG_VERSION").into(),
-        frame: record.frame_index,
-        time,
-        size: record.size.into(),
-        seed: record.seed,
-        jitter,
-        time_step,
-        camera: (&record.camera).into(),
-        camera_previous: (&record.camera_prev).into(),
-        params: serde_json::to_value(params)?,
-        device: session.device.info().name.clone(),
-        driver: session.device.info().driver_line(),
-        backend: session.gpu.backend().to_string(),
-        has_history: false,
-        histories: Vec::new(),
-        state: BTreeMap::new(),
-    })
 }
 
 /// Path traces the scene at its current time; returns the bytes of an EXR.

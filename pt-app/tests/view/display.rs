@@ -17,11 +17,19 @@ const PATIENCE: Duration = Duration::from_secs(400);
 /// Keys by their codes of an X server: those of evdev and 8.
 #[derive(Clone, Copy)]
 pub enum Key {
+    Escape = 9,
+    Q = 24,
     W = 25,
+    R = 27,
     T = 28,
     P = 33,
+    Control = 37,
+    D = 40,
+    F = 41,
+    G = 42,
     H = 43,
     C = 54,
+    Space = 65,
 }
 
 /// Xvfb.
@@ -124,6 +132,53 @@ impl Shown {
         std::thread::sleep(Duration::from_millis(600));
     }
 
+    /// Drags with a button.
+    pub fn drag(&self, button: u8, from: [i16; 2], to: [i16; 2]) {
+        self.move_to(from);
+        self.fake(BUTTON_PRESS_EVENT, button, from);
+        self.move_to([0, 1].map(|axis| i16::midpoint(from[axis], to[axis])));
+        self.move_to(to);
+        self.fake(BUTTON_RELEASE_EVENT, button, to);
+    }
+
+    /// Input without a plan: keys, drags, the wheel, other sizes, a window that is hidden for a while.
+    pub fn play_about(&mut self, seed: u32, duration: Duration) {
+        let mut dice = seed;
+        let mut draw = |below: u32| {
+            dice = dice.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((u64::from(dice) * u64::from(below)) >> 32) as u32
+        };
+        let keys = [Key::R, Key::T, Key::H, Key::C, Key::P, Key::G, Key::Space];
+        let begun = Instant::now();
+        while begun.elapsed() < duration {
+            let mut place = || [draw(460) as i16, draw(100) as i16];
+            let (from, to) = (place(), place());
+            match draw(7) {
+                0 | 1 => self.tap(keys[draw(keys.len() as u32) as usize]),
+                2 => {
+                    let held = [Key::W, Key::D, Key::F][draw(3) as usize];
+                    self.press(held);
+                    std::thread::sleep(Duration::from_millis(100));
+                    self.release(held);
+                }
+                3 => self.drag(1 + draw(3) as u8, from, to),
+                4 => self.drag(4 + draw(2) as u8, from, from),
+                5 => self.resize([300 + draw(600), 100 + draw(400)]),
+                _ => {
+                    self.x.unmap_window(self.window).unwrap();
+                    self.x.sync();
+                    std::thread::sleep(Duration::from_millis(200));
+                    self.x.map_window(self.window).unwrap();
+                    self.x.sync();
+                    self.x.set_input_focus(InputFocus::PARENT, self.window, 0u32).unwrap();
+                }
+            }
+            let ended = self.program.try_wait().unwrap();
+            assert!(ended.is_none(), "seed {seed}, after {:?}: {ended:?}", begun.elapsed());
+            std::thread::sleep(Duration::from_millis(30));
+        }
+    }
+
     fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
         self.x.xtest_fake_input(kind, detail, 0, self.root, x, y, 0).unwrap();
         self.x.sync();
@@ -165,19 +220,68 @@ impl Shown {
         line.trim_end().to_owned()
     }
 
-    /// Closes the window as a window manager does, and checks that the program ends well: without a message of the validation layers.
-    pub fn close(mut self) {
+    /// Closes the window as a window manager does. See [`Shown::ended`].
+    pub fn close(self) -> Ended {
         let atom = |name: &str| self.x.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
         let data = [atom("WM_DELETE_WINDOW"), 0, 0, 0, 0];
         let event =
             x11rb::protocol::xproto::ClientMessageEvent::new(32, self.window, atom("WM_PROTOCOLS"), data);
         self.x.send_event(false, self.window, x11rb::protocol::xproto::EventMask::NO_EVENT, event).unwrap();
         self.x.sync();
+        self.ended()
+    }
+
+    /// Closes the window by its key. See [`Shown::ended`].
+    pub fn close_by_key(mut self) -> Ended {
+        let begun = Instant::now();
+        while self.program.try_wait().unwrap().is_none() {
+            assert!(begun.elapsed() < PATIENCE, "Ctrl Q does not close the window");
+            // A field of the panel may have the keys, a menu the pointer.
+            self.tap(Key::Escape);
+            self.press(Key::Control);
+            self.tap(Key::Q);
+            self.release(Key::Control);
+            std::thread::sleep(Duration::from_millis(500));
+        }
+        self.ended()
+    }
+
+    /// Checks that the program ends well, without a message of the validation layers; what its last line says.
+    fn ended(mut self) -> Ended {
         let status = self.program.wait().unwrap();
         let mut said = String::new();
         self.program.stderr.take().unwrap().read_to_string(&mut said).unwrap();
         assert!(status.success(), "{status}: {said}");
         assert!(!said.contains("validation"), "{said}");
+        let mut lines = String::new();
+        self.lines.read_to_string(&mut lines).unwrap();
+        Ended::of(lines.lines().last().unwrap())
+    }
+}
+
+/// What the last line says, numbers of frames and milliseconds.
+#[derive(Debug)]
+pub struct Ended {
+    pub frames: f64,
+    pub median_frame: f64,
+    pub longest_frame: f64,
+    pub median_wait: f64,
+    pub longest_wait: f64,
+}
+
+impl Ended {
+    fn of(line: &str) -> Self {
+        let after = |words: &str, from: usize| {
+            let start =
+                from + line[from..].find(words).unwrap_or_else(|| panic!("{words}: {line}")) + words.len();
+            let number = line[start..].trim_start().split(' ').next().unwrap();
+            (start, number.parse::<f64>().unwrap_or_else(|_| panic!("{number}: {line}")))
+        };
+        let (frame, median_frame) = after("a frame took ", 0);
+        let (_, longest_frame) = after("(median), ", frame);
+        let (wait, median_wait) = after("input waited ", 0);
+        let (_, longest_wait) = after("(median), ", wait);
+        Self { frames: after("", 0).1, median_frame, longest_frame, median_wait, longest_wait }
     }
 }
 

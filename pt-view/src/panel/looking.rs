@@ -55,6 +55,9 @@ impl Panel {
         if self.truth == TruthView::Split {
             ui.add(egui::Slider::new(&mut self.split, 0.0..=1.0).text("frame | truth").show_value(false));
         }
+        if self.truth == TruthView::Flip {
+            ui.weak("F shows the truth while it is held");
+        }
         if self.truth == TruthView::Off {
             return;
         }

@@ -57,19 +57,22 @@ pub struct Panel {
 /// What the keys do.
 pub const KEYS: &[(&str, &str)] = &[
     ("W A S D, E, Q", "fly; up, down; Shift: five times as fast"),
-    ("left drag", "go round the point that the camera looks at"),
+    ("left drag", "go round the point that the camera looks at; on the edge of the ground truth: move it"),
     ("right drag", "look about"),
     ("middle drag", "move with the picture"),
     ("wheel", "nearer, farther; while flying: faster, slower"),
     ("1 ... 9", "cameras of the scene"),
     ("Space, .", "scene time runs or stands still; one frame further"),
     ("R", "forget the histories"),
-    ("T", "ground truth: off, split, alone, difference"),
+    ("T", "ground truth: off, split, alone, flip, difference"),
+    ("F", "the ground truth while it is held"),
     ("K", "record the way of the camera; again: write it"),
     ("C", "copy the command line that reproduces the picture"),
     ("P", "write the picture as PNG and EXR"),
+    ("G", "capture the next frames; again: end it"),
     ("Ctrl Z, Ctrl Y", "take a change of a knob back, make it again"),
     ("H", "hide the panel, show it"),
+    ("Ctrl Q", "close the window"),
 ];
 
 impl Panel {

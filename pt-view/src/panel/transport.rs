@@ -28,9 +28,18 @@ pub(super) fn ui(ui: &mut egui::Ui, status: &Status, duration: f64, requests: &m
         if ui.button(record).clicked() {
             requests.push(Request::Record(!status.recording));
         }
+        let capture = if status.capture.is_some() { "End capture" } else { "Capture" };
+        if ui.button(capture).on_hover_text("the next frames, for pt replay").clicked() {
+            requests.push(Request::Capture(status.capture.is_none()));
+        }
     });
     ui.horizontal(|ui| {
         ui.monospace(format!("frame {:>5}  {:>8.2} ms", status.frames, status.frame_ms));
+        if let Some([done, all]) = status.capture {
+            let share = done as f32 / all.max(1) as f32;
+            let text = format!("captured {done} of {all}");
+            ui.add(egui::ProgressBar::new(share).desired_width(160.0).text(text));
+        }
         ui.add(egui::Label::new(&status.message).truncate());
     });
 }

@@ -99,7 +99,7 @@ impl Window {
 /// Unknown scene or device, a file that can't be written.
 pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     if let Some(path) = &args.json {
-        Inputs::of_scene(&args.scene, None).check([path])?;
+        Inputs::of_scene(&args.scene, &args.camera, None).check([path])?;
         check_writable(path)?;
     }
     let reference = resolve_reference(ReferenceSettings::default(), None, &args.set)?.reference;

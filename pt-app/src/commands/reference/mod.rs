@@ -35,7 +35,7 @@ pub(crate) const BYTES_PER_PIXEL: u64 = 440;
 /// Unknown names, files that can't be read or written, a checkpoint of another render, a device that can't do it.
 pub fn run(args: &ReferenceArgs, out: &mut impl Write) -> Result<bool> {
     check_exr(&args.output)?;
-    Inputs::of_scene(&args.scene, args.profile.as_deref())
+    Inputs::of_scene(&args.scene, &args.camera, args.profile.as_deref())
         .check([&args.output].into_iter().chain(&args.checkpoint))?;
     if let Some(path) = &args.checkpoint {
         check_writable(path)?;

@@ -68,7 +68,7 @@ impl RenderArgs {
 
     /// The files that the command reads.
     pub fn inputs(&self) -> Inputs {
-        Inputs::of_scene(&self.frame.scene, self.frame.profile.as_deref())
+        Inputs::of_scene(&self.frame.scene, &self.frame.camera, self.frame.profile.as_deref())
     }
 
     /// Checks that the outputs can hold the alpha of a transparent background.

@@ -46,8 +46,9 @@ pub fn run(args: &ViewArgs, out: &mut impl Write) -> Result<bool> {
     let mut print = |command: &str| {
         written = writeln!(out, "{command}").and_then(|()| out.flush());
     };
-    view.run(&device, opening, start, &mut print)?;
+    let summary = view.run(&device, opening, start, &mut print)?;
     written?;
+    writeln!(out, "{summary}")?;
     match device.validation().map(|log| log.messages()) {
         Some(messages) if !messages.is_empty() => {
             bail!("{} validation messages, the first: {}", messages.len(), messages[0])

@@ -49,6 +49,7 @@ pub(super) struct Truth {
     /// How the frame is shown, and what shows the truth so.
     shown: Option<(FrameParams, ShownTruth)>,
     looked_at: Option<Instant>,
+    view: TruthView,
     state: TruthState,
 }
 
@@ -56,7 +57,8 @@ impl Truth {
     /// Nothing is traced yet.
     pub(super) fn new(device: &Device, backend: TraceBackend) -> Self {
         let device = device.clone();
-        Self { device, backend, tracing: None, shown: None, looked_at: None, state: TruthState::default() }
+        let (view, state) = (TruthView::Off, TruthState::default());
+        Self { device, backend, tracing: None, shown: None, looked_at: None, view, state }
     }
 
     /// How far it is.
@@ -87,6 +89,9 @@ impl Truth {
         let Some(Tracing { session, render, .. }) = &mut self.tracing else { return Ok(None) };
         let Session { scene, gpu, lights, .. } = session;
         render.step(scene, gpu, lights, MOST_SAMPLES)?;
+        if std::mem::replace(&mut self.view, view) != view {
+            self.looked_at = None;
+        }
         if self.looked_at.is_some_and(|looked| looked.elapsed() < INTERVAL) {
             return Ok(None);
         }

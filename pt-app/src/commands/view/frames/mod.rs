@@ -1,25 +1,31 @@
 //! The renderer behind the window.
 
+mod files;
+mod shown;
+
 use super::args::ViewArgs;
-use super::hand_out::{Picture, View, camera_words};
-use super::looking::{self, Codes};
+use super::hand_out::{View, camera_words};
 use super::pace::Pace;
 use super::running::{Running, Times};
-use super::truth::{MOST_FLIP, Truth};
-use crate::aov;
+use super::truth::Truth;
 use crate::args::DEFAULT_VFOV;
-use crate::camera_path;
 use crate::frame::FrameTime;
-use crate::params::{FrameParams, check_frame, differences, resolve};
+use crate::frame_capture::FrameCapture;
+use crate::params::{FrameParams, check_frame};
 use crate::session::{Session, fold_seed};
 use anyhow::{Context, Result, bail, ensure};
 use pt_core::Image;
 use pt_core::settings::{Knobs, apply_sets};
 use pt_scene::{Camera, CameraKey, Projection};
-use pt_shaders::channels::{DISPLAY, Format};
 use pt_shaders::glam::Vec3;
 use pt_view::protocol::{Failure, Frames, Legend, Pose, Request, Status, TruthView};
 use std::path::PathBuf;
+
+/// The next frames, on their way into a folder.
+struct Capturing {
+    frames: FrameCapture,
+    folder: PathBuf,
+}
 
 /// The frames of a window.
 pub(super) struct ViewFrames {
@@ -39,6 +45,7 @@ pub(super) struct ViewFrames {
     hand_out_at: Option<u32>,
     command: Option<(u64, String)>,
     recorded: Option<Vec<CameraKey>>,
+    capture: Option<Capturing>,
     look: Option<String>,
     /// Image and frame that are in false colour, and the scale.
     looked_for: Option<(String, u32)>,
@@ -104,6 +111,7 @@ impl ViewFrames {
             hand_out_at: None,
             command: None,
             recorded: None,
+            capture: None,
             look: None,
             looked_for: None,
             image_legend: None,
@@ -130,6 +138,13 @@ impl ViewFrames {
         if !only_looks {
             // Whatever else it is, the picture goes on.
             (self.is_frozen, self.hand_out_at) = (false, None);
+        }
+        // A replay knows the knobs of the first frame alone, and no histories that were forgotten.
+        if matches!(
+            request,
+            Request::Knobs(_) | Request::SceneCamera(_) | Request::Seek(_) | Request::ResetHistories
+        ) {
+            self.end_capture(", until something else than time and camera changed");
         }
         match request {
             Request::Camera(pose) => {
@@ -161,6 +176,7 @@ impl ViewFrames {
             Request::HandOut => self.begin_hand_out()?,
             Request::Save => self.save()?,
             Request::Record(begins) => self.record(begins)?,
+            Request::Capture(begins) => self.capture(begins)?,
         }
         Ok(())
     }
@@ -210,98 +226,21 @@ impl ViewFrames {
         Ok(())
     }
 
-    /// A picture that no command line can say is rendered anew first.
-    fn begin_hand_out(&mut self) -> Result<()> {
-        if self.pace.whole_from().is_some() {
-            self.hand_out();
-            return Ok(());
-        }
-        let fps = self.args.frame.scene.fps;
-        self.pace = self.pace.anew(self.args.frames, fps);
-        // A camera that was found for the scene may be another one at another time.
-        let is_found = self.view == View::Asked(Vec::new());
-        if is_found && self.running()?.session.scene.cameras.is_empty() {
-            self.free_camera();
-        }
-        let Some(running) = self.running.take() else { return Ok(()) };
-        self.running =
-            Some(running.anew(&self.args.frame, &self.params, self.camera.clone(), self.pace.time())?);
-        self.hand_out_at = Some(self.args.frames);
-        self.is_frozen = false;
-        self.message = format!("the picture is rendered anew, {} frames", self.args.frames);
-        Ok(())
-    }
-
-    fn free_camera(&mut self) {
-        let pose = pose_of(&self.camera);
-        let (eye, target) = (Vec3::from(pose.eye), Vec3::from(pose.target));
-        (self.camera, self.view) =
-            (Camera::look_at("look", eye, target, pose.vfov.to_radians()), View::Free(pose));
-    }
-
-    fn hand_out(&mut self) {
-        let Some(time) = self.pace.whole_from() else { return };
-        let Ok(base) = resolve(None, &[], self.args.frame.accumulate) else { return };
-        let command = Picture {
-            scene: &self.args.frame.scene.file,
-            kept: &self.kept,
-            view: &self.view,
-            time,
-            holds: !self.pace.is_playing() && !self.args.frame.accumulate,
-            frames: self.pace.frames(),
-            sets: &differences(&base, &self.params),
-        }
-        .command();
-        let number = self.command.as_ref().map_or(0, |(number, _)| *number) + 1;
-        self.message = format!("copied: {command}");
-        self.command = Some((number, command));
-        self.is_frozen = true;
-    }
-
-    fn save(&mut self) -> Result<()> {
-        let Some(running) = &self.running else { return Ok(()) };
-        let png = self.free_name("view", "png");
-        let exr = png.with_extension("exr");
-        pt_post::write_picture(&png, running.full.images(), self.params.post.encoding)?;
-        aov::layers(&running.full, &self.params, &[])?.write_exr(&exr)?;
-        self.message = format!("wrote {} and {}", png.display(), exr.display());
-        Ok(())
-    }
-
-    fn record(&mut self, begins: bool) -> Result<()> {
-        if begins {
-            // Scene time is the clock of the way.
-            self.pace.play(true);
-            self.recorded = Some(Vec::new());
-            self.message = "the way of the camera is recorded".into();
-            return Ok(());
-        }
-        let Some(keys) = self.recorded.take() else { return Ok(()) };
-        ensure!(keys.len() >= 2, "the way of the camera has fewer than two frames; nothing is written");
-        let path = self.free_name("camera-path", "json");
-        camera_path::write(&path, pose_of(&self.camera).vfov, &keys)?;
-        let from = keys.first().map_or(0.0, |key| key.time);
-        self.message = format!(
-            "wrote {}; pt render --camera-path {} --time={from} --frames={} plays it",
-            path.display(),
-            path.display(),
-            keys.len()
-        );
-        Ok(())
-    }
-
-    /// A name in the folder that no file has.
-    fn free_name(&self, stem: &str, extension: &str) -> PathBuf {
-        let name = |number: u32| self.args.folder.join(format!("{stem}-{number}.{extension}"));
-        (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0))
-    }
-
     fn render(&mut self) -> Result<()> {
         let [time, previous] = self.pace.next(self.args.frame.scene.fps);
         let seed = fold_seed(self.args.frame.seed);
         let time_step = self.args.frame.time_step();
         let params = self.params.clone();
-        self.times = self.running()?.render(FrameTime { time, previous, seed, time_step }, &params)?;
+        let running = self.running.as_mut().context("the frame could not be made anew")?;
+        let has_history = running.full.images().has_frame();
+        let begun = match &mut self.capture {
+            Some(capture) if capture.frames.frames() == 0 => capture.frames.begin(&running.full),
+            _ => Ok(()),
+        };
+        self.times = running.render(FrameTime { time, previous, seed, time_step }, &params)?;
+        if let Err(error) = begun.and_then(|()| self.add_to_capture(has_history)) {
+            self.end_capture(&format!(", then: {error:#}"));
+        }
         if let Some(keys) = &mut self.recorded
             && keys.last().is_none_or(|last| last.time < time)
         {
@@ -314,97 +253,6 @@ impl ViewFrames {
         }
         Ok(())
     }
-
-    /// The pictures that are made on the host.
-    fn look(&mut self) -> Result<()> {
-        let Some(running) = &self.running else { return Ok(()) };
-        match &self.look {
-            Some(name) if self.looked_for == Some((name.clone(), self.pace.frames())) => {}
-            Some(name) => {
-                let (codes, legend) = looking::false_color(running.full.images(), name)?;
-                put(&mut self.looked_at, &running.session.device, &codes)?;
-                self.image_legend = Some(legend);
-                self.looked_for = Some((name.clone(), self.pace.frames()));
-            }
-            None => (self.looked_at, self.image_legend, self.looked_for) = (None, None, None),
-        }
-        self.legend = self.image_legend.clone();
-        if self.truth_view == TruthView::Off {
-            (self.truth, self.truth_image) = (None, None);
-            return Ok(());
-        }
-        let session = &running.session;
-        let truth = self.truth.get_or_insert_with(|| Truth::new(&session.device, session.gpu.backend()));
-        let time = self.pace.time();
-        let camera = self.camera.at(time);
-        let codes =
-            truth.advance(&session.scene, &camera, time, &running.full, &self.params, self.truth_view)?;
-        if let Some(codes) = codes {
-            put(&mut self.truth_image, &session.device, &codes)?;
-        }
-        if self.truth_view == TruthView::Difference {
-            let meaning = "FLIP of the frame against the truth".into();
-            let range = [0.0, MOST_FLIP];
-            self.legend = Some(Legend { name: "difference".into(), meaning, range, is_color: false });
-        }
-        Ok(())
-    }
-
-    fn status(&mut self) -> Result<Status> {
-        let pixel = match (self.pixel, &self.running) {
-            (Some(pixel), Some(running)) => self.values(running, pixel)?,
-            _ => Vec::new(),
-        };
-        let time = self.pace.time();
-        if !matches!(self.view, View::Free(_)) && (self.camera.path.is_some() || self.camera.motion.is_some())
-        {
-            self.pose_number += 1;
-        }
-        let running = self.running.as_ref();
-        let picture = running.map(|running| running.full.images().current(DISPLAY).clone());
-        Ok(Status {
-            picture: self.looked_at.clone().or(picture),
-            truth: self.truth_image.clone(),
-            frames: self.pace.frames(),
-            time,
-            playing: self.pace.is_playing(),
-            recording: self.recorded.is_some(),
-            pose: Some((self.pose_number, pose_of(&self.camera.at(time)))),
-            passes: self.times.passes.clone(),
-            frame_ms: self.times.frame_ms,
-            pixel,
-            legend: self.legend.clone(),
-            images: running.map(|running| looking::names(running.full.images())).unwrap_or_default(),
-            truth_state: self.truth.as_ref().map(Truth::state).unwrap_or_default(),
-            message: self.message.clone(),
-            command: self.command.clone(),
-        })
-    }
-
-    /// Values at a pixel of what is shown.
-    fn values(&self, running: &Running, pixel: [u32; 2]) -> Result<Vec<(String, String)>> {
-        let images = running.full.images();
-        let shown = self.looked_at.as_ref().map_or(images.output_size(), Image::extent);
-        let size = images.size();
-        let pixel = [0, 1].map(|axis| {
-            let scaled = u64::from(pixel[axis]) * u64::from(size[axis]) / u64::from(shown[axis].max(1));
-            (scaled as u32).min(size[axis] - 1)
-        });
-        let at = ("pixel".to_owned(), format!("{} {}", pixel[0], pixel[1]));
-        Ok(std::iter::once(at).chain(looking::pixel(images, pixel)?).collect())
-    }
-}
-
-/// Puts codes into an image, a new one where the size is another.
-fn put(image: &mut Option<Image>, device: &pt_core::Device, codes: &Codes) -> Result<()> {
-    if codes.texels.is_empty() {
-        return Ok(());
-    }
-    let fits = image.as_ref().is_some_and(|image| image.extent() == codes.size);
-    if !fits {
-        *image = Some(Image::new(device, "shown in the window", Format::Rgba8Unorm, codes.size)?);
-    }
-    image.as_ref().map_or(Ok(()), |image| Ok(image.write(&codes.texels)?))
 }
 
 impl Frames for ViewFrames {
