@@ -5,7 +5,7 @@ use crate::device::Device;
 use crate::error::Result;
 use crate::history::History;
 use crate::image::Image;
-use crate::layout::{Life, Place, Wish, places};
+use crate::layout::{Life, Ring, Wish, image_bytes, lay_out};
 use crate::memory::check_size;
 use crate::sizes::FrameSizes;
 use pt_shaders::channels::{ChannelId, Lifetime};
@@ -17,9 +17,9 @@ enum Slot {
     Single(Image),
     /// Read before this frame writes it, so that one image is this frame's and the last one's.
     Kept(Image),
-    History(History<Image>),
-    /// In the memory of another image that exists twice: each view is of one of the two.
-    InHistory(History<Image>),
+    History(History),
+    /// In memory of images that exist twice, and as they do in another one from frame to frame.
+    InHistory(History),
 }
 
 /// An image that a frame needs, with its channel.
@@ -43,8 +43,12 @@ pub struct Lacking {
 pub struct ChannelImages {
     sizes: FrameSizes,
     slots: BTreeMap<ChannelId, Slot>,
+    /// Bytes of the memory that was allocated for them.
+    bytes: u64,
     /// What passes hand on to each other besides images, stage after stage in the same memory.
     table_memory: Option<Buffer>,
+    /// Whether a frame has ever begun.
+    has_begun: bool,
     /// Whether a frame has been recorded since the last reset.
     has_frame: bool,
     /// Whether the images hold the content of a frame before this one.
@@ -63,28 +67,25 @@ impl ChannelImages {
     ) -> Result<Vec<Self>> {
         let all: Vec<_> = planes.iter().flatten().copied().collect();
         let wishes: Vec<_> = all.iter().map(|wish| wish.wish).collect();
-        let places = places(&wishes);
-        let own = wishes.iter().zip(&places).filter(|(_, place)| matches!(place, Place::Own { .. }));
-        let bytes = own.map(|(wish, _)| wish.bytes()).sum();
+        let (rings, places) = lay_out(&wishes);
+        let bytes_of = |wish: &Wish| image_bytes(wish.extent, wish.format);
+        let bytes = rings.iter().map(|ring| ring.count() as u64 * bytes_of(&wishes[ring.wishes[0]])).sum();
         check_size("a frame", sizes.frame, bytes, "the device", device.info().free_bytes())?;
-        let mut slots: Vec<Option<Slot>> = Vec::new();
-        for (ChannelWish { id, wish }, place) in all.iter().zip(&places) {
-            slots.push(match *place {
-                Place::Own { other_formats } => Some(own_memory(device, *id, wish, other_formats)?),
-                Place::In { .. } => None,
-            });
+        let memories: Vec<_> = rings.iter().map(|ring| memory(device, ring, &all)).collect::<Result<_>>()?;
+        let mut slots = Vec::new();
+        for (number, (ChannelWish { id, wish }, place)) in all.iter().zip(&places).enumerate() {
+            let is_owner = rings[place.ring].wishes[0] == number;
+            slots.push((*id, slot(*id, wish, &memories[place.ring], place.first, is_owner)?));
         }
-        for (number, place) in places.iter().enumerate() {
-            if let Place::In { host, previous } = *place {
-                let slot = slots[host].as_ref().map(|host| shared_memory(host, previous, all[number]));
-                slots[number] = slot.transpose()?;
-            }
-        }
-        let mut slots = all.iter().map(|wish| wish.id).zip(slots).filter_map(|(id, slot)| Some((id, slot?)));
+        let mut slots = slots.into_iter();
+        // What planes share counts as the first one's.
+        let mut bytes = Some(bytes);
         let images = |wishes: &Vec<ChannelWish>| Self {
             sizes,
             slots: slots.by_ref().take(wishes.len()).collect(),
+            bytes: bytes.take().unwrap_or(0),
             table_memory: None,
+            has_begun: false,
             has_frame: false,
             has_history: false,
         };
@@ -150,13 +151,19 @@ impl ChannelImages {
     /// Begins a frame: the current images become the previous ones.
     pub fn begin_frame(&mut self) {
         self.has_history = self.has_frame;
-        if self.has_frame {
-            for slot in self.slots.values_mut() {
-                if let Slot::History(history) | Slot::InHistory(history) = slot {
-                    history.swap();
+        for slot in self.slots.values_mut() {
+            if let Slot::History(history) | Slot::InHistory(history) = slot {
+                // In all planes at once, whatever histories they have: they are in each other's memory.
+                if self.has_begun {
+                    history.advance();
                 }
             }
+            if let (Slot::History(history), false) = (slot, self.has_history) {
+                // Nobody reads what it holds.
+                history.previous().note_written();
+            }
         }
+        self.has_begun = true;
         self.has_frame = true;
     }
 
@@ -178,6 +185,7 @@ impl ChannelImages {
 
     /// Declares the histories valid after the caller has loaded them.
     pub fn resume_history(&mut self) {
+        self.has_begun = true;
         self.has_frame = true;
     }
 
@@ -191,46 +199,31 @@ impl ChannelImages {
         self.slots.iter().filter_map(outlives)
     }
 
-    /// Bytes of the memory of all images.
+    /// Bytes of the memory of all images. That of several planes counts as the first one's.
     pub fn bytes(&self) -> u64 {
-        let bytes = |image: &Image| if image.owns_memory() { image.bytes() } else { 0 };
-        let slots = self.slots.values().map(|slot| match slot {
-            Slot::Single(image) | Slot::Kept(image) => bytes(image),
-            Slot::History(history) | Slot::InHistory(history) => {
-                bytes(history.current()) + bytes(history.previous())
-            }
-        });
-        slots.sum()
+        self.bytes
     }
 }
 
-fn previous_name(name: &str) -> String {
-    format!("{name}_prev")
+/// The memories of a ring, each named after the image that is in it in the first frame.
+fn memory(device: &Device, ring: &Ring, all: &[ChannelWish]) -> Result<Vec<Image>> {
+    let ChannelWish { wish, .. } = all[ring.wishes[0]];
+    let names = ring.wishes.iter().map(|&number| all[number].id.full_name());
+    let spare = ring.has_spare.then(|| format!("{}_prev", all[ring.wishes[0]].id.full_name()));
+    let image = |name: String| Image::shareable(device, &name, wish.format, wish.extent, ring.other_formats);
+    names.chain(spare).map(image).collect()
 }
 
-fn own_memory(device: &Device, id: ChannelId, wish: &Wish, other_formats: bool) -> Result<Slot> {
-    let name = id.full_name();
-    let image = |name: &str| Image::shareable(device, name, wish.format, wish.extent, other_formats);
+/// An image in these memories in turn, in the memory `first` in the first frame. A single memory is the image itself for its owner.
+fn slot(id: ChannelId, wish: &Wish, memories: &[Image], first: usize, is_owner: bool) -> Result<Slot> {
+    let view = |memory: &Image| memory.sharing(&id.full_name(), wish.format);
+    if let [memory] = memories {
+        let image = if is_owner { memory.clone() } else { view(memory)? };
+        return Ok(if wish.life == Life::Kept { Slot::Kept(image) } else { Slot::Single(image) });
+    }
+    let history = History::new(memories.iter().map(view).collect::<Result<_>>()?, first);
     Ok(match wish.life {
-        Life::Twice { .. } => Slot::History(History::new(image(&name)?, image(&previous_name(&name))?)),
-        Life::Kept => Slot::Kept(image(&name)?),
-        Life::Always | Life::Within { .. } => Slot::Single(image(&name)?),
-    })
-}
-
-/// `previous`: in the memory of last frame's content.
-fn shared_memory(host: &Slot, previous: bool, ChannelWish { id, wish }: ChannelWish) -> Result<Slot> {
-    let name = id.full_name();
-    let within = |host: &Image| host.sharing(&name, wish.format);
-    Ok(match host {
-        Slot::Single(host) | Slot::Kept(host) => Slot::Single(within(host)?),
-        // The two swap from frame to frame.
-        Slot::History(host) | Slot::InHistory(host) => {
-            let [now, next] = match previous {
-                true => [host.previous(), host.current()],
-                false => [host.current(), host.previous()],
-            };
-            Slot::InHistory(History::new(within(now)?, within(next)?))
-        }
+        Life::Twice { .. } => Slot::History(history),
+        _ => Slot::InHistory(history),
     })
 }

@@ -1,30 +1,39 @@
-//! Pairs of resources that swap at the start of a frame: this frame's and the last frame's.
+//! Images that change their memory from frame to frame.
 
-/// A value of this frame and of the last one.
-#[derive(Clone, Debug)]
-pub struct History<T> {
-    current: T,
-    previous: T,
+use crate::image::Image;
+
+/// An image of this frame and of the last one: of several images, each frame takes the one before as this frame's, and what was this frame's is the last one's.
+pub(crate) struct History {
+    images: Vec<Image>,
+    current: usize,
 }
 
-impl<T> History<T> {
-    /// Both at their start.
-    pub fn new(current: T, previous: T) -> Self {
-        Self { current, previous }
+impl History {
+    /// `images`: one for each memory in turn. `first`: the one of the first frame.
+    pub(crate) fn new(images: Vec<Image>, first: usize) -> Self {
+        let history = Self { images, current: first };
+        history.name_images();
+        history
     }
 
     /// This frame's.
-    pub fn current(&self) -> &T {
-        &self.current
+    pub(crate) fn current(&self) -> &Image {
+        &self.images[self.current]
     }
 
     /// Last frame's.
-    pub fn previous(&self) -> &T {
-        &self.previous
+    pub(crate) fn previous(&self) -> &Image {
+        &self.images[(self.current + 1) % self.images.len()]
     }
 
-    /// Swaps the two: the current value becomes the previous one.
-    pub fn swap(&mut self) {
-        std::mem::swap(&mut self.current, &mut self.previous);
+    /// Begins a frame: the current image becomes the previous one.
+    pub(crate) fn advance(&mut self) {
+        self.current = (self.current + self.images.len() - 1) % self.images.len();
+        self.name_images();
+    }
+
+    fn name_images(&self) {
+        self.previous().set_previous(true);
+        self.current().set_previous(false);
     }
 }

@@ -9,7 +9,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use pt_shaders::channels::Format;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// The Vulkan format of a channel format.
@@ -38,6 +38,9 @@ struct Inner {
     device: Device,
     id: u64,
     name: String,
+    /// As the last frame's.
+    previous_name: String,
+    is_previous: AtomicBool,
     handle: vk::Image,
     view: vk::ImageView,
     format: Format,
@@ -184,6 +187,8 @@ impl Image {
             device: device.clone(),
             id: device.next_id(),
             name: name.to_owned(),
+            previous_name: format!("{name}_prev"),
+            is_previous: AtomicBool::new(false),
             handle,
             view,
             format,
@@ -216,6 +221,8 @@ impl Image {
             device: device.clone(),
             id: device.next_id(),
             name: name.to_owned(),
+            previous_name: format!("{name}_prev"),
+            is_previous: AtomicBool::new(false),
             handle: self.0.handle,
             view: create_view(device, self.0.handle, vk_format(format))?,
             format,
@@ -247,6 +254,11 @@ impl Image {
         writer != 0 && writer != self.0.id
     }
 
+    /// Says whether it is the last frame's.
+    pub(crate) fn set_previous(&self, is_previous: bool) {
+        self.0.is_previous.store(is_previous, Ordering::Relaxed);
+    }
+
     /// Texel format.
     pub fn format(&self) -> Format {
         self.0.format
@@ -257,9 +269,9 @@ impl Image {
         self.0.extent
     }
 
-    /// Debug name.
+    /// Debug name; it ends in `_prev` while the image is the last frame's.
     pub fn name(&self) -> &str {
-        &self.0.name
+        if self.0.is_previous.load(Ordering::Relaxed) { &self.0.previous_name } else { &self.0.name }
     }
 
     /// Size in bytes of the texels.

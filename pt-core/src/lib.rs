@@ -45,7 +45,6 @@ pub use channels::ChannelImages;
 pub use device::{Device, DeviceOptions};
 pub use error::{Error, Result};
 pub use frame::{Frame, Recorder};
-pub use history::History;
 pub use image::Image;
 pub use inputs::{LowFrequencyLight, SceneResources, SplitLight, StageInputs};
 pub use kernel::{Constant, Kernel};

@@ -164,21 +164,24 @@ impl FramePlan {
         let stages = other.count + 1;
         let behind = count * stages;
         let moment = |stage| if stage < other.count { stage } else { stage + behind };
-        let mut wishes = vec![self.wishes(device, kept, moment, LAST)?];
+        // What the stages of the first plane have written is needed until the others are added, that of the stages behind them until the end.
+        let is_of_plane = |uses: &Uses| count > 0 && uses.last_write < other.count;
+        let end = |uses: &Uses| if is_of_plane(uses) { other.count } else { LAST };
+        let mut wishes = vec![self.wishes(device, kept, moment, end)?];
         for plane in 1..=count {
             let start = plane * stages;
-            wishes.push(other.wishes(device, kept, |stage| start + stage, start + other.count)?);
+            wishes.push(other.wishes(device, kept, |stage| start + stage, |_| start + other.count)?);
         }
         ChannelImages::allocate(device, self.sizes, wishes)
     }
 
-    /// Every image that the stages access. `moment`: when a stage runs; `end`: until when images are needed that are read after the stages.
+    /// Every image that the stages access. `moment`: when a stage runs; `end`: until when images are needed that no stage reads after it was written.
     fn wishes(
         &self,
         device: &Device,
         kept: Kept,
         moment: impl Fn(usize) -> usize,
-        end: usize,
+        end: impl Fn(&Uses) -> usize,
     ) -> Result<Vec<ChannelWish>> {
         for (&id, &(stage, _)) in &self.previous {
             if !self.written.contains_key(&id) && !self.carried.contains(&id) {
@@ -194,8 +197,11 @@ impl FramePlan {
             (None, Kept::All) => Life::Always,
             (None, Kept::Outputs) => {
                 // Passes may bind what they write by another name, then no declaration says that it is read.
-                let read = uses.last_read.filter(|&read| read > uses.last_write && !self.kept.contains(id));
-                Life::Within { from: moment(uses.first), until: read.map_or(end, &moment) }
+                if self.kept.contains(id) {
+                    return Life::Within { from: moment(uses.first), until: LAST };
+                }
+                let read = uses.last_read.filter(|&read| read > uses.last_write);
+                Life::Within { from: moment(uses.first), until: read.map_or_else(|| end(uses), &moment) }
             }
         };
         let written = self.written.iter().filter(|(id, _)| !self.carried.contains(id));

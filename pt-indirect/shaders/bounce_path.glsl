@@ -6,7 +6,7 @@
 //     throughputs    uvec4: throughput of the path without the first scattering; w = last_pdf. From the second ray on, and if PATH_INSIDE
 //     solids         uvec4: the solids that the ray begins in, if PATH_INSIDE
 //     passed         float: way since the last scattering up to the ray's origin, metres, if PATH_INSIDE
-//     hits           uvec4: instance, triangle and barycentrics of what the ray meets
+//     hits           uvec4: instance, triangle and barycentrics of what the ray meets; in the memory of shadow_origins
 //     firsts         first_word(): what the surface of the G-buffer does with the light of the path; all 0: there is no path
 //     first_directions   direction of the first ray (pack_unit_vector)
 //     lights         uvec4: light that has come along the first ray, by all that reflects it; w = length of that ray, metres
@@ -83,7 +83,7 @@ RayListCount list_head(uint list, uint vertex) {
 WordTable list_entries(uint list, uint vertex) {
     BounceTables tables = bounce_tables();
     if (list == LIST_SHADOW_RAYS) return WordTable(tables.shadow_list);
-    if (list == LIST_GLASS) return WordTable(tables.glass_list);
+    // Those with glass are listed when the rays of their vertex are done, in the place of their list.
     return WordTable((vertex & 1u) == 0u ? tables.even_list : tables.odd_list);
 }
 

@@ -46,17 +46,17 @@ pub(crate) struct Tables {
     pub(crate) directions: Buffer,
     throughputs: Buffer,
     solids: Option<[Buffer; 2]>,
-    pub(crate) hits: Buffer,
     pub(crate) firsts: Buffer,
     pub(crate) first_directions: Buffer,
     pub(crate) lights: Buffer,
     pub(crate) reflected: Buffer,
-    pub(crate) shadow_origins: Buffer,
+    /// Of each path what its ray meets, until its shadow ray is drawn there.
+    pub(crate) hits_and_shadow_origins: Buffer,
     pub(crate) shadow_directions: Buffer,
     pub(crate) shadow_lights: Buffer,
     ray_lists: [Buffer; 2],
     pub(crate) shadow_list: Buffer,
-    glass_list: Option<Buffer>,
+    has_glass: bool,
     reuse: Option<ReuseTables>,
     heads: Buffer,
     addresses: Buffer,
@@ -77,14 +77,13 @@ fn path_count(frame: [u32; 2], is_half: bool) -> u64 {
 }
 
 /// Tables at most.
-const TABLES: u64 = 20;
+const TABLES: u64 = 18;
 
 /// Bytes of a path.
-fn path_bytes(has_solids: bool, has_glass: bool, reuses: bool) -> u64 {
+fn path_bytes(has_solids: bool, reuses: bool) -> u64 {
     let solids = if has_solids { ROW + WORD } else { 0 };
-    let lists = if has_glass { 4 * WORD } else { 3 * WORD };
     let reuse = if reuses { 3 * ROW } else { 0 };
-    8 * ROW + 2 * PAIR + WORD + lists + solids + reuse
+    7 * ROW + 2 * PAIR + 4 * WORD + solids + reuse
 }
 
 impl Tables {
@@ -105,7 +104,7 @@ impl Tables {
                 frame[0], frame[1]
             )));
         }
-        let bytes = paths * path_bytes(has_solids, has_glass, reuses);
+        let bytes = paths * path_bytes(has_solids, reuses);
         check_size("indirect lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
         let mut buffer = |name, bytes: u64| memory.table(name, paths * bytes);
         let lists = RayLists::new(width, paths);
@@ -118,17 +117,16 @@ impl Tables {
             directions: buffer("bounce ray directions", ROW)?,
             throughputs: buffer("throughputs of paths", ROW)?,
             solids: None,
-            hits: buffer("hits of bounce rays", ROW)?,
             firsts: buffer("reflectances of first surfaces", ROW)?,
             first_directions: buffer("directions of first rays", WORD)?,
             lights: buffer("light of paths", ROW)?,
             reflected: buffer("reflected light of paths", PAIR)?,
-            shadow_origins: buffer("bounce shadow ray origins", ROW)?,
+            hits_and_shadow_origins: buffer("hits of bounce rays, origins of bounce shadow rays", ROW)?,
             shadow_directions: buffer("bounce shadow ray directions", ROW)?,
             shadow_lights: buffer("bounce shadow ray lights", PAIR)?,
             ray_lists: [buffer("bounce ray list", WORD)?, buffer("bounce ray list of odd vertices", WORD)?],
             shadow_list: buffer("bounce shadow ray list", WORD)?,
-            glass_list: None,
+            has_glass,
             reuse: None,
             heads: Buffer::from_slice(device, "bounce list heads", &heads)?,
             addresses: Buffer::new(
@@ -142,9 +140,6 @@ impl Tables {
         if has_solids {
             let passed = buffer("ways of bounce rays", WORD)?;
             tables.solids = Some([buffer("solids of bounce rays", ROW)?, passed]);
-        }
-        if has_glass {
-            tables.glass_list = Some(buffer("bounce shadow rays through glass", WORD)?);
         }
         if reuses {
             tables.reuse = Some(ReuseTables {
@@ -171,12 +166,12 @@ impl Tables {
             throughputs: self.throughputs.address(),
             solids,
             passed,
-            hits: self.hits.address(),
+            hits: self.hits_and_shadow_origins.address(),
             firsts: self.firsts.address(),
             first_directions: self.first_directions.address(),
             lights: self.lights.address(),
             reflected: self.reflected.address(),
-            shadow_origins: self.shadow_origins.address(),
+            shadow_origins: self.hits_and_shadow_origins.address(),
             shadow_directions: self.shadow_directions.address(),
             shadow_lights: self.shadow_lights.address(),
             reusable: reuse(|t| &t.reusable),
@@ -185,7 +180,6 @@ impl Tables {
             even_list: self.ray_lists[0].address(),
             odd_list: self.ray_lists[1].address(),
             shadow_list: self.shadow_list.address(),
-            glass_list: self.glass_list.as_ref().map_or(0, Buffer::address),
             heads: self.heads.address(),
         }
     }
@@ -210,9 +204,9 @@ impl Tables {
         self.solids.as_ref().map_or(&[], |buffers| buffers.as_slice())
     }
 
-    /// Paths whose shadow ray has met glass, if there is any.
-    pub(crate) fn glass_list(&self) -> &[Buffer] {
-        self.glass_list.as_slice()
+    /// Paths whose shadow ray from that vertex has met glass, if there is any: where the paths with a ray from there were listed.
+    pub(crate) fn glass_list(&self, vertex: u32) -> Option<&Buffer> {
+        self.has_glass.then(|| self.ray_list(vertex))
     }
 
     /// Of the reuse of bounces, if there is any.
@@ -247,7 +241,7 @@ impl Bounces {
 
     /// Bytes that the tables of a frame of `size` pixels take.
     pub(crate) fn table_bytes(&self, size: [u32; 2], is_half: bool) -> u64 {
-        let bytes = path_bytes(self.has_solids, self.has_glass, self.reuses);
+        let bytes = path_bytes(self.has_solids, self.reuses);
         TableMemory::room(path_count(size, is_half) * bytes, TABLES)
     }
 
@@ -300,7 +294,7 @@ mod tests {
             "{message}"
         );
         // Twice the free memory, unless that is more than any frame can take.
-        let side = (2.0 * device.info().free_bytes() as f64 / path_bytes(true, true, true) as f64).sqrt();
+        let side = (2.0 * device.info().free_bytes() as f64 / path_bytes(true, true) as f64).sqrt();
         let side = (side as u32).min(40_000);
         let message = refusal([side, side]);
         assert!(message.contains("indirect lighting of a frame of"), "{message}");
@@ -309,20 +303,21 @@ mod tests {
     /// The README states these, and that half a bounce takes half of them.
     #[test]
     fn bytes_are_those_of_the_readme() {
-        assert_eq!([(false, false), (true, true)].map(|(s, g)| path_bytes(s, g, false)), [160, 184]);
-        assert_eq!(path_bytes(false, false, true), 208);
+        assert_eq!([false, true].map(|has_solids| path_bytes(has_solids, false)), [144, 164]);
+        assert_eq!(path_bytes(false, true), 192);
         let device = TestDevice::open();
         let bytes = |is_half, reuses| {
             let t = Tables::new(&device, TableMemory::own(&device), [64, 32], is_half, true, true, reuses)
                 .unwrap();
-            let rows = [&t.origins, &t.directions, &t.throughputs, &t.hits, &t.firsts, &t.first_directions];
-            let light = [&t.lights, &t.reflected, &t.shadow_origins, &t.shadow_directions, &t.shadow_lights];
+            let rows = [&t.origins, &t.directions, &t.throughputs, &t.firsts, &t.first_directions];
+            let shadow = [&t.hits_and_shadow_origins, &t.shadow_directions, &t.shadow_lights];
+            let light = [&t.lights, &t.reflected].into_iter().chain(shadow);
             let lists = [t.ray_list(0), t.ray_list(1), &t.shadow_list];
-            let rest = t.solids().iter().chain(t.glass_list());
+            let rest = t.solids().iter();
             let reuse = t.reuse().into_iter().flat_map(|r| [&r.reusable, &r.shares, &r.points]);
             rows.into_iter().chain(light).chain(lists).chain(rest).chain(reuse).map(Buffer::size).sum::<u64>()
         };
-        assert_eq!([bytes(false, false), bytes(true, false)], [64 * 32 * 184, 64 * 16 * 184]);
-        assert_eq!(bytes(false, true), 64 * 32 * 232);
+        assert_eq!([bytes(false, false), bytes(true, false)], [64 * 32 * 164, 64 * 16 * 164]);
+        assert_eq!(bytes(false, true), 64 * 32 * 212);
     }
 }

@@ -206,7 +206,7 @@ impl IndirectLighting {
         let vertex = push.vertex;
         let name = |pass: &str| if vertex == 0 { pass.to_owned() } else { format!("{pass} {}", vertex + 1) };
         let pass = self.pass(frame, inputs, &name("bounce rays"), &self.rays, tables, push);
-        let pass = pass.streams(tables.ray_list(vertex)).streams_written(&tables.hits);
+        let pass = pass.streams(tables.ray_list(vertex)).streams_written(&tables.hits_and_shadow_origins);
         let ray = [&tables.origins, &tables.directions];
         // Rays that begin in solids may be moved on.
         let moves = !tables.solids().is_empty();
@@ -218,8 +218,9 @@ impl IndirectLighting {
 
         let lights = self.lights.as_ref().filter(|_| vertex + 1 < push.bounces).unwrap_or(&self.last_lights);
         let pass = self.pass(frame, inputs, &name("bounce lights"), lights, tables, push);
-        let mut pass = pass.streams(tables.ray_list(vertex)).streams(&tables.hits);
         let is_end = vertex == push.bounces;
+        let hits = if is_end { Pass::streams } else { Pass::streams_updated };
+        let mut pass = hits(pass.streams(tables.ray_list(vertex)), &tables.hits_and_shadow_origins);
         // The first ray has a throughput of 1 where it begins in no solid.
         pass = match (vertex == 0 && !moves, is_end) {
             (true, _) => tables.path().skip(2).fold(pass, Pass::streams_written),
@@ -241,24 +242,25 @@ impl IndirectLighting {
                 _ => pass.streams(&reuse.shares),
             };
         }
-        let shadow = [&tables.shadow_origins, &tables.shadow_directions, &tables.shadow_lights];
+        let [directions, lights] = [&tables.shadow_directions, &tables.shadow_lights];
         if !is_end {
             let lists = [&tables.shadow_list, tables.ray_list(vertex + 1)];
-            pass = shadow.into_iter().chain(lists).fold(pass, Pass::streams_written);
+            pass = [directions, lights].into_iter().chain(lists).fold(pass, Pass::streams_written);
         }
         tables.shade(pass, List::Rays, vertex)?;
         if is_end {
             return Ok(());
         }
 
+        let shadow = [&tables.hits_and_shadow_origins, directions, lights];
         let pass = self.pass(frame, inputs, &name("bounce shadow rays"), &self.shadow_rays, tables, push);
         let pass = shadow.into_iter().chain([&tables.shadow_list]).fold(pass, Pass::streams);
-        let pass = tables.glass_list().iter().fold(pass, Pass::streams_written);
+        let pass = tables.glass_list(vertex).into_iter().fold(pass, Pass::streams_written);
         tables.trace(lit(pass, tables), List::ShadowRays, vertex)?;
 
         let Some(glass) = &self.glass else { return Ok(()) };
         let pass = self.pass(frame, inputs, &name("bounce glass"), glass, tables, push);
-        let pass = shadow.into_iter().chain(tables.glass_list()).fold(pass, Pass::streams);
+        let pass = shadow.into_iter().chain(tables.glass_list(vertex)).fold(pass, Pass::streams);
         tables.trace(lit(pass, tables), List::Glass, vertex)
     }
 

@@ -98,8 +98,6 @@ pt_shaders::gpu_struct! {
         pub odd_list: u64,
         /// Paths with a shadow ray: `uint[]`.
         pub shadow_list: u64,
-        /// Paths whose shadow ray has met glass: `uint[]`; 0: no glass.
-        pub glass_list: u64,
         /// [`BOUNCE_LIST_HEADS`] heads: [`BOUNCE_LISTS`] for each vertex.
         pub heads: u64,
     }

@@ -203,7 +203,7 @@ void list_rays(uint kept, uint texel) {
     if (gl_LocalInvocationIndex == 0u) {
         uint count = 0u;
         for (uint slot = 0u; slot < MAX_SLOTS; slot++) count += group_counts[slot];
-        group_first = count > 0u ? grow_list(RayListCount(shadow_ray_tables().list), push.ray_columns, count) : 0u;
+        group_first = count > 0u ? grow_list(RayListCount(shadow_ray_tables().head), push.ray_columns, count) : 0u;
     }
     barrier();
     uint first = group_first;

@@ -116,7 +116,7 @@ void main() {
     if (any(greaterThanEqual(p, split_size()))) return;
     ShadowRayTables tables = shadow_ray_tables();
     // The rays have been traced: the next frame, or light sample, begins a new list.
-    if (p == ivec2(0)) RayList(tables.list).head = empty_list(push.ray_columns);
+    if (p == ivec2(0)) RayListCount(tables.head).head = empty_list(push.ray_columns);
     uint texel = texel_index(p), state = StateTable(tables.states).at[texel];
     LightSums sums = LightSums(vec4(0.0), vec4(0.0));
     LightFeedback feedback = NO_FEEDBACK;

@@ -4,6 +4,7 @@
 //
 //     ends     xyz = where the ray ends, or its direction; w = end_word()
 //     lights   the light that the ray brings if nothing is in its way: diffuse part in xy, specular part in zw (packed_light.glsl)
+//     head     RayListHead of the list
 //     list     slots that have a ray, in no particular order: the slot in the upper 4 bits, the texel in the lower 28
 //     states   of each texel: STATE_*, a bit for each slot
 //     shares   of each texel: the part of the specular light of its emissive triangle that bounce rays find, if shares_are_late()
@@ -25,7 +26,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Sha
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SlotTable { uvec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer StateTable { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ShareTable { float at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayList { RayListHead head; uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayList { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumTable { vec4 at[]; };
 // Whether local lights have one candidate together.
 layout(constant_id = 8) const bool merged_rays = true;

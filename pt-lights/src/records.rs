@@ -86,7 +86,9 @@ pt_shaders::gpu_struct! {
         pub ends: u64,
         /// `uvec4` for each slot and texel: the light that its ray brings.
         pub lights: u64,
-        /// A [`RayListHead`](pt_shaders::records::RayListHead), then a word for each slot and texel.
+        /// A [`RayListHead`](pt_shaders::records::RayListHead).
+        pub head: u64,
+        /// A word for each slot and texel.
         pub list: u64,
         /// A word for each texel.
         pub states: u64,

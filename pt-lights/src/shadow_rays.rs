@@ -6,7 +6,7 @@ use pt_core::error::Error;
 use pt_core::frame::{Pass, RayCount};
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
-use pt_core::{Buffer, ChannelImages, Device, Location, RayLists, Result, TableMemory};
+use pt_core::{Buffer, ChannelImages, Device, RayLists, Result, TableMemory};
 use pt_shaders::records::RayListHead;
 use std::cell::RefCell;
 use std::mem::offset_of;
@@ -33,6 +33,8 @@ struct Tables {
     lists: RayLists,
     ends: Buffer,
     lights: Buffer,
+    /// Of the list; kept from frame to frame.
+    head: Buffer,
     list: Buffer,
     states: Buffer,
     shares: Buffer,
@@ -57,7 +59,7 @@ pub(crate) fn table_bytes(size: [u32; 2], params: &DirectParams) -> u64 {
 }
 
 /// Tables in memory that other stages use, too.
-const TABLES: u64 = 5;
+const TABLES: u64 = 6;
 
 /// Bytes for a texel of the split frame.
 fn texel_bytes(slots: u64, sums: bool) -> u64 {
@@ -85,24 +87,23 @@ impl Tables {
         let mut table = |name, bytes| memory.table(name, bytes);
         let ends = table("shadow ray ends", texels * slots * SLOT_BYTES)?;
         let lights = table("shadow ray lights", texels * slots * SLOT_BYTES)?;
-        // Its head is kept from frame to frame.
-        let bytes = size_of::<RayListHead>() as u64 + texels * slots * WORD_BYTES;
-        let list = Buffer::new(device, "shadow ray list", bytes, Location::Device)?;
+        let list = table("shadow ray list", texels * slots * WORD_BYTES)?;
         let lists = RayLists::new(width as u32, texels * slots);
-        list.write_through_staging(bytemuck::bytes_of(&lists.empty()))?;
+        let head = Buffer::from_slice(device, "head of the shadow ray list", &[lists.empty()])?;
         let states = table("shadow ray states", texels * WORD_BYTES)?;
         let shares = table("specular light left to bounce rays", texels * WORD_BYTES)?;
         let sums = sums.then(|| table("light of samples", texels * SUM_BYTES)).transpose()?;
         let addresses = ShadowRayTables {
             ends: ends.address(),
             lights: lights.address(),
+            head: head.address(),
             list: list.address(),
             states: states.address(),
             shares: shares.address(),
             sums: sums.as_ref().map_or(0, Buffer::address),
         };
         let addresses = Buffer::from_slice(device, "shadow ray tables", &[addresses])?;
-        Ok(Self { frame, slots, lists, ends, lights, list, states, shares, sums, addresses, memory })
+        Ok(Self { frame, slots, lists, ends, lights, head, list, states, shares, sums, addresses, memory })
     }
 }
 
@@ -137,14 +138,17 @@ impl ShadowRays {
     pub(crate) fn bind_choice<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         self.tables.borrow().iter().fold(pass, |pass, t| {
             let pass = pass.addresses(&t.addresses).streams_written(&t.ends).streams_written(&t.lights);
-            pass.streams_updated(&t.list).streams_written(&t.states).streams_written(&t.shares)
+            pass.addresses_updated(&t.head)
+                .streams_written(&t.list)
+                .streams_written(&t.states)
+                .streams_written(&t.shares)
         })
     }
 
     /// Declares what adding up does with them.
     pub(crate) fn bind_sum<'f, 'r>(&self, pass: Pass<'f, 'r>, params: &DirectParams) -> Pass<'f, 'r> {
         self.tables.borrow().iter().fold(pass, |pass, t| {
-            let pass = pass.addresses(&t.addresses).addresses_updated(&t.list);
+            let pass = pass.addresses(&t.addresses).addresses_updated(&t.head);
             let pass = pass.streams(&t.ends).streams(&t.lights).streams(&t.states).streams(&t.shares);
             t.sums.iter().filter(|_| params.samples > 1).fold(pass, Pass::streams_updated)
         })
@@ -154,9 +158,14 @@ impl ShadowRays {
     pub(crate) fn trace(&self, pass: Pass<'_, '_>) -> Result<()> {
         let slot = self.tables.borrow();
         let Some(t) = &*slot else { return Ok(()) };
-        let pass = pass.addresses(&t.addresses).streams(&t.ends).streams(&t.list).streams_updated(&t.states);
-        let pass = pass.rays(RayCount::Listed(t.list.clone(), offset_of!(RayListHead, count) as u64));
-        pass.dispatch_indirect(t.lists.trace_extent(), &t.list, offset_of!(RayListHead, groups) as u64)
+        let pass = pass
+            .addresses(&t.addresses)
+            .addresses(&t.head)
+            .streams(&t.ends)
+            .streams(&t.list)
+            .streams_updated(&t.states);
+        let pass = pass.rays(RayCount::Listed(t.head.clone(), offset_of!(RayListHead, count) as u64));
+        pass.dispatch_indirect(t.lists.trace_extent(), &t.head, offset_of!(RayListHead, groups) as u64)
     }
 }
 

@@ -61,8 +61,7 @@ pub fn run(args: &PassesArgs, out: &mut impl Write) -> Result<bool> {
     let kept = if args.keep_all { Kept::All } else { Kept::Outputs };
     let mut full = FullFrame::keeping(kept, &mut session, size, args.accumulate, &params)?;
     let mut recorder = Recorder::new(&session.device)?;
-    // The third frame has no set-up uploads, and of images that exist twice it writes the one that has the plain name: those of the last frame
-    // end in _prev.
+    // The third frame has no set-up uploads.
     for time in [0.0, 1.0 / 60.0, 2.0 / 60.0] {
         let mut frame = recorder.begin()?;
         session.update(&mut frame, time, 0.0)?;

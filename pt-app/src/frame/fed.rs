@@ -43,7 +43,7 @@ impl FullFrame {
         }
         let index = self.moment.map_or(0, |moment| moment.record.frame_index + 1);
         let moment = self.next_moment(&camera, index, at.seed, at.time_step, params);
-        self.begin_images();
+        self.begin_images(params);
         self.begin_stages(&mut frame, moment, params)?;
         self.surfaces(&mut frame, &self.first_plane(Some(&session.gpu)), params)?;
         frame.submit()?;

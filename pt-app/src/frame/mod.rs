@@ -16,7 +16,7 @@ pub use shown::ShownTruth;
 pub use stages::{FrameStage, Stage, bounce_lights};
 
 use crate::params::FrameParams;
-use planes::{MorePlanes, Plane};
+use planes::{MorePlanes, Plane, are_told_apart};
 use pt_checkerboard::Interleave;
 use pt_core::frame::Uniforms;
 use pt_core::settings::Knobs;
@@ -82,7 +82,7 @@ impl FullFrame {
         params: &FrameParams,
     ) -> pt_core::Result<()> {
         let moment = self.next_moment(camera, frame.index(), seed, time_step, params);
-        self.begin_images();
+        self.begin_images(params);
         self.stages(frame, Some(scene), moment, params)
     }
 
@@ -97,15 +97,21 @@ impl FullFrame {
         params: &FrameParams,
         load: impl FnOnce(&ChannelImages, &[ChannelId]) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.begin_images();
+        self.begin_images(params);
         load(&self.images, &self.given)?;
         Ok(self.stages(frame, None, moment, params)?)
     }
 
     /// The images of the last frame become those before.
-    fn begin_images(&mut self) {
+    fn begin_images(&mut self, params: &FrameParams) {
         self.images.begin_frame();
-        self.more_planes.iter_mut().for_each(MorePlanes::begin_frame);
+        if let Some(more) = &mut self.more_planes {
+            more.begin_frame();
+            // Planes that are not rendered in this frame have no history in the next one.
+            if !are_told_apart(params) {
+                more.reset_history();
+            }
+        }
     }
 
     /// Parameters of frame `index`, from which `camera` looks.

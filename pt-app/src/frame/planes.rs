@@ -59,6 +59,11 @@ impl MorePlanes {
     }
 }
 
+/// Whether planes differ: without reflection and refraction the first one has all the light.
+pub(super) fn are_told_apart(params: &FrameParams) -> bool {
+    params.gbuffer.reflect_refract > 0
+}
+
 impl FullFrame {
     pub(super) fn first_plane<'a>(&'a self, scene: Option<&'a dyn SceneResources>) -> Plane<'a> {
         let inputs = self.inputs(scene);
@@ -72,8 +77,7 @@ impl FullFrame {
         first: &Plane<'_>,
         params: &FrameParams,
     ) -> Result<()> {
-        // Without reflection and refraction nothing is told apart, and the first plane has all the light.
-        let Some(more) = self.more_planes.as_ref().filter(|_| params.gbuffer.reflect_refract > 0) else {
+        let Some(more) = self.more_planes.as_ref().filter(|_| are_told_apart(params)) else {
             return Ok(());
         };
         for ((number, images), uniforms) in (1..).zip(&more.images).zip(&more.uniforms) {

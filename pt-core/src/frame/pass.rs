@@ -354,13 +354,13 @@ impl<'f, 'r> Pass<'f, 'r> {
                 Resource::Buffer(_) => None,
             })
         };
+        if let Some((image, _)) = images().find(|(image, how)| *how != Use::Write && image.is_overwritten()) {
+            return Err(format!(
+                "it reads \"{}\", whose memory another image has taken: no stage declares that it is read so late",
+                image.name()
+            ));
+        }
         for (image, how) in images() {
-            if how != Use::Write && image.is_overwritten() {
-                return Err(format!(
-                    "it reads \"{}\", whose memory another image has taken: no stage declares that it is read so late",
-                    image.name()
-                ));
-            }
             let same_memory = images().filter(|(other, _)| other.id() == image.id()).count();
             if matches!(how, Use::Write | Use::Update) && same_memory > 1 {
                 return Err(format!(
