@@ -18,7 +18,7 @@ pub type MakeSurface =
 /// longer wait the picture is left out, so that input is followed before the next one.
 const MOST_WAIT: Duration = Duration::from_millis(10);
 
-/// Shows pictures on a surface. It never waits for the device: a picture for which there is no room yet is left out.
+/// Shows pictures on a surface. A picture for which there is no room yet is left out instead of waiting for room; a call waits for one frame at most.
 pub struct Presenter {
     device: Device,
     surfaces: khr::surface::Instance,
