@@ -309,8 +309,8 @@ fn the_memory_of_a_frame_is_what_the_allocator_gave() {
         let base_color = allocation(memory, "base_color");
         assert!((16 * 256 * 144..17 * 256 * 144).contains(&base_color), "{base_color}");
     }
-    // The last image of the denoiser has memory of its own only where all do.
-    assert!(allocation(&all, "denoise.ping_hf") > 0 && allocation(&shared, "denoise.ping_hf") == 0);
+    // The image of the composite has memory of its own only where all do.
+    assert!(allocation(&all, "color") > 0 && allocation(&shared, "color") == 0);
     // 6 GB for 3840 x 2160 pixels.
     let most = 6e9 / (3840.0 * 2160.0);
     assert!(shared["bytes_a_pixel"].as_f64().unwrap() < most, "{shared:#}");
