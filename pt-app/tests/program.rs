@@ -256,7 +256,8 @@ fn scenes_and_passes_are_listed() {
     assert!(has(2, "reads", "shadow ray ends") && has(2, "writes", "shadow ray states"), "{table:?}");
     assert!(has(3, "reads", "shadow ray lights") && has(3, "writes", "color_hf"), "{table:?}");
     assert!(has(4, "writes", "bounce ray origins") && has(5, "reads", "bounce ray origins"), "{table:?}");
-    assert!(has(5, "writes", "hits of bounce rays") && has(6, "reads", "hits of bounce rays"), "{table:?}");
+    let hits = "hits of bounce rays, origins of bounce shadow rays";
+    assert!(has(5, "writes", hits) && has(6, "reads", hits) && has(7, "reads", hits), "{table:?}");
     assert!(has(7, "reads", "bounce shadow ray lights") && has(7, "writes", "light of paths"), "{table:?}");
     assert!(has(10, "reads", "light of paths") && has(10, "writes", "color_lf_sh"), "{table:?}");
     // Five rays a pixel: 16 bytes for the end of each and 16 for its light are written and read.
@@ -308,8 +309,8 @@ fn the_memory_of_a_frame_is_what_the_allocator_gave() {
         let base_color = allocation(memory, "base_color");
         assert!((16 * 256 * 144..17 * 256 * 144).contains(&base_color), "{base_color}");
     }
-    // The last image of the denoiser has memory of its own only where all do.
-    assert!(allocation(&all, "denoise.ping_hf") > 0 && allocation(&shared, "denoise.ping_hf") == 0);
+    // The image of the composite has memory of its own only where all do.
+    assert!(allocation(&all, "color") > 0 && allocation(&shared, "color") == 0);
     // 6 GB for 3840 x 2160 pixels.
     let most = 6e9 / (3840.0 * 2160.0);
     assert!(shared["bytes_a_pixel"].as_f64().unwrap() < most, "{shared:#}");

@@ -148,8 +148,8 @@ fn rings(wishes: &[Wish]) -> (Vec<Ring>, Vec<Place>) {
             })
         };
         let differs = |ring: &&mut Ring| wishes[ring.wishes[0]].format != wish.format;
-        let found = rings.iter_mut().enumerate().filter(|(_, ring)| is_free(&ring));
-        match found.min_by_key(|(_, ring)| differs(&ring)) {
+        let found = rings.iter_mut().enumerate().filter(|(_, ring)| is_free(ring));
+        match found.min_by_key(|(_, ring)| differs(ring)) {
             Some((at, ring)) => {
                 places[number] = Place { ring: at, first: ring.wishes.len() };
                 ring.other_formats |= wishes[ring.wishes[0]].format != wish.format;
