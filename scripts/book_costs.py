@@ -70,8 +70,8 @@ def dearest(bench, part):
 
 def caption(bench):
     width, height = bench["size"]
-    # The folder of the file on the machine that measured does not matter.
-    command = re.sub(r"(--json\s+)\S*/", r"\1", bench["command"])
+    # The folders of files on the machine that measured do not matter.
+    command = re.sub(r"(--(?:json|scene)\s+)\S*/", r"\1", bench["command"])
     return f"{bench['scene']}, {width}x{height}, {bench['device']} ({bench['driver']}), {bench['backend']}: {command}"
 
 

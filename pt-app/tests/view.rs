@@ -53,9 +53,12 @@ mod window {
         bytes.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()
     }
 
-    /// Whether a window without its panel shows a picture: not the colour around it alone.
+    /// Whether a window without its panel shows a picture: the colour around it is in all corners, where the panel would be, and not alone.
     fn has_picture(shown: &Shown) -> bool {
-        colours(&shown.pixels().1) > 100
+        let ([width, _], pixels) = shown.pixels();
+        let (width, last) = (width as usize, pixels.len() - 1);
+        let corners = [0, width - 1, last + 1 - width, last].map(|corner| pixels[corner]);
+        corners == [corners[0]; 4] && colours(&pixels) > 100
     }
 
     fn colours(pixels: &[[u8; 3]]) -> usize {

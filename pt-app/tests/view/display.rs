@@ -40,16 +40,23 @@ pub struct Display {
 
 impl Display {
     pub fn start() -> Self {
-        // It chooses a free number and prints it.
+        // It chooses a free number and prints it. Without -noreset it begins anew when its last client leaves.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1600x1000x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-screen", "0", "1600x1000x24", "-nolisten", "tcp", "-noreset"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
         let mut line = String::new();
         BufReader::new(server.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        Self { server, name: format!(":{}", line.trim()) }
+        let name = format!(":{}", line.trim());
+        // It prints the number before it answers.
+        let begun = Instant::now();
+        while RustConnection::connect(Some(&name)).is_err() {
+            assert!(begun.elapsed() < PATIENCE, "Xvfb does not answer");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        Self { server, name }
     }
 }
 
