@@ -177,6 +177,36 @@ fn a_study_is_lit_by_its_sky() {
     assert!(mean > 1000.0, "{mean}");
 }
 
+/// Of a way with a station in each frame, the frame that is measured has the error of a camera that rests at its station.
+#[test]
+fn a_study_follows_the_way_of_a_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    fs::create_dir(at.join("sub")).unwrap();
+    let station =
+        |time: u32, eye: &str| format!(r#"{{"time": {time}, "position": [{eye}], "target": [0, 1, 0]}}"#);
+    let (first, second) = ("0.9, 1.9, 2", "-0.9, 0.2, 3");
+    let way = format!(r#"{{"vfov": 50, "stations": [{}, {}]}}"#, station(0, first), station(1, second));
+    fs::write(at.join("sub/way.json"), way).unwrap();
+    let looks = [first, second].map(|eye| format!("{},0,1,0", eye.replace(' ', "")));
+    let study = |cameras: &[&str]| {
+        let rest = "scenes = [\"cornell\"]\nsizes = [\"16x12\"]\nbackends = [\"compute\"]\nseeds = 1\nframes = 2\nspp = 64\nfps = 1\n\
+                    pairing = \"seed\"\nmetrics = [\"relmse\"]\nset = { profile = \"unbiased\" }\n";
+        fs::write(at.join("sub/way.toml"), format!("{rest}cameras = {cameras:?}\n")).unwrap();
+    };
+    study(&["way.json", &looks[0], &looks[1]]);
+    text(at, &["study", "sub/way.toml", "-o", "out"]);
+    let results = read_results(&at.join("out")).unwrap();
+    let error = |i: usize| results[i].metrics["relmse"].unwrap();
+    assert!((error(0) / error(2) - 1.0).abs() < 0.02, "{} {} {}", error(0), error(1), error(2));
+    assert!((error(0) / error(1) - 1.0).abs() > 0.1, "{} {} {}", error(0), error(1), error(2));
+    assert!(results[0].command.contains("--camera-path sub/way.json"), "{}", results[0].command);
+
+    study(&["none.json"]);
+    let line = refused(at, &["study", "sub/way.toml", "--dry-run"]);
+    assert!(line.contains("sub/way.toml:11:12: cannot read none.json"), "{line}");
+}
+
 /// A denoiser of two, a placebo with the same random numbers, and a ledger over all stages that can be fed.
 const SMALL: &str = r#"
 question = "Does it go on?"

@@ -24,7 +24,7 @@ pub struct Study {
     pub question: String,
     /// Scenes, as given: names of built-in scenes, or glTF files beside the study file.
     pub scenes: Vec<String>,
-    /// Cameras by name or index; empty text: the scene's first.
+    /// Cameras by name, index, view or file; empty text: the scene's first.
     pub cameras: Vec<String>,
     /// Sizes of the picture, pixels.
     pub sizes: Vec<[u32; 2]>,

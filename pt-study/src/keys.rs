@@ -39,7 +39,7 @@ pub const STUDY: &[Key] = &[
         "cameras",
         "strings or numbers",
         Words("the scene's first"),
-        "Cameras by name or index, or `\"EX,EY,EZ,TX,TY,TZ\"` (eye and target).",
+        "Cameras by name or index, `\"EX,EY,EZ,TX,TY,TZ\"` (eye and target), or `\"F.json\"`: the way of a camera that `pt view` has recorded.",
     ),
     key("sizes", "strings `\"WxH\"`", Toml("[\"640x360\"]"), "Sizes of the picture, pixels."),
     key(

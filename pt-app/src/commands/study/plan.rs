@@ -140,8 +140,14 @@ impl Plan {
         let mut words = vec!["pt".into(), "render".into(), quoted(&views::scene_path(study, &cell.scene))];
         let mut add = |flag: &str, value: &str| words.extend([flag.to_owned(), quoted(value)]);
         if !cell.camera.is_empty() {
-            let is_look = cell.camera.parse::<LookAt>().is_ok();
-            add(if is_look { "--look" } else { "--camera" }, &cell.camera);
+            let camera = &cell.camera;
+            match camera.parse::<LookAt>() {
+                Ok(_) => add("--look", camera),
+                Err(_) if views::is_camera_path(camera) => {
+                    add("--camera-path", &views::scene_path(study, camera));
+                }
+                Err(_) => add("--camera", camera),
+            }
         }
         add("--size", &format!("{}x{}", cell.size[0], cell.size[1]));
         add("--backend", &cell.backend);

@@ -172,7 +172,12 @@ impl<'a> Runner<'a> {
         } else {
             self.turn.share();
         }
-        let session = Session::on(&self.device, backend, &views::camera_args(&cell.camera)?, scene.clone());
+        let session = Session::on(
+            &self.device,
+            backend,
+            &views::camera_args(&self.plan.study, &cell.camera)?,
+            scene.clone(),
+        );
         self.scene = Some((cell.scene.clone(), scene));
         self.turn.release();
         let session = session?;
@@ -192,6 +197,7 @@ impl<'a> Runner<'a> {
     fn render(&mut self, cell: &Cell, session: &mut Session, on: &[Oracle]) -> Result<Rendered> {
         let study = &self.plan.study;
         let params = &self.plan.params[cell.variant];
+        let camera = views::camera_args(study, &cell.camera)?;
         let mut full = FullFrame::new(session, cell.size, study.accumulate, params)?;
         if !on.is_empty() {
             let oracles = Oracles::new(&self.device, &full, on, LIGHT_RUNS)?;
@@ -228,7 +234,8 @@ impl<'a> Runner<'a> {
             if is_shot || always || full.oracles().is_some_and(|oracles| oracles.needs_truth()) {
                 let record = FullFrame::view(&session.camera.at(time), cell.size, params);
                 let (_, scene) = self.scene.as_ref().context("the scene of the cell is open")?;
-                truth = Some(self.truths.of_frame(cell, scene, View { session, index, time, record })?);
+                let view = View { session, camera: &camera, index, time, record };
+                truth = Some(self.truths.of_frame(cell, scene, view)?);
             }
             if let (Some(oracles), Some(truth)) = (full.oracles(), &truth) {
                 oracles.set_truth(&truth.image, time_step)?;

@@ -2,6 +2,7 @@
 
 use super::plan::Plan;
 use super::views;
+use crate::args::CameraArgs;
 use crate::ground_truth::{PathTraced, TruthOf, path_trace};
 use crate::session::Session;
 use anyhow::{Context, Result, bail, ensure};
@@ -100,6 +101,8 @@ impl Truths {
 pub struct View<'a> {
     /// The session that renders it.
     pub session: &'a Session,
+    /// What chose its camera.
+    pub camera: &'a CameraArgs,
     /// Number of the frame.
     pub index: u32,
     /// Scene time, seconds.
@@ -129,8 +132,7 @@ impl Traced {
         }
         let path = self.folder.join(format!("{key}.exr"));
         if !path.exists() {
-            let camera = views::camera_args(&cell.camera)?;
-            let truth = TruthOf { scene, camera: &camera, time: view.time, record: view.record };
+            let truth = TruthOf { scene, camera: view.camera, time: view.time, record: view.record };
             let PathTraced { file, half } =
                 path_trace(&self.device, session.gpu.backend(), &truth, &self.params)?;
             let mut image = file.to_image()?;

@@ -11,10 +11,15 @@ use pt_study::file::{Against, Study};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// A scene as the importer takes it: a built-in one by its name, a file relative to the study file.
+/// A scene, as the importer takes it, or another thing that may be a file relative to the study file.
 pub fn scene_path(study: &Study, scene: &str) -> String {
     let beside = study.path.parent().unwrap_or(Path::new("")).join(scene);
     if beside.is_file() { beside.to_string_lossy().into_owned() } else { scene.into() }
+}
+
+/// Whether a camera of a study is the way of one, a file.
+pub fn is_camera_path(camera: &str) -> bool {
+    Path::new(camera).extension().is_some_and(|ending| ending == "json")
 }
 
 /// The physical sky of the study.
@@ -39,10 +44,13 @@ pub fn open(study: &Study, scene: &str) -> Result<Scene> {
 ///
 /// # Errors
 /// None in practice: a name is any text.
-pub fn camera_args(camera: &str) -> Result<CameraArgs> {
+pub fn camera_args(study: &Study, camera: &str) -> Result<CameraArgs> {
     let default = CameraArgs::default();
     if camera.is_empty() {
         return Ok(default);
+    }
+    if is_camera_path(camera) {
+        return Ok(CameraArgs { camera_path: Some(scene_path(study, camera).into()), ..default });
     }
     if let Ok(look) = camera.parse::<LookAt>() {
         return Ok(CameraArgs { look: Some(look), ..default });
@@ -106,8 +114,8 @@ pub fn check(study: &Study, cells: &[Cell]) -> Result<()> {
         for (k, camera) in
             study.cameras.iter().enumerate().filter(|(_, name)| cameras.contains(name.as_str()))
         {
-            choose_camera(&scene, &camera_args(camera)?)
-                .map_err(|error| study.error_at("cameras", k, error.to_string()))?;
+            choose_camera(&scene, &camera_args(study, camera)?)
+                .map_err(|error| study.error_at("cameras", k, format!("{error:#}")))?;
         }
         if let Some((folder, capture)) = &capture
             && folder.index.scene != scene.name
