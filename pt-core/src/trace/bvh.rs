@@ -29,11 +29,11 @@ pub enum BvhQuality {
     /// 0.15 s, rays 10-15 % faster than with `Fast`.
     #[default]
     Medium,
-    /// 0.5 s, rays 3-5 % faster than with `Medium`.
+    /// 0.5 s, rays 2-5 % faster than with `Medium`.
     High,
 }
 
-/// Triangles up to which a scene gets trees of high quality: they take 2 s on one core.
+/// Triangles up to which a scene gets trees of high quality: at the rate above they take some 2 s on one core.
 const MAX_HIGH_QUALITY: usize = 1_000_000;
 
 impl BvhQuality {
