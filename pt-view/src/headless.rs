@@ -34,7 +34,7 @@ pub fn lay_out(context: &egui::Context, size: [u32; 2], panel: &mut Panel, statu
     let size = egui::vec2(size[0] as f32, size[1] as f32);
     let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
     let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
-    let output = context.run(input, |context| drop(panel.ui(context, status)));
+    let output = context.run_ui(input, |ui| drop(panel.ui(ui, status)));
     LaidOut {
         triangles: context.tessellate(output.shapes, output.pixels_per_point),
         textures: output.textures_delta,

@@ -11,6 +11,7 @@ mod input;
 pub mod knob_sheet;
 pub mod layout;
 pub mod offscreen;
+pub mod offscreen_view;
 pub mod panel;
 pub mod panel_renderer;
 pub mod pass_history;

@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 use ash::vk;
-use egui_ash_renderer::{DynamicRendering, Options, Renderer};
+use egui_ash_renderer::allocator::DefaultAllocator;
+use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer};
 use pt_core::Device;
 
 /// A panel that egui has laid out.
@@ -18,7 +19,7 @@ pub struct LaidOut {
 /// Draws panels over pictures.
 pub(crate) struct PanelRenderer {
     device: Device,
-    renderer: Renderer,
+    renderer: Renderer<DefaultAllocator>,
     pool: vk::CommandPool,
     /// Textures that the panel that is drawn now still reads.
     unneeded: Vec<egui::TextureId>,
@@ -28,7 +29,11 @@ impl PanelRenderer {
     /// For attachments of `format`. `pool`: for the upload of textures.
     pub(crate) fn new(device: &Device, pool: vk::CommandPool, format: vk::Format) -> Result<Self> {
         let vulkan = device.vulkan();
-        let rendering = DynamicRendering { color_attachment_format: format, depth_attachment_format: None };
+        let rendering = RenderMode::DynamicRendering(DynamicRendering {
+            color_attachment_format: format,
+            depth_attachment_format: None,
+            stencil_attachment_format: None,
+        });
         let renderer = Renderer::with_default_allocator(
             vulkan.instance,
             vulkan.physical,
@@ -42,14 +47,18 @@ impl PanelRenderer {
 
     /// Uploads textures, before the panel is drawn. No earlier panel is being drawn.
     pub(crate) fn prepare(&mut self, panel: &mut LaidOut) -> Result<()> {
-        self.renderer.free_textures(&std::mem::take(&mut self.unneeded)).map_err(failed)?;
-        let textures = std::mem::take(&mut panel.textures);
-        self.unneeded = textures.free;
-        if textures.set.is_empty() {
-            return Ok(());
+        let Self { device, renderer, pool, unneeded } = self;
+        for texture in unneeded.drain(..) {
+            renderer.free_texture(texture).map_err(failed)?;
         }
-        let Self { device, renderer, pool, .. } = self;
-        device.with_queue(|queue| renderer.set_textures(queue, *pool, &textures.set)).map_err(failed)
+        unneeded.extend(panel.textures.free.drain());
+        for (texture, deltas) in panel.textures.set.drain() {
+            for delta in deltas {
+                let set = |queue| renderer.set_texture(queue, *pool, texture, &delta);
+                device.with_queue(set).map_err(failed)?;
+            }
+        }
+        Ok(())
     }
 
     /// Records the panel, within a rendering to an attachment of `extent`.

@@ -7,9 +7,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Frames come no faster than this: scene time runs at one frame per this interval, and a GPU that is faster rests.
-const INTERVAL: Duration = Duration::from_micros(16_667);
-
 /// What the two threads share.
 #[derive(Default)]
 struct Mailbox {
@@ -26,15 +23,17 @@ pub(crate) struct RendererThread {
 }
 
 impl RendererThread {
-    /// Starts it. `start` makes the renderer, on the thread; `wake` is called when there is something to collect.
+    /// Starts it. `start` makes the renderer, on the thread; `wake` is called when there is something to collect. A frame begins `interval`
+    /// after the last at the earliest: a GPU that is faster rests.
     pub(crate) fn new(
         start: impl FnOnce() -> Result<Box<dyn Frames>, Failure> + Send + 'static,
         wake: impl Fn() + Send + 'static,
+        interval: Duration,
     ) -> std::io::Result<Self> {
         let mailbox = Arc::new(Mailbox::default());
         let shared = mailbox.clone();
         let thread = std::thread::Builder::new().name("renderer".into()).spawn(move || {
-            if let Err(failure) = run(start, &shared, &wake) {
+            if let Err(failure) = run(start, &shared, &wake, interval) {
                 *lock(&shared.status) = Some(Err(failure));
                 wake();
             }
@@ -67,6 +66,7 @@ fn run(
     start: impl FnOnce() -> Result<Box<dyn Frames>, Failure>,
     mailbox: &Mailbox,
     wake: &impl Fn(),
+    interval: Duration,
 ) -> Result<(), Failure> {
     let mut frames = start()?;
     let mut due = Instant::now();
@@ -79,7 +79,7 @@ fn run(
         }
         *lock(&mailbox.status) = Some(Ok(status));
         wake();
-        due += INTERVAL;
+        due += interval;
         match due.checked_duration_since(Instant::now()) {
             Some(rest) => std::thread::sleep(rest),
             None => due = Instant::now(),
@@ -127,7 +127,8 @@ mod tests {
         let wake = move || {
             let _ = wake.send(());
         };
-        let thread = RendererThread::new(|| Ok(Box::new(Slow(ended)) as Box<dyn Frames>), wake).unwrap();
+        let start = || Ok(Box::new(Slow(ended)) as Box<dyn Frames>);
+        let thread = RendererThread::new(start, wake, Duration::from_millis(16)).unwrap();
         let begun = Instant::now();
         // The frame is begun meanwhile, and ends below.
         for _ in 0..20 {

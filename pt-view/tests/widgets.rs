@@ -1,8 +1,11 @@
-//! The panel, driven through its widgets.
+//! The panel, driven through its widgets as egui_kittest finds them: by role and label, as a screen reader does.
 
+use egui::accesskit::Role;
+use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::{Harness, Node};
 use pt_view::knob_sheet::{Knob, KnobKind, Profile};
 use pt_view::panel::{Panel, PanelContent};
-use pt_view::protocol::{Request, Status, TruthView};
+use pt_view::protocol::{PassTime, Request, Status, TruthView};
 
 fn knob(key: &str, kind: KnobKind, default: &str) -> Knob {
     Knob {
@@ -36,87 +39,69 @@ fn content() -> PanelContent {
     }
 }
 
-/// A panel with a pointer. Widgets are found by the text that is drawn.
-struct Harness {
-    context: egui::Context,
+/// What the widgets act on.
+struct Driven {
     panel: Panel,
     status: Status,
-    shapes: Vec<egui::epaint::ClippedShape>,
-    time: f64,
+    requests: Vec<Request>,
 }
 
-impl Harness {
+/// A panel in a window, and a pointer.
+struct Driver(Harness<'static, Driven>);
+
+impl Driver {
     fn new() -> Self {
-        let (context, panel) = (egui::Context::default(), Panel::new(content()));
-        let mut harness = Self { context, panel, status: Status::default(), shapes: Vec::new(), time: 0.0 };
-        assert_eq!(harness.rest(), [], "nothing is asked for at the start");
-        harness
-    }
-
-    fn step(&mut self, events: Vec<egui::Event>) -> Vec<Request> {
-        let mut requests = Vec::new();
-        self.time += 0.1;
-        let input = egui::RawInput {
-            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1200.0, 700.0))),
-            time: Some(self.time),
-            events,
-            ..Default::default()
+        let driven = Driven { panel: Panel::new(content()), status: Status::default(), requests: Vec::new() };
+        let ui = |ui: &mut egui::Ui, driven: &mut Driven| {
+            let requests = driven.panel.ui(ui, &driven.status);
+            driven.requests.extend(requests);
         };
-        let output = self.context.run(input, |context| requests.extend(self.panel.ui(context, &self.status)));
-        self.shapes = output.shapes;
-        requests
+        let mut driver = Self(Harness::builder().with_size([1200.0, 700.0]).build_ui_state(ui, driven));
+        assert_eq!(driver.rest(), [], "nothing is asked for at the start");
+        driver
     }
 
-    /// Until what opens with a movement is open.
+    /// Until the panel is at rest; what it asks for.
     fn rest(&mut self) -> Vec<Request> {
-        (0..8).flat_map(|_| self.step(Vec::new())).collect()
+        self.0.run();
+        std::mem::take(&mut self.0.state_mut().requests)
     }
 
-    /// Where this text is drawn.
-    fn find(&self, text: &str) -> Option<egui::Rect> {
-        let place = |shape: &egui::Shape| match shape {
-            egui::Shape::Text(drawn) if drawn.galley.text() == text => Some(drawn.visual_bounding_rect()),
-            _ => None,
-        };
-        self.shapes.iter().find_map(|clipped| place(&clipped.shape))
+    fn set_status(&mut self, status: Status) {
+        self.0.state_mut().status = status;
+        self.rest();
     }
 
-    /// Clicks; what the panel asks for then.
-    fn click_at(&mut self, at: egui::Pos2) -> Vec<Request> {
-        let button = |pressed| egui::Event::PointerButton {
-            pos: at,
-            button: egui::PointerButton::Primary,
-            pressed,
-            modifiers: egui::Modifiers::NONE,
-        };
-        let mut requests = self.step(vec![egui::Event::PointerMoved(at)]);
-        requests.extend(self.step(vec![button(true)]));
-        requests.extend(self.step(vec![button(false)]));
-        requests.extend(self.rest());
-        requests
+    fn shows(&self, label: &str) -> bool {
+        self.0.query_all_by_label(label).next().is_some()
     }
 
-    fn click(&mut self, text: &str) -> Vec<Request> {
-        let at = self.find(text).unwrap_or_else(|| panic!("{text} is not drawn")).center();
-        self.click_at(at)
+    /// The one widget of this role and label.
+    fn widget<'a>(&'a self, role: Role, label: &'a str) -> Node<'a> {
+        self.0.get_by_role_and_label(role, label)
     }
 
-    /// Drags from a text by `points` to the right.
-    fn drag(&mut self, text: &str, points: f32) -> Vec<Request> {
-        let from = self.find(text).unwrap_or_else(|| panic!("{text} is not drawn")).center();
-        let button = |pos, pressed| egui::Event::PointerButton {
-            pos,
-            button: egui::PointerButton::Primary,
-            pressed,
-            modifiers: egui::Modifiers::NONE,
-        };
-        let to = |share: f32| from + egui::vec2(points * share, 0.0);
-        let mut requests = self.step(vec![egui::Event::PointerMoved(from)]);
-        requests.extend(self.step(vec![button(from, true)]));
+    /// Clicks a widget; what the panel asks for then.
+    fn click(&mut self, role: Role, label: &str) -> Vec<Request> {
+        self.widget(role, label).click();
+        self.rest()
+    }
+
+    fn press(&mut self, label: &str) -> Vec<Request> {
+        self.click(Role::Button, label)
+    }
+
+    /// Drags a widget by `points` to the right.
+    fn drag(&mut self, role: Role, label: &str, points: f32) -> Vec<Request> {
+        let from = self.widget(role, label).rect().center();
+        self.0.drag_at(from);
+        let mut requests = self.rest();
         for share in [0.25, 0.5, 0.75, 1.0] {
-            requests.extend(self.step(vec![egui::Event::PointerMoved(to(share))]));
+            self.0.hover_at(from + egui::vec2(points * share, 0.0));
+            requests.extend(self.rest());
         }
-        requests.extend(self.step(vec![button(to(1.0), false)]));
+        self.0.drop_at(from + egui::vec2(points, 0.0));
+        requests.extend(self.rest());
         requests
     }
 }
@@ -127,75 +112,134 @@ fn one_knob(key: &str, value: &str) -> Vec<Request> {
 
 #[test]
 fn a_knob_is_turned_marked_reset_and_undone() {
-    let mut harness = Harness::new();
-    assert_eq!(harness.click("lights"), []);
-    // Its checkbox is behind its name.
-    let name = harness.find("sun").unwrap();
-    assert_eq!(
-        harness.click_at(name.right_center() + egui::vec2(16.0, 0.0)),
-        one_knob("lights.sun", "false")
-    );
-    assert!(harness.find("lights (1 changed)").is_some(), "the stage is marked");
-    assert_eq!(harness.click("reset"), one_knob("lights.sun", "true"));
-    assert!(harness.find("lights").is_some());
-    assert_eq!(harness.click("Undo"), one_knob("lights.sun", "false"));
-    assert_eq!(harness.click("Redo"), one_knob("lights.sun", "true"));
+    let mut driver = Driver::new();
+    assert_eq!(driver.press("lights"), []);
+    assert_eq!(driver.click(Role::CheckBox, "sun"), one_knob("lights.sun", "false"));
+    assert!(driver.shows("lights (1 changed)"), "the stage is marked");
+    assert_eq!(driver.press("reset"), one_knob("lights.sun", "true"));
+    assert!(driver.shows("lights"));
+    assert_eq!(driver.press("Undo"), one_knob("lights.sun", "false"));
+    assert_eq!(driver.press("Redo"), one_knob("lights.sun", "true"));
+    assert!(driver.widget(Role::Button, "Redo").accesskit_node().is_disabled(), "there is no more to redo");
 }
 
 #[test]
 fn a_number_is_dragged_within_its_range_and_the_drag_is_one_change() {
-    let mut harness = Harness::new();
-    harness.click("post (1 changed)");
-    let requests = harness.drag("2.5", 160.0);
+    let mut driver = Driver::new();
+    driver.press("post (1 changed)");
+    let requests = driver.drag(Role::SpinButton, "ev100", 160.0);
     assert!(requests.len() > 1, "it changes while it is dragged");
     assert_eq!(requests.last(), one_knob("post.ev100", "32").first(), "and ends at its range");
-    assert_eq!(harness.click("Undo"), one_knob("post.ev100", "2.5"));
+    assert_eq!(driver.press("Undo"), one_knob("post.ev100", "2.5"));
+}
+
+#[test]
+fn a_choice_is_made_from_its_list() {
+    let mut driver = Driver::new();
+    driver.press("gbuffer");
+    assert_eq!(driver.click(Role::ComboBox, "jitter"), []);
+    assert_eq!(driver.press("halton"), one_knob("gbuffer.jitter", "halton"));
+    assert!(!driver.shows("halton"), "the list is closed");
+    assert_eq!(driver.widget(Role::ComboBox, "jitter").value().as_deref(), Some("halton"));
 }
 
 #[test]
 fn what_differs_from_its_default_at_the_start_is_marked_and_a_search_lists_what_it_names() {
-    let mut harness = Harness::new();
-    assert!(harness.find("post (1 changed)").is_some());
-    harness.panel.search("JITTER");
-    harness.rest();
-    assert!(harness.find("gbuffer").is_some() && harness.find("jitter").is_some(), "open at once");
-    assert!(harness.find("lights").is_none());
+    let mut driver = Driver::new();
+    assert!(driver.shows("post (1 changed)"));
+    let search = driver.0.get_by_role(Role::TextInput);
+    search.focus();
+    driver.rest();
+    driver.0.get_by_role(Role::TextInput).type_text("JITTER");
+    assert_eq!(driver.rest(), []);
+    assert!(driver.shows("gbuffer") && driver.shows("jitter"), "open at once");
+    assert!(!driver.shows("lights"));
+}
+
+#[test]
+fn only_what_differs_is_listed_on_request() {
+    let mut driver = Driver::new();
+    driver.click(Role::CheckBox, "changed");
+    assert!(driver.shows("ev100") && !driver.shows("lights") && !driver.shows("gbuffer"));
+}
+
+#[test]
+fn a_knob_tells_what_it_does() {
+    let mut driver = Driver::new();
+    driver.press("lights");
+    driver.0.get_all_by_label("sun").next().unwrap().hover();
+    // Tooltips wait.
+    driver.0.run_steps(4);
+    assert!(driver.shows("What lights.sun does (Somebody 2020)."));
+    assert!(driver.shows("0 to 10 pixels; default true"));
 }
 
 #[test]
 fn a_profile_sets_what_it_says() {
-    let mut harness = Harness::new();
-    harness.click("Profile");
-    let requests = harness.click("realtime");
+    let mut driver = Driver::new();
+    driver.press("Profile");
+    let requests = driver.press("realtime");
     let both = vec![("gbuffer.jitter".into(), "halton".into()), ("post.ev100".into(), "0".into())];
     assert_eq!(requests, [Request::Knobs(both)]);
 }
 
 #[test]
 fn the_bar_asks_for_time_and_files() {
-    let mut harness = Harness::new();
-    assert_eq!(harness.click("Play"), [Request::Play(true)]);
-    assert_eq!(harness.click("Step"), [Request::Step]);
-    assert_eq!(harness.click("Reset"), [Request::ResetHistories]);
-    assert_eq!(harness.click("Copy command"), [Request::HandOut]);
-    assert_eq!(harness.click("Save"), [Request::Save]);
-    assert_eq!(harness.click("Record path"), [Request::Record(true)]);
-    assert_eq!(harness.click("Capture"), [Request::Capture(true)]);
-    harness.status = Status { playing: true, recording: true, capture: Some([3, 16]), ..Status::default() };
-    harness.rest();
-    assert_eq!(harness.click("Pause"), [Request::Play(false)]);
-    assert_eq!(harness.click("Write path"), [Request::Record(false)]);
-    assert!(harness.find("captured 3 of 16").is_some());
-    assert_eq!(harness.click("End capture"), [Request::Capture(false)]);
+    let mut driver = Driver::new();
+    assert_eq!(driver.press("Play"), [Request::Play(true)]);
+    assert_eq!(driver.press("Step"), [Request::Step]);
+    assert_eq!(driver.press("Reset"), [Request::ResetHistories]);
+    assert_eq!(driver.press("Copy command"), [Request::HandOut]);
+    assert_eq!(driver.press("Save"), [Request::Save]);
+    assert_eq!(driver.press("Record path"), [Request::Record(true)]);
+    assert_eq!(driver.press("Capture"), [Request::Capture(true)]);
+    let sought = driver.0.get_by_role(Role::Slider).rect().center();
+    driver.0.drag_at(sought);
+    driver.0.drop_at(sought);
+    assert!(matches!(driver.rest()[..], [Request::Seek(time), ..] if time > 2.0 && time < 8.0));
+    driver.set_status(Status { playing: true, recording: true, capture: Some([3, 16]), ..Status::default() });
+    assert_eq!(driver.press("Pause"), [Request::Play(false)]);
+    assert_eq!(driver.press("Write path"), [Request::Record(false)]);
+    assert!(driver.shows("captured 3 of 16"));
+    assert_eq!(driver.press("End capture"), [Request::Capture(false)]);
 }
 
 #[test]
 fn ground_truth_and_cameras_are_asked_for() {
-    let mut harness = Harness::new();
-    harness.click("Look");
-    assert_eq!(harness.click("split"), [Request::Truth(TruthView::Split)]);
-    assert_eq!(harness.click("flip"), [Request::Truth(TruthView::Flip)]);
-    assert_eq!(harness.click("difference"), [Request::Truth(TruthView::Difference)]);
-    harness.click("Keys");
-    assert_eq!(harness.click("back"), [Request::SceneCamera(1)]);
+    let mut driver = Driver::new();
+    driver.press("Look");
+    assert_eq!(driver.press("split"), [Request::Truth(TruthView::Split)]);
+    assert_eq!(driver.press("flip"), [Request::Truth(TruthView::Flip)]);
+    assert_eq!(driver.press("difference"), [Request::Truth(TruthView::Difference)]);
+    driver.press("Keys");
+    assert_eq!(driver.press("back"), [Request::SceneCamera(1)]);
+}
+
+#[test]
+fn images_are_looked_at_and_the_pixel_under_the_cursor_is_listed() {
+    let mut driver = Driver::new();
+    let status = Status {
+        images: vec!["depth".into(), "normal".into()],
+        pixel: vec![("depth".into(), "2.5000".into())],
+        ..Status::default()
+    };
+    driver.set_status(status);
+    driver.press("Look");
+    assert!(driver.shows("2.5000"));
+    driver.click(Role::ComboBox, "image");
+    assert_eq!(driver.press("normal"), [Request::Look(Some("normal".into()))]);
+}
+
+#[test]
+fn passes_are_listed_with_their_medians() {
+    let mut driver = Driver::new();
+    for ms in [1.0, 9.0, 2.0] {
+        let pass = PassTime { name: "primary rays".into(), ms, rays: 2_500_000, bytes: 0 };
+        let status = Status { frame_ms: ms, passes: vec![pass], ..Status::default() };
+        driver.0.state_mut().panel.frame_done(&status);
+    }
+    driver.press("Passes");
+    for text in ["frame: 2.00 ms (median of the last frames)", "primary rays", "2.000", "2.50"] {
+        assert!(driver.shows(text), "{text}");
+    }
 }

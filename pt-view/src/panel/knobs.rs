@@ -93,7 +93,7 @@ fn editor(ui: &mut egui::Ui, knob: &Knob, value: &str, label: egui::Id) -> Optio
     let mut set = None;
     if knob.optional {
         let mut is_there = value != NONE;
-        if ui.checkbox(&mut is_there, "").changed() {
+        if checkbox(ui, &mut is_there, &format!("{} is set", knob.name())) {
             set = Some((if is_there { present(knob) } else { NONE.into() }, false));
         }
         if !is_there {
@@ -104,7 +104,7 @@ fn editor(ui: &mut egui::Ui, knob: &Knob, value: &str, label: egui::Id) -> Optio
     match &knob.kind {
         KnobKind::Boolean => {
             let mut on = value == "true";
-            if ui.checkbox(&mut on, "").labelled_by(label).changed() {
+            if checkbox(ui, &mut on, knob.name()) {
                 set = Some((on.to_string(), false));
             }
         }
@@ -133,16 +133,26 @@ fn editor(ui: &mut egui::Ui, knob: &Knob, value: &str, label: egui::Id) -> Optio
             }
         }
         KnobKind::Choice(names) => {
-            egui::ComboBox::from_id_salt(&knob.key).selected_text(value).show_ui(ui, |ui| {
+            let list = egui::ComboBox::from_id_salt(&knob.key).selected_text(value).show_ui(ui, |ui| {
                 for (name, doc) in names {
                     if ui.selectable_label(name == value, name).on_hover_text(doc).clicked() {
                         set = Some((name.clone(), false));
                     }
                 }
             });
+            list.response.labelled_by(label);
         }
     }
     set
+}
+
+/// A checkbox whose name stands elsewhere; whether it was clicked. egui gives one without text an empty label, whatever it is labelled by: tests
+/// and screen readers need the name.
+fn checkbox(ui: &mut egui::Ui, on: &mut bool, name: &str) -> bool {
+    let response = ui.checkbox(on, "");
+    let info = || egui::WidgetInfo::selected(egui::WidgetType::Checkbox, ui.is_enabled(), *on, name);
+    response.widget_info(info);
+    response.changed()
 }
 
 /// The first value of an optional knob that gets one.

@@ -116,13 +116,13 @@ impl Panel {
         Request::Truth(self.truth)
     }
 
-    /// Lays the panel out; what the user wants.
-    pub fn ui(&mut self, context: &egui::Context, status: &Status) -> Vec<Request> {
+    /// Lays the panel out at the edges of `ui`; what the user wants.
+    pub fn ui(&mut self, ui: &mut egui::Ui, status: &Status) -> Vec<Request> {
         let mut requests = Vec::new();
         if self.is_shown {
-            egui::TopBottomPanel::bottom("transport")
-                .show(context, |ui| transport::ui(ui, status, self.duration, &mut requests));
-            egui::SidePanel::right("panel").default_width(380.0).show(context, |ui| {
+            egui::Panel::bottom("transport")
+                .show(ui, |ui| transport::ui(ui, status, self.duration, &mut requests));
+            egui::Panel::right("panel").default_size(380.0).show(ui, |ui| {
                 self.pages(ui);
                 ui.separator();
                 egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| match self.page {

@@ -116,7 +116,9 @@ impl<'a> App<'a> {
     }
 
     /// What ended it, or what it did.
-    pub(super) fn end(self) -> Result<Summary> {
+    pub(super) fn end(mut self) -> Result<Summary> {
+        // egui takes textures that nobody uploads for a mistake; these are of panels that nobody will see.
+        self.textures.clear();
         let seconds = self.first_frame.map_or(0.0, |first| first.elapsed().as_secs_f64());
         let summary = Summary { frames: self.renderer.frames(), seconds, input: self.busy };
         self.failure.map_or(Ok(summary), Err)
@@ -190,13 +192,13 @@ impl<'a> App<'a> {
             || self.drag.is_none()
                 && panel.truth == TruthView::Split
                 && is_on_edge(self.cursor, panel.split, self.shown_at);
-        let output = self.context.run(input, |context| {
+        let output = self.context.run_ui(input, |ui| {
             if drags_edge {
-                context.set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
+                ui.set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
             }
             // egui may lay out twice.
-            requests.extend(panel.ui(context, status));
-            left = context.available_rect();
+            requests.extend(panel.ui(ui, status));
+            left = ui.available_rect_before_wrap();
         });
         opened.egui.handle_platform_output(&opened.window, output.platform_output);
         self.renderer.send(requests);
@@ -219,8 +221,9 @@ impl<'a> App<'a> {
         let triangles = self.context.tessellate(output.shapes, scale);
         let mut panel = LaidOut { triangles, textures, pixels_per_point: scale };
         let Some(opened) = &mut self.opened else { return Ok(()) };
-        let outcome = opened.presenter.show(&blits, Some(&mut panel))?;
+        let outcome = opened.presenter.show(&blits, Some(&mut panel));
         self.textures = panel.textures;
+        let outcome = outcome?;
         let again = output.viewport_output.values().any(|viewport| viewport.repaint_delay.is_zero());
         self.is_dirty = again || outcome == Outcome::LeftOut;
         Ok(())

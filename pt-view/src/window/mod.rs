@@ -11,8 +11,12 @@ use crate::renderer_thread::RendererThread;
 use app::App;
 use pt_core::{Device, DeviceOptions};
 use std::ffi::CStr;
+use std::time::Duration;
 use winit::event_loop::EventLoop;
 use winit::raw_window_handle::HasDisplayHandle;
+
+/// Scene time runs at one frame per this interval.
+const INTERVAL: Duration = Duration::from_micros(16_667);
 
 /// The renderer has something to collect.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +87,7 @@ impl View {
             let _ = proxy.send_event(Woken);
         };
         let renderer =
-            RendererThread::new(start, wake).map_err(|error| Error::NoWindow(error.to_string()))?;
+            RendererThread::new(start, wake, INTERVAL).map_err(|error| Error::NoWindow(error.to_string()))?;
         let mut app = App::new(device, opening, renderer, commands);
         self.events.run_app(&mut app).map_err(|error| Error::NoWindow(error.to_string()))?;
         app.end()

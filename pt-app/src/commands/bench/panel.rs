@@ -1,9 +1,9 @@
 //! `pt bench panel` measures what the panel of `pt view` costs.
 
-use crate::commands::view::content;
+use crate::commands::view::{ViewArgs, content, off_screen};
 use crate::params::FrameParams;
 use anyhow::{Result, ensure};
-use clap::Args;
+use clap::{Args, FromArgMatches};
 use pt_core::harness::Spread;
 use pt_core::{Device, DeviceOptions, Image};
 use pt_image::image_file::ImageSize;
@@ -22,10 +22,13 @@ use std::time::{Duration, Instant};
 /// `pt bench panel`
 #[derive(Clone, Debug, Args)]
 pub struct BenchPanelArgs {
+    /// Also show frames of this scene, a file or a built-in one, as `pt view --play` does, and count them a second with and without the panel.
+    #[arg(long, value_name = "S")]
+    pub scene: Option<String>,
     /// Size of window and picture in pixels.
     #[arg(long, value_name = "WxH", default_value = "1920x1080")]
     pub size: ImageSize,
-    /// Pictures that are measured.
+    /// Pictures that are measured; so many frames of the scene are a turn.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
     /// Vulkan device, by index or part of its name [default: a discrete GPU before the CPU]
@@ -35,6 +38,8 @@ pub struct BenchPanelArgs {
 
 /// Pictures before the measurement.
 const WARM_UP: u32 = 8;
+/// Turns with and without the panel, in which frames of the scene are counted.
+const TURNS: usize = 5;
 /// A device that takes so long does not work.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -73,7 +78,41 @@ pub fn run(args: &BenchPanelArgs, out: &mut impl Write) -> Result<bool> {
         args.frames,
         device.info().name
     )?;
+    drop((target, blit));
+    if let Some(scene) = &args.scene {
+        frames(args, scene, &device, &mut panel, out)?;
+    }
     Ok(true)
+}
+
+/// Counts frames of a scene a second, with and without the panel in turns.
+fn frames(
+    args: &BenchPanelArgs,
+    scene: &str,
+    device: &Device,
+    panel: &mut Panel,
+    out: &mut impl Write,
+) -> Result<()> {
+    let size = format!("{}x{}", args.size.width, args.size.height);
+    let words = ["pt view", scene, "--size", &size, "--profile", "realtime", "--play"];
+    let view = ViewArgs::augment_args(clap::Command::new("pt view")).try_get_matches_from(words)?;
+    let mut view = off_screen(&ViewArgs::from_arg_matches(&view)?, device)?;
+    view.rate(WARM_UP, Some(panel))?;
+    let mut rates = [const { Vec::new() }; 2];
+    for _ in 0..TURNS {
+        rates[0].push(view.rate(args.frames, None)?);
+        rates[1].push(view.rate(args.frames, Some(panel))?);
+    }
+    let [without, with] = rates.map(|mut rates| {
+        rates.sort_by(f64::total_cmp);
+        format!("{:.2} ({:.2} to {:.2})", rates[TURNS / 2], rates[0], rates[TURNS - 1])
+    });
+    writeln!(
+        out,
+        "frames a second of {scene} at {size}: {with} with the panel, {without} without it; median, least and most of {TURNS} turns of {} frames",
+        args.frames
+    )?;
+    Ok(())
 }
 
 /// GPU time between the picture and the end of the panel, milliseconds.

@@ -20,6 +20,8 @@ mod truth;
 
 pub use args::ViewArgs;
 #[cfg(feature = "view")]
+pub(crate) use show::off_screen;
+#[cfg(feature = "view")]
 pub use show::run;
 
 /// Runs the command: without the feature `view` it says how to get it.

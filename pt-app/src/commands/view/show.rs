@@ -2,12 +2,14 @@
 
 use super::args::ViewArgs;
 use super::{content, frames, hand_out};
+use crate::params::FrameParams;
 use crate::session::{Session, choose_camera, open_scene};
 use anyhow::{Result, bail, ensure};
-use pt_core::DeviceOptions;
 use pt_core::console::print_warning;
+use pt_core::{Device, DeviceOptions};
 use pt_gbuffer::hidden_lobes;
-use pt_scene::automatic_camera;
+use pt_scene::{Camera, Scene, automatic_camera};
+use pt_view::offscreen_view::OffscreenView;
 use pt_view::protocol::{Failure, Frames};
 use pt_view::{Opening, View};
 use std::io::Write;
@@ -37,11 +39,7 @@ pub fn run(args: &ViewArgs, out: &mut impl Write) -> Result<bool> {
         scene_size: scene.bounds().map_or(1.0, |bounds| bounds.size().max_element()),
         content: content::of(&params, &scene.cameras, args.frame.accumulate)?,
     };
-    let (args, of_thread) = (args.clone(), device.clone());
-    let start = move || -> Result<Box<dyn Frames>, Failure> {
-        let session = Session::on(&of_thread, args.frame.device.backend, &args.frame.camera, scene)?;
-        Ok(Box::new(frames::ViewFrames::new(args, kept, params, session, camera)?))
-    };
+    let start = renderer(args, kept, params, &device, scene, camera);
     let mut written = Ok(());
     let mut print = |command: &str| {
         written = writeln!(out, "{command}").and_then(|()| out.flush());
@@ -54,5 +52,33 @@ pub fn run(args: &ViewArgs, out: &mut impl Write) -> Result<bool> {
             bail!("{} validation messages, the first: {}", messages.len(), messages[0])
         }
         _ => Ok(true),
+    }
+}
+
+/// The same frames without a window.
+///
+/// # Errors
+/// A scene that can't be loaded, a device that can't draw.
+pub(crate) fn off_screen(args: &ViewArgs, device: &Device) -> Result<OffscreenView> {
+    let params = args.frame.params()?;
+    let scene = open_scene(&args.frame.scene.file, &args.frame.scene.load_options())?;
+    let camera = choose_camera(&scene, &args.frame.camera)?.unwrap_or_else(|| automatic_camera(&scene));
+    let start = renderer(args, Vec::new(), params, device, scene, camera);
+    Ok(OffscreenView::new(device, args.frame.output_size(), start)?)
+}
+
+/// Makes the renderer, on the thread on which it is called.
+fn renderer(
+    args: &ViewArgs,
+    kept: Vec<String>,
+    params: FrameParams,
+    device: &Device,
+    scene: Scene,
+    camera: Camera,
+) -> impl FnOnce() -> Result<Box<dyn Frames>, Failure> + Send + 'static {
+    let (args, device) = (args.clone(), device.clone());
+    move || {
+        let session = Session::on(&device, args.frame.device.backend, &args.frame.camera, scene)?;
+        Ok(Box::new(frames::ViewFrames::new(args, kept, params, session, camera)?))
     }
 }
