@@ -6,11 +6,23 @@ use std::collections::VecDeque;
 /// Frames that the median goes over.
 const FRAMES: usize = 65;
 
+/// Frames without a pass after which it is forgotten. Uploads come and go with what moves.
+const MOST_ABSENT: usize = 8;
+
 /// Times of the last frames, pass by pass.
 #[derive(Clone, Debug, Default)]
 pub struct PassHistory {
     frame: VecDeque<f64>,
-    passes: Vec<(PassTime, VecDeque<f64>)>,
+    passes: Vec<Pass>,
+}
+
+/// Times of a pass.
+#[derive(Clone, Debug)]
+struct Pass {
+    last: PassTime,
+    times: VecDeque<f64>,
+    /// Frames since it ran.
+    absent: usize,
 }
 
 /// A row of the table.
@@ -23,30 +35,33 @@ pub struct PassRow {
 }
 
 impl PassHistory {
-    /// Adds a frame. Other passes than before begin anew.
+    /// Adds a frame.
     pub fn add(&mut self, frame_ms: f64, passes: &[PassTime]) {
         if passes.is_empty() {
             return;
         }
-        let same = self.passes.len() == passes.len()
-            && self.passes.iter().zip(passes).all(|((known, _), pass)| known.name == pass.name);
-        if !same {
-            self.frame.clear();
-            self.passes = passes.iter().map(|pass| (pass.clone(), VecDeque::new())).collect();
-        }
         push(&mut self.frame, frame_ms);
-        for ((last, times), pass) in self.passes.iter_mut().zip(passes) {
-            push(times, pass.ms);
-            last.clone_from(pass);
+        self.passes.iter_mut().for_each(|pass| pass.absent += 1);
+        // Passes of one name are told apart by their order.
+        let mut next = 0;
+        for pass in passes {
+            let known = self.passes[next..].iter().position(|known| known.last.name == pass.name);
+            let at = known.map_or(next, |offset| next + offset);
+            if known.is_none() {
+                self.passes.insert(at, Pass { last: pass.clone(), times: VecDeque::new(), absent: 0 });
+            }
+            let known = &mut self.passes[at];
+            known.last.clone_from(pass);
+            known.absent = 0;
+            push(&mut known.times, pass.ms);
+            next = at + 1;
         }
+        self.passes.retain(|pass| pass.absent <= MOST_ABSENT);
     }
 
     /// The passes in the order of the frame.
     pub fn rows(&self) -> Vec<PassRow> {
-        let row = |(last, times): &(PassTime, VecDeque<f64>)| PassRow {
-            last: last.clone(),
-            median_ms: median(times),
-        };
+        let row = |pass: &Pass| PassRow { last: pass.last.clone(), median_ms: median(&pass.times) };
         self.passes.iter().map(row).collect()
     }
 
@@ -82,8 +97,12 @@ mod tests {
         PassTime { name: name.into(), ms, rays: 0, bytes: 0 }
     }
 
+    fn rows(history: &PassHistory) -> Vec<(String, f64)> {
+        history.rows().into_iter().map(|row| (row.last.name, row.median_ms)).collect()
+    }
+
     #[test]
-    fn the_median_rolls_and_other_passes_begin_anew() {
+    fn medians_roll() {
         let mut history = PassHistory::default();
         for ms in [1.0, 100.0, 2.0] {
             history.add(ms, &[pass("a", ms)]);
@@ -91,8 +110,19 @@ mod tests {
         assert_eq!((history.median_ms(), history.rows()[0].median_ms), (2.0, 2.0));
         (0..FRAMES).for_each(|_| history.add(7.0, &[pass("a", 7.0)]));
         assert_eq!((history.median_ms(), history.frame_times().count()), (7.0, FRAMES));
-        history.add(3.0, &[pass("a", 1.0), pass("b", 2.0)]);
-        assert_eq!(history.rows().iter().map(|row| row.median_ms).collect::<Vec<_>>(), [1.0, 2.0]);
-        assert_eq!(history.frame_times().count(), 1);
+    }
+
+    #[test]
+    fn passes_come_and_go_and_the_others_roll_on() {
+        let mut history = PassHistory::default();
+        for ms in [1.0, 2.0, 3.0] {
+            history.add(ms, &[pass("a", ms), pass("a", 10.0 * ms)]);
+            history.add(ms, &[pass("upload", 5.0), pass("a", ms), pass("b", ms), pass("a", 10.0 * ms)]);
+        }
+        let expected = [("upload", 5.0), ("a", 2.0), ("b", 2.0), ("a", 20.0)];
+        assert_eq!(rows(&history), expected.map(|(name, ms)| (name.to_owned(), ms)));
+        assert_eq!(history.frame_times().count(), 6);
+        (0..=MOST_ABSENT).for_each(|_| history.add(1.0, &[pass("b", 2.0)]));
+        assert_eq!(rows(&history), [("b".to_owned(), 2.0)]);
     }
 }
