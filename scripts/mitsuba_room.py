@@ -191,7 +191,7 @@ def main():
     np.array(mi.render(scene, spp=args.spp, seed=0))
     paths = size[0] * size[1] * args.spp * 1e-6
     settings = [word for setting in args.set for word in ("--set", setting)]
-    rates, image = [], 0
+    rates, image = [], 0.0
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "path.json"
         for turn in range(args.turns):
@@ -211,7 +211,7 @@ def main():
         spp = str(args.spp * args.turns)
         run([args.pt, "reference", "room", "--size", args.size, "--spp", spp, "--no-aov", "--device", args.device, *depth, *settings, "-o", str(picture)])
         mi.set_variant("scalar_rgb")
-        ours = np.array(mi.Bitmap(str(picture)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
+        ours = np.array(dict(mi.Bitmap(str(picture)).split())["<root>"])
         ratio = ours.mean(axis=(0, 1)) / image.mean(axis=(0, 1))
         print("mean of pt / mean of Mitsuba:", " ".join(f"{channel:.4f}" for channel in ratio))
 
