@@ -46,17 +46,20 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Runs the command.
 ///
 /// # Errors
-/// A device that can't draw, or fails.
+/// A scene that can't be loaded, a device that can't draw, or fails.
 pub fn run(args: &BenchPanelArgs, out: &mut impl Write) -> Result<bool> {
     let size: [u32; 2] = args.size.into();
     let device = Device::open(&DeviceOptions { device: args.device.clone(), validation: false })?;
+    let mut panel = Panel::new(content::of(&FrameParams::default(), &[], false)?);
+    // Every key has a dot: all knobs are listed, which is the most that there is to draw.
+    panel.search(".");
+    if let Some(scene) = &args.scene {
+        frames(args, scene, &device, &mut panel, out)?;
+    }
     let mut target = Offscreen::new(&device, size)?;
     let image = Image::new(&device, "picture", Format::Rgba8Unorm, size)?;
     let whole = [0, 0, size[0] as i32, size[1] as i32];
     let blit = Blit { image, from: whole, to: whole };
-    let mut panel = Panel::new(content::of(&FrameParams::default(), &[], false)?);
-    // Every key has a dot: all knobs are listed, which is the most that there is to draw.
-    panel.search(".");
     let context = Context::default();
     let mut times = [Vec::new(), Vec::new()];
     for index in 0..WARM_UP + args.frames {
@@ -78,10 +81,6 @@ pub fn run(args: &BenchPanelArgs, out: &mut impl Write) -> Result<bool> {
         args.frames,
         device.info().name
     )?;
-    drop((target, blit));
-    if let Some(scene) = &args.scene {
-        frames(args, scene, &device, &mut panel, out)?;
-    }
     Ok(true)
 }
 
