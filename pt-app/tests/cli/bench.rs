@@ -162,3 +162,24 @@ fn two_runs_are_compared() {
     refused(at, &format!("{other} a.json --append"), &["a.json: holds another benchmark", "33x18 and 32x18"]);
     refused(at, &format!("bench stage indirect {SMALL} --set indirect.bounces=0"), &["indirect", "no pass"]);
 }
+
+/// Frames are shown with and without the panel, then the panel alone.
+#[cfg(feature = "view")]
+#[test]
+fn what_the_panel_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = succeeds(folder.path(), "bench panel --scene flicker --size 48x27 --frames 2");
+    let [frames, panel] = said.lines().collect::<Vec<_>>()[..] else { panic!("{said}") };
+    let numbers = |line: &str| -> Vec<f64> {
+        let words = line.split(|c: char| !c.is_ascii_digit() && c != '.');
+        words.filter_map(|word| word.parse().ok()).collect()
+    };
+    // The size, then median, least and most, with the panel and without.
+    let [48.0, 27.0, with, slow, fast, without, slower, faster, 5.0, 2.0] = numbers(frames)[..] else {
+        panic!("{frames}")
+    };
+    assert!(0.0 < slow && slow <= with && with <= fast, "{frames}");
+    assert!(0.0 < slower && slower <= without && without <= faster, "{frames}");
+    assert!(panel.starts_with("panel at 48x27: ") && panel.contains("; 2 pictures"), "{panel}");
+    refused(folder.path(), "bench panel --scene nowhere", &["nowhere", "built-in"]);
+}
