@@ -10,8 +10,8 @@ use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
-    BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_SKY, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord,
-    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
+    BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_SKY, FEATURE_TRANSMISSION, FEATURES_TEXTURE,
+    FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
 };
 use std::mem::offset_of;
 use std::ops::Range;
