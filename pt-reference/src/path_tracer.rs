@@ -50,7 +50,7 @@ impl Tile {
 pub struct Iterations {
     /// Pixels that are worked on.
     pub tile: Tile,
-    /// Their samples.
+    /// Their samples, less than 2^18.
     pub samples: Range<u32>,
     /// Numbers of the iterations; iteration 0 begins the first sample. See [`PathTracer::is_done`].
     pub iterations: Range<u32>,
@@ -210,6 +210,9 @@ impl PathTracer {
     ///
     /// # Errors
     /// When a pass does not fit into the frame.
+    ///
+    /// # Panics
+    /// When there are too many samples: a slot has 18 bits for the number of its own.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -217,6 +220,7 @@ impl PathTracer {
         uniforms: &Uniforms<FrameRecord>,
         Iterations { tile, samples, iterations }: Iterations,
     ) -> Result<()> {
+        assert!(samples.len() < 1 << 18, "too many samples");
         let [across, down] = tile.blocks();
         let blocks = [across * BLOCK[0], down * BLOCK[1], 1];
         let slots = [blocks[0] * blocks[1], 1, 1];
