@@ -9,8 +9,7 @@ layout(local_size_x = ADVANCE_GROUP) in;
 
 void finish_sample(uint slot, uint index) {
     FilmPixel pixel = FilmTable(push.film).at[index];
-    vec4 row = load_row(ROW_RADIANCE, slot);
-    vec3 radiance = row.xyz;
+    vec3 radiance = load_row(ROW_RADIANCE, slot).xyz;
     if (!is_countable(radiance)) {
         atomicAdd(CounterTable(push.dropped).at[0], 1u);
         radiance = vec3(0.0);
@@ -18,7 +17,7 @@ void finish_sample(uint slot, uint index) {
     if (push.clamp > 0.0) radiance = min(radiance, vec3(push.clamp));
     add_sample(pixel, radiance);
     pixel.rays += load_progress(slot) >> 18u;
-    pixel.shadow_rays += floatBitsToUint(row.w);
+    pixel.shadow_rays += shadow_rays_of(load_sample_word(slot));
     FilmTable(push.film).at[index] = pixel;
 }
 
@@ -27,6 +26,7 @@ void begin_sample(uint slot, uvec2 pixel, uint sample_index) {
     // The slot has done its part.
     if (sample_index == push.first_sample + push.sample_count) path.flags = 0u;
     store_path(slot, path);
+    store_row(ROW_RADIANCE, slot, vec4(0.0));
 }
 
 void main() {
@@ -36,7 +36,7 @@ void main() {
         uvec3 row = uvec3(tile_blocks().x, 1u, 1u);
         progress.tile.lists[list_read()].trace_groups.x = row.x;
         // The last iteration's shadow rays are done.
-        progress.tile.lists[LIST_SHADOW] = SlotListRecord(0u, row, uvec3(1u));
+        progress.tile.lists[LIST_SHADOW] = SlotListRecord(0u, row, uvec3(1u), 0u);
     }
     if (push.iteration != 0u && progress.tile.sweep == 0u) return;
     uvec2 pixel = slot_pixel(slot);
@@ -46,7 +46,7 @@ void main() {
         begins = (load_progress(slot) & PATH_ENDED) != 0u;
         if (begins) {
             finish_sample(slot, pixel_index(pixel));
-            sample_index = load_sample(slot) + 1u;
+            sample_index = sample_of(load_sample_word(slot)) + 1u;
         }
     }
     if (begins) begin_sample(slot, pixel, sample_index);

@@ -22,7 +22,6 @@ PathState start_path(uvec2 pixel, uint sample_index) {
     path.origin = camera.origin;
     path.direction = camera.direction;
     path.throughput = vec3(1.0);
-    path.radiance = vec3(0.0);
     path.last_pdf = 0.0;
     path.passed = 0.0;
     path.chord = 0.0;

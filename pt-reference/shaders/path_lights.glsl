@@ -23,14 +23,16 @@ LightContext light_context(PathVertex v) {
                         cluster_of(v.position), roughness, clamp(f0 / max(f0 + albedo, 1e-6), 0.0, 0.9), 0ul);
 }
 
-void keep_light_context(inout PathState path, LightContext c) {
-    path.light_place = vec4(c.position, uintBitsToFloat(pack_unit_vector(c.normal)));
-    path.light_surface = vec4(uintBitsToFloat(uvec2(pack_unit_vector(c.view), c.cluster)), c.roughness, c.specular);
+// What light sampling knew of the vertex of the last scattering, if merged_lights: position and normal; direction to the viewer, cluster,
+// roughness and specular share. It stays in memory, since few rays find a light.
+void keep_light_context(uint slot, LightContext c) {
+    light_table().at[2u * slot] = vec4(c.position, uintBitsToFloat(pack_unit_vector(c.normal)));
+    light_table().at[2u * slot + 1u] = vec4(uintBitsToFloat(uvec2(pack_unit_vector(c.view), c.cluster)), c.roughness, c.specular);
 }
 
-LightContext kept_light_context(PathState path) {
-    vec4 surface = path.light_surface;
-    return LightContext(path.light_place.xyz, unpack_unit_vector(floatBitsToUint(path.light_place.w)), unpack_unit_vector(floatBitsToUint(surface.x)),
+LightContext kept_light_context(uint slot) {
+    vec4 place = light_table().at[2u * slot], surface = light_table().at[2u * slot + 1u];
+    return LightContext(place.xyz, unpack_unit_vector(floatBitsToUint(place.w)), unpack_unit_vector(floatBitsToUint(surface.x)),
                         floatBitsToUint(surface.y), surface.z, surface.w, 0ul);
 }
 
@@ -50,10 +52,10 @@ LightSample sample_local(LightContext c, uvec4 bits) {
 }
 
 // Density of light sampling for a point of emissive triangle `index` that the path's ray has found, seen under `cos_light`.
-float emissive_light_pdf(PathState path, uint index, float twice_area, float cos_light) {
+float emissive_light_pdf(PathState path, uint slot, uint index, float twice_area, float cos_light) {
     if (!merged_lights) return kind_pmf() * emissive_pdf(index, twice_area, path.chord, cos_light);
     if (index == NONE || cos_light <= 0.0 || (path.flags & PATH_DELTA) != 0u) return 0.0;
-    return kind_pmf() * local_pmf(kept_light_context(path), index) * triangle_area_pdf(twice_area, path.chord, cos_light);
+    return kind_pmf() * local_pmf(kept_light_context(slot), index) * triangle_area_pdf(twice_area, path.chord, cos_light);
 }
 
 // One sample of one kind of light; its pdf includes the choice of the kind.

@@ -14,32 +14,32 @@ layout(local_size_x = SHADE_GROUP) in;
 
 // The effects on the path's first ray from a rough surface that the camera sees: its specular lobes show them, its diffuse base does not. Returns what remains
 // of the throughput. What light samples find has passed the effects, as shadow rays do not see them; the same light has to pass them here.
-vec3 add_reflected_effects(inout PathState path, float chord) {
+vec3 add_reflected_effects(PathState path, float chord, uint slot) {
     if (!scene_has(FEATURE_EFFECTS) || max_component(path.glossy) <= 0.0) return vec3(1.0);
     EffectsSeen effects = effects_along(path.origin - path.passed * path.direction, path.direction, chord);
-    path.radiance += path.throughput * path.glossy * effects.radiance;
+    add_radiance(slot, path.throughput * path.glossy * effects.radiance);
     return 1.0 - path.glossy * (1.0 - effects.transmittance);
 }
 
 // The path's ray has left the scene. A camera ray brings nothing from a transparent background; its pixel counts it as not covered, because
 // add_first_hit() has not been called for it.
-void handle_miss(inout PathState path) {
+void handle_miss(PathState path, uint slot) {
     if (background == BACKGROUND_TRANSPARENT && path.segment == 1u) return;
-    add_reflected_effects(path, SKY_DISTANCE);
-    path.radiance += path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path);
+    add_reflected_effects(path, SKY_DISTANCE, slot);
+    add_radiance(slot, path.throughput * medium_transmittance(path.interior, SKY_DISTANCE) * radiance_from_afar(path));
 }
 
 // Light that the surface itself emits. `left`: of the throughput, behind effects.
-void add_emission(inout PathState path, PathVertex v, Hit hit, vec3 left) {
+void add_emission(PathState path, PathVertex v, Hit hit, vec3 left, uint slot) {
     bool emits = v.front || (v.flags & MATERIAL_DOUBLE_SIDED) != 0u;
     if (push.emission == 0u || !emits || max_component(v.sampled.emission) <= 0.0) return;
     float light_pdf = 0.0;
     if (kind_on(KIND_EMISSIVE)) {
         uint index = emissive_index(hit.instance, hit.triangle);
-        light_pdf = emissive_light_pdf(path, index, v.twice_area, dot(v.face_normal, -path.direction));
+        light_pdf = emissive_light_pdf(path, slot, index, v.twice_area, dot(v.face_normal, -path.direction));
     }
     if (light_pdf > 0.0) left = vec3(1.0);
-    path.radiance += path.throughput * left * v.sampled.emission * bsdf_sample_weight(path, light_pdf);
+    add_radiance(slot, path.throughput * left * v.sampled.emission * bsdf_sample_weight(path, light_pdf));
 }
 
 // Hands a shadow ray on to path_shadow.trace. `radiance`: what arrives if nothing is in its way.
@@ -89,7 +89,7 @@ vec3 specular_share(PathVertex v, BsdfSample s) {
 }
 
 // Chooses how the path goes on; false: it ends. `xi`: for Russian roulette.
-bool scatter(inout PathState path, PathVertex v, LightContext c, float xi) {
+bool scatter(inout PathState path, PathVertex v, LightContext c, float xi, uint slot) {
     BsdfSample s = bsdf_sample(v.bsdf, random_bsdf(path.random, path.vertex));
     if (s.pdf <= 0.0 || max_component(s.weight) <= 0.0) return false;
     path.throughput *= s.weight;
@@ -99,7 +99,7 @@ bool scatter(inout PathState path, PathVertex v, LightContext c, float xi) {
     path.passed = straight ? path.chord : 0.0;
     path.direction = straight ? path.direction : s.direction;
     if (!straight) path.last_pdf = s.pdf;
-    if (merged_lights && !straight) keep_light_context(path, c);
+    if (merged_lights && !straight) keep_light_context(slot, c);
     bool bounces = (path.flags & PATH_SEEN) != 0u && (s.flags & SAMPLE_DELTA) == 0u && path.vertex < push.max_bounces;
     path.glossy = scene_has(FEATURE_EFFECTS) && bounces ? specular_share(v, s) : vec3(0.0);
     // A sample stands for a solid angle of 1 / pdf (Bekaert et al. 2003, "A Custom Designed Density Estimation Method for Light
@@ -170,21 +170,21 @@ bool handle_hit(inout PathState path, Hit hit, uint slot, out bool shadow) {
         cross_interface(path, v);
         return path.segment < MAX_SEGMENTS;
     }
-    vec3 left = add_reflected_effects(path, path.chord);
+    vec3 left = add_reflected_effects(path, path.chord, slot);
     if ((v.flags & MATERIAL_UNLIT) != 0u) {
         // Has the colour that the camera sees, in mirrors too, and lights nothing.
-        if ((path.flags & PATH_SEEN) != 0u && push.emission != 0u) path.radiance += path.throughput * v.sampled.base_color;
+        if ((path.flags & PATH_SEEN) != 0u && push.emission != 0u) add_radiance(slot, path.throughput * v.sampled.base_color);
         return false;
     }
     MaterialRecord m = MaterialTable(scene.materials).at[v.material];
     if (shows_camera(m) && (path.flags & PATH_SEEN) != 0u) return enter_view(path, v, m, hit);
-    add_emission(path, v, hit, left);
+    add_emission(path, v, hit, left, slot);
     path.throughput *= left;
     if (path.vertex > push.max_bounces) return false;
     vec3 xi = random_choices(path.random, path.vertex);
     LightContext c = light_context(v);
     if (!bsdf_is_delta(v.bsdf)) shadow = next_event(path, v, c, xi.x, slot);
-    return scatter(path, v, c, xi.y);
+    return scatter(path, v, c, xi.y, slot);
 }
 
 // The medium has scattered the path's ray, which ends it; false: without a shadow ray.
@@ -197,10 +197,10 @@ bool scatter_in_medium(inout PathState path, float t, uint slot) {
 }
 
 // The effects that the path's ray has passed, seen by the camera, perhaps in a mirror.
-void add_effects(inout PathState path, float reach) {
+void add_effects(inout PathState path, float reach, uint slot) {
     if (!scene_has(FEATURE_EFFECTS) || (path.flags & PATH_SEEN) == 0u) return;
     EffectsSeen effects = effects_along(path.origin, path.direction, reach);
-    path.radiance += path.throughput * effects.radiance;
+    add_radiance(slot, path.throughput * effects.radiance);
     path.throughput *= effects.transmittance;
 }
 
@@ -214,12 +214,16 @@ Onward shade(uint slot) {
     Onward onward = Onward(false, false);
     float reach = hit.instance == NONE ? SKY_DISTANCE : hit.t, t;
     bool scattered = is_scattered(path, reach, t);
-    add_effects(path, scattered ? t : reach);
+    add_effects(path, scattered ? t : reach, slot);
     if (scattered) onward.shadow = scatter_in_medium(path, t, slot);
-    else if (hit.instance == NONE) handle_miss(path);
+    else if (hit.instance == NONE) handle_miss(path, slot);
     else onward.path = handle_hit(path, hit, slot, onward.shadow);
-    if (!onward.path) path.flags |= PATH_ENDED;
-    store_path(slot, path);
+    if (onward.path) {
+        store_path(slot, path);
+    } else {
+        path.flags |= PATH_ENDED;
+        store_end(slot, path);
+    }
     return onward;
 }
 

@@ -22,7 +22,6 @@ struct PathState {
     vec3 origin;
     vec3 direction;  // unit
     vec3 throughput; // product of the weights f cos / pdf, absorption and survival so far
-    vec3 radiance;   // what the path has brought to the pixel
     float last_pdf;  // density per solid angle with which `direction` was chosen; unused while PATH_DELTA is set
     uint flags;      // PATH_*
     uint vertex;     // scattering events so far
@@ -33,9 +32,6 @@ struct PathState {
     vec2 cone;       // if ray_cones: radius at the origin, metres, and half angle
     float passed;    // way since the last scattering, straight on through surfaces, metres
     vec3 glossy;     // share of the throughput that specular lobes have, which show the effects on this ray; 0: none does
-    // What light sampling knew of the vertex of the last scattering, if merged_lights: position and normal; direction to the viewer,
-    // cluster, roughness and specular share.
-    vec4 light_place, light_surface;
     // Follow from the others; not kept from ray to ray.
     float chord;     // way since the last scattering, metres
     PathRandom random;

@@ -5,12 +5,13 @@ use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
+use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
-    BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord,
-    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
+    BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_SKY, FEATURE_TRANSMISSION, FEATURES_TEXTURE,
+    FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
 };
 use std::mem::offset_of;
 use std::ops::Range;
@@ -49,7 +50,7 @@ impl Tile {
 pub struct Iterations {
     /// Pixels that are worked on.
     pub tile: Tile,
-    /// Their samples.
+    /// Their samples, less than 2^18.
     pub samples: Range<u32>,
     /// Numbers of the iterations; iteration 0 begins the first sample. See [`PathTracer::is_done`].
     pub iterations: Range<u32>,
@@ -111,8 +112,14 @@ impl PathTracer {
             ("merged_lights", sampler.is_some().into()),
             ("sort_materials", sorts_by_material(device, scene).into()),
         ];
+        // The kernels that write lists.
+        let [refills_trace, refills_shadow] = refills_lanes(device, scene);
+        let most_groups = |refills| if refills { 2 * WIDE_DEVICE / (BLOCK[0] * BLOCK[1]) } else { u32::MAX };
+        let mut listing = constants.to_vec();
+        listing.push(("most_trace_groups", most_groups(refills_trace).into()));
+        listing.push(("most_shadow_groups", most_groups(refills_shadow).into()));
         // The sampler of shading alone.
-        let mut shading = constants.to_vec();
+        let mut shading = listing.clone();
         shading.extend([
             ("light_sampler", sampler.unwrap_or(LightSampler::Power).code().into()),
             ("bvh_importance", BvhImportance::SphericalGaussian.code().into()),
@@ -125,17 +132,20 @@ impl PathTracer {
             ("effect_layers", 16u32.into()),
         ]);
         let compute = |code, constants: &[_]| Kernel::compute::<PathPush>(device, code, constants);
-        let trace = |code, culling: Culling| {
-            let constants: Vec<_> =
-                constants.into_iter().chain([("culling", culling.code().into())]).collect();
+        let trace = |code, culling: Culling, refills: bool| {
+            let mut constants = constants.to_vec();
+            constants.push(("culling", culling.code().into()));
+            if scene.backend() == TraceBackend::Compute {
+                constants.push(("refills_lanes", refills.into()));
+            }
             Kernel::trace::<PathPush>(device, code, scene.backend(), &constants)
         };
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
-            advance: compute(&kernels::PATH_ADVANCE, &constants)?,
-            trace: trace(&kernels::PATH_TRACE, params.culling)?,
+            advance: compute(&kernels::PATH_ADVANCE, &listing)?,
+            trace: trace(&kernels::PATH_TRACE, params.culling, refills_trace)?,
             shade: compute(&kernels::PATH_SHADE, &shading)?,
-            shadow: trace(&kernels::PATH_SHADOW, params.culling.unseen())?,
+            shadow: trace(&kernels::PATH_SHADOW, params.culling.unseen(), refills_shadow)?,
             params,
             camera_solids: [(0, 1.0); CAPACITY],
             size,
@@ -200,6 +210,9 @@ impl PathTracer {
     ///
     /// # Errors
     /// When a pass does not fit into the frame.
+    ///
+    /// # Panics
+    /// When there are too many samples: a slot has 18 bits for the number of its own.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -207,6 +220,7 @@ impl PathTracer {
         uniforms: &Uniforms<FrameRecord>,
         Iterations { tile, samples, iterations }: Iterations,
     ) -> Result<()> {
+        assert!(samples.len() < 1 << 18, "too many samples");
         let [across, down] = tile.blocks();
         let blocks = [across * BLOCK[0], down * BLOCK[1], 1];
         let slots = [blocks[0] * blocks[1], 1, 1];
@@ -285,9 +299,18 @@ fn groups_of(list: u32, member: usize) -> u64 {
     (offset_of!(ProgressRecord, lists) + list as usize * size_of::<SlotListRecord>() + member) as u64
 }
 
+/// Whether lanes of the kernels that trace, path_trace and path_shadow, take new rays when theirs are done (path_rays.glsl). What a ray meets behind
+/// the sky is known only when it is done, and where a shadow ray goes on through surfaces, its lane would keep the others waiting. A CPU executes
+/// both sides of a branch.
+fn refills_lanes(device: &Device, scene: &GpuScene) -> [bool; 2] {
+    let has = |feature: u32| scene.features() & feature != 0;
+    let refills = scene.backend() == TraceBackend::Compute && !device.info().is_cpu() && !has(FEATURE_SKY);
+    [refills, refills && !has(FEATURE_TRANSMISSION)]
+}
+
 /// Nothing listed.
 fn no_progress(device: &Device) -> ProgressRecord {
-    let none = SlotListRecord { count: 0, trace_groups: UVec3::ONE, shade_groups: UVec3::ONE };
+    let none = SlotListRecord { count: 0, trace_groups: UVec3::ONE, shade_groups: UVec3::ONE, taken: 0 };
     let few_paths = if device.info().is_cpu() { 0 } else { WIDE_DEVICE };
     ProgressRecord { lists: [none; 3], advance_groups: UVec3::ONE, sweep: 0, done: 0, few_paths }
 }

@@ -87,6 +87,8 @@ gpu_struct! {
         pub trace_groups: UVec3,
         /// Workgroups of path_shade.comp, at least one.
         pub shade_groups: UVec3,
+        /// Slots that lanes of a kernel that traces have taken so far, where lanes take new ones.
+        pub taken: u32,
     }
 }
 

@@ -26,6 +26,7 @@ pub const PRELUDE: &str = "#version 460
 #extension GL_EXT_nonuniform_qualifier : require
 #extension GL_EXT_shader_explicit_arithmetic_types_float16 : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_ballot : require
 ";
 
 /// Why a kernel did not compile.

@@ -12,7 +12,10 @@ float quads_mass(LightContext c) {
 
 // How many of LIGHT_BVH_STEPS go to the tree; `mass`: of all quads. NONE: no light contributes.
 uint steps_of_tree(LightContext c, LightBvhPoint p, out float mass) {
-    mass = environment_is_listed() ? quads_mass(c) : 0.0;
+    mass = 0.0;
+    // Whether the tree contributes its first branch says: the root is asked only where it stands against quads.
+    if (!environment_is_listed()) return LIGHT_BVH_STEPS;
+    mass = quads_mass(c);
     float tree = light_bvh_root_importance(p);
     if (mass <= 0.0) return tree > 0.0 ? LIGHT_BVH_STEPS : NONE;
     if (tree <= 0.0) return 0u;

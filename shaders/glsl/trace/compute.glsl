@@ -113,109 +113,146 @@ MeshTriangle load_triangle(uint64_t triangles, uint entry) {
     return MeshTriangle(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.xy)), uintBitsToFloat(uvec3(b.zw, c.x)), c.y);
 }
 
-Hit traverse(Ray world_ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
-    UintTable top_entries = UintTable(scene.tlas_instances);
-    Hit best = Hit(NONE, NONE, vec2(0.0), world_ray.t_max);
-    Hit candidate = best; // a triangle that waits for a test of its material
-    bool tests_sides = culling != CULLING_NONE && scene_has(FEATURE_MIXED_SIDES);
-    bool tests = ALPHA_TEST || tests_sides;
+// How far the traversal for a ray has come.
+struct Traversal {
+    Ray world_ray;
+    uint mask;
+    uvec2 ray_coverage;
+    Hit best;
+    Hit candidate; // a triangle that waits for a test of its material
+    // The level that the ray is in: a mesh, or (instance == NONE) the top level.
+    uint instance;
+    uint64_t nodes, triangles;
+    uint first_masked;
+    uint sides; // MASK_*SIDE* of the instance; 0 for rays that do not cull
+    Ray ray;
+    BoxRay box;
+    uvec2 inner, leaves;
+    uint height;
+    uint bottom; // height below which the stack belongs to the level above
+};
 
-    // The level that the lane is in: a mesh, or (instance == NONE) the top level.
-    uint instance = NONE;
-    uint64_t nodes = scene.tlas_nodes;
-    uint64_t triangles = 0ul;
-    uint first_masked = NONE;
-    uint sides = 0u; // MASK_*SIDE* of the instance; 0 for rays that do not cull
-    Ray ray = world_ray;
-    BoxRay box = box_ray(ray);
+// A lone instance is entered at once.
+bool is_lone() { return !scene_has(FEATURE_INSTANCES) || scene.instance_count == 1u; }
 
-    uvec2 inner = ROOT;
-    uvec2 leaves = NO_SIBLINGS;
-    uint height = 0u;
-    uint bottom = 0u; // height below which the stack belongs to the level above
-    // A lone instance is entered at once.
-    bool lone = !scene_has(FEATURE_INSTANCES) || scene.instance_count == 1u;
-    if (lone) {
-        inner = NO_SIBLINGS;
-        leaves = uvec2(0u, 0x101u);
-    }
-    for (;;) {
-        if (instance == NONE && !is_empty(leaves)) {
-            uint entry = take(leaves, 0u);
-            instance = lone ? 0u : top_entries.at[entry];
-            stack[height] = packUint2x32(inner);
-            stack[height + 1u] = packUint2x32(leaves);
-            height += 2u;
-            bottom = height;
-            InstanceRecord entered = scene_instance(instance);
-            MeshRecord mesh = scene_mesh(entered.mesh);
-            nodes = mesh.bvh_nodes;
-            triangles = mesh.bvh_triangles;
-            first_masked = mesh.first_masked;
-            if (culling != CULLING_NONE) sides = (mask & CULL_BACK_FACES) != 0u ? entered.mask & (MASK_SINGLE_SIDED | MASK_MIXED_SIDES) : 0u;
-            ray = object_space_ray(world_ray, entered.object_from_world);
-            box = box_ray(ray);
-            // One that the mask hides is left again after its root: nothing lies in an empty interval.
-            if ((entered.mask & mask & 0xffu) == 0u) ray.t_min = 3e38;
-            inner = ROOT;
-            leaves = NO_SIBLINGS;
+bool tests_sides() { return culling != CULLING_NONE && scene_has(FEATURE_MIXED_SIDES); }
+
+bool tests_materials() { return ALPHA_TEST || tests_sides(); }
+
+Traversal begin_traversal(Ray ray, uint mask, uvec2 ray_coverage) {
+    Hit none = Hit(NONE, NONE, vec2(0.0), ray.t_max);
+    return Traversal(ray, mask, ray_coverage, none, none, NONE, scene.tlas_nodes, 0ul, NONE, 0u, ray, box_ray(ray),
+                     is_lone() ? NO_SIBLINGS : ROOT, is_lone() ? uvec2(0u, 0x101u) : NO_SIBLINGS, 0u, 0u);
+}
+
+void enter_instance(inout Traversal t) {
+    uint entry = take(t.leaves, 0u);
+    t.instance = is_lone() ? 0u : UintTable(scene.tlas_instances).at[entry];
+    stack[t.height] = packUint2x32(t.inner);
+    stack[t.height + 1u] = packUint2x32(t.leaves);
+    t.height += 2u;
+    t.bottom = t.height;
+    InstanceRecord entered = scene_instance(t.instance);
+    MeshRecord mesh = scene_mesh(entered.mesh);
+    t.nodes = mesh.bvh_nodes;
+    t.triangles = mesh.bvh_triangles;
+    t.first_masked = mesh.first_masked;
+    if (culling != CULLING_NONE) t.sides = (t.mask & CULL_BACK_FACES) != 0u ? entered.mask & (MASK_SINGLE_SIDED | MASK_MIXED_SIDES) : 0u;
+    t.ray = object_space_ray(t.world_ray, entered.object_from_world);
+    t.box = box_ray(t.ray);
+    // One that the mask hides is left again after its root: nothing lies in an empty interval.
+    if ((entered.mask & t.mask & 0xffu) == 0u) t.ray.t_min = 3e38;
+    t.inner = ROOT;
+    t.leaves = NO_SIBLINGS;
+}
+
+// Whether the level has nodes to visit.
+bool has_nodes(Traversal t) { return !is_empty(t.inner) || t.height != t.bottom; }
+
+void visit_next(inout Traversal t) {
+    if (is_empty(t.inner)) t.inner = unpackUint2x32(stack[--t.height]);
+    uint child = take(t.inner, t.box.octant);
+    // Written in any case and kept when there is more to come: a masked store costs more.
+    stack[t.height] = packUint2x32(t.inner);
+    t.height += is_empty(t.inner) ? 0u : 1u;
+    visit(NodeWords(t.nodes + uint64_t(child) * NODE_BYTES), t.box, t.ray.t_min, t.best.t, t.inner, t.leaves);
+}
+
+// The triangles of the leaves, up to one that waits for a test of its material.
+void test_leaves(inout Traversal t) {
+    while (!is_empty(t.leaves)) {
+        MeshTriangle m = load_triangle(t.triangles, take(t.leaves, 0u));
+        vec3 uvt = triangle_intersection(t.ray, m.v0, m.e1, m.e2);
+        bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
+                   uvt.z >= t.ray.t_min && uvt.z < t.best.t;
+        bool tested = ALPHA_TEST && m.index >= t.first_masked;
+        if (culling != CULLING_NONE && t.sides != 0u && is_back_face(t.ray.direction, m.e1, m.e2)) {
+            hit = hit && t.sides != MASK_SINGLE_SIDED;
+            tested = tested || tests_sides();
         }
+        if (hit && !tested) t.best = Hit(t.instance, m.index, uvt.xy, uvt.z);
+        if (hit && tested) {
+            t.candidate = Hit(t.instance, m.index, uvt.xy, uvt.z);
+            break;
+        }
+    }
+}
+
+void test_candidate(inout Traversal t) {
+    MeshRecord mesh = scene_mesh(scene_instance(t.instance).mesh);
+    bool stops = true;
+    if (tests_sides()) stops = !culls(t.mask) || !is_culled(t.instance, t.candidate.triangle, t.world_ray.direction);
+    if (ALPHA_TEST) stops = stops && is_covered(mesh, t.instance, t.candidate.triangle, t.candidate.barycentrics, t.ray_coverage);
+    if (stops) t.best = t.candidate;
+    t.candidate.instance = NONE;
+}
+
+// Back to the top level when the instance has nothing left.
+void leave_instance(inout Traversal t) {
+    if (t.instance == NONE || has_nodes(t) || !is_empty(t.leaves)) return;
+    t.leaves = unpackUint2x32(stack[t.height - 1u]);
+    t.inner = unpackUint2x32(stack[t.height - 2u]);
+    t.height -= 2u;
+    t.bottom = 0u;
+    t.instance = NONE;
+    t.nodes = scene.tlas_nodes;
+    t.ray = t.world_ray;
+    t.box = box_ray(t.ray);
+}
+
+bool is_done(Traversal t, const bool any_hit) {
+    return any_hit && t.best.instance != NONE || t.height == 0u && is_empty(t.inner) && is_empty(t.leaves);
+}
+
+// One node, and the triangles in its leaves.
+void step_traversal(inout Traversal t) {
+    if (t.instance == NONE && !is_empty(t.leaves)) enter_instance(t);
+    // Leaves are left over only after a test.
+    if ((!tests_materials() || is_empty(t.leaves)) && has_nodes(t)) visit_next(t);
+    if (t.instance != NONE) test_leaves(t);
+    if (tests_materials() && t.candidate.instance != NONE) test_candidate(t);
+    leave_instance(t);
+}
+
+Hit traverse(Ray ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
+    Traversal t = begin_traversal(ray, mask, ray_coverage);
+    bool lone = is_lone();
+    do {
+        if (t.instance == NONE && !is_empty(t.leaves)) enter_instance(t);
         for (;;) {
             // Leaves are left over only after a test.
-            if (!tests || is_empty(leaves)) {
-                if (is_empty(inner)) {
-                    if (height == bottom) break;
-                    inner = unpackUint2x32(stack[--height]);
-                }
-                uint child = take(inner, box.octant);
-                // Written in any case and kept when there is more to come: a masked store costs more.
-                stack[height] = packUint2x32(inner);
-                height += is_empty(inner) ? 0u : 1u;
-                visit(NodeWords(nodes + uint64_t(child) * NODE_BYTES), box, ray.t_min, best.t, inner, leaves);
-                if (instance == NONE && !is_empty(leaves)) break;
+            if (!tests_materials() || is_empty(t.leaves)) {
+                if (!has_nodes(t)) break;
+                visit_next(t);
+                if (t.instance == NONE && !is_empty(t.leaves)) break;
             }
-            while (!is_empty(leaves)) {
-                MeshTriangle t = load_triangle(triangles, take(leaves, 0u));
-                vec3 uvt = triangle_intersection(ray, t.v0, t.e1, t.e2);
-                bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
-                           uvt.z >= ray.t_min && uvt.z < best.t;
-                bool tested = ALPHA_TEST && t.index >= first_masked;
-                if (culling != CULLING_NONE && sides != 0u && is_back_face(ray.direction, t.e1, t.e2)) {
-                    hit = hit && sides != MASK_SINGLE_SIDED;
-                    tested = tested || tests_sides;
-                }
-                if (hit && !tested) best = Hit(instance, t.index, uvt.xy, uvt.z);
-                if (hit && tested) {
-                    candidate = Hit(instance, t.index, uvt.xy, uvt.z);
-                    break;
-                }
-            }
-            if (!lone || candidate.instance != NONE || any_hit && best.instance != NONE) break;
+            test_leaves(t);
+            if (!lone || t.candidate.instance != NONE || any_hit && t.best.instance != NONE) break;
         }
-        if (tests && candidate.instance != NONE) {
-            InstanceRecord placed = scene_instance(instance);
-            MeshRecord mesh = scene_mesh(placed.mesh);
-            bool stops = true;
-            if (tests_sides) stops = !culls(mask) || !is_culled(instance, candidate.triangle, world_ray.direction);
-            if (ALPHA_TEST) stops = stops && is_covered(mesh, instance, candidate.triangle, candidate.barycentrics, ray_coverage);
-            if (stops) best = candidate;
-            candidate.instance = NONE;
-        }
-        if (any_hit && best.instance != NONE) break;
-        if (instance != NONE && height == bottom && is_empty(inner) && is_empty(leaves)) {
-            // Back to the top level.
-            leaves = unpackUint2x32(stack[height - 1u]);
-            inner = unpackUint2x32(stack[height - 2u]);
-            height -= 2u;
-            bottom = 0u;
-            instance = NONE;
-            nodes = scene.tlas_nodes;
-            ray = world_ray;
-            box = box_ray(ray);
-        }
-        if (height == 0u && is_empty(inner) && is_empty(leaves)) break;
-    }
-    return best;
+        if (tests_materials() && t.candidate.instance != NONE) test_candidate(t);
+        leave_instance(t);
+    } while (!is_done(t, any_hit));
+    return t.best;
 }
 
 Hit find_closest(Ray ray, uint mask, uvec2 ray_coverage) { return traverse(ray, mask, ray_coverage, false); }
