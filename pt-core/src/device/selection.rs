@@ -155,12 +155,14 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
     let mut rt = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
     let mut reorder = vk::PhysicalDeviceRayTracingInvocationReorderPropertiesNV::default();
     let mut acceleration = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut properties = vk::PhysicalDeviceProperties2::default()
         .push_next(&mut id)
         .push_next(&mut driver)
         .push_next(&mut rt)
         .push_next(&mut reorder)
-        .push_next(&mut acceleration);
+        .push_next(&mut acceleration)
+        .push_next(&mut subgroup);
     // SAFETY: valid handles, chained structs outlive the calls.
     let (memory, families, extensions) = unsafe {
         instance.get_physical_device_properties2(physical, &mut properties);
@@ -189,8 +191,14 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
     let rt_reorder = rt_pipeline
         && has(nv::ray_tracing_invocation_reorder::NAME)
         && supported.rt_reorder.ray_tracing_invocation_reorder != 0;
-    let missing: Vec<_> =
+    let mut missing: Vec<_> =
         required(&mut supported).iter().filter(|(_, v)| **v == 0).map(|(n, _)| *n).collect();
+    // The path tracer's lanes agree on who takes new rays.
+    if !subgroup.supported_operations.contains(vk::SubgroupFeatureFlags::BALLOT)
+        || !subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+    {
+        missing.push("subgroup ballots in compute kernels");
+    }
     // A family that also draws is the one that desktop tools can look into.
     let queue_family = (0u32..)
         .zip(&families)
