@@ -119,12 +119,12 @@ impl ChannelImages {
         for ((wish, place), needs) in all.iter().zip(&places).zip(&wishes) {
             made.push((*wish, Made::new(device, &wish.what, place, needs.bytes, &blocks)?));
         }
-        let images = |keep: &dyn Fn(Life) -> bool| -> Vec<Image> {
-            let kept = made.iter().filter(|(wish, _)| keep(wish.life));
-            kept.flat_map(|(_, made)| made.images().to_vec()).collect()
+        let images = |is_owner: &dyn Fn(usize) -> bool| -> Vec<Image> {
+            let kept = made.iter().enumerate().filter(|(number, _)| is_owner(*number));
+            kept.flat_map(|(_, (_, made))| made.images().to_vec()).collect()
         };
-        // Nobody reads others before they are written.
-        let zeros = images(&|life| !matches!(life, Life::Within { .. }));
+        // Nobody reads others before they are written; one image of a ring fills all of its blocks.
+        let zeros = images(&|number| layout[places[number].turns[0]].owner == Some(number));
         Image::prepare(device, &images(&|_| true), &zeros)?;
         let mut made = made.into_iter();
         // What planes share counts as the first one's.

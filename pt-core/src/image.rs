@@ -277,8 +277,12 @@ impl Image {
 
     /// Whether another resource in this memory was written after it, and what it holds is asked for.
     pub(crate) fn is_overwritten(&self) -> bool {
-        !self.0.is_unread.load(Ordering::Relaxed)
-            && self.part().is_some_and(|part| part.is_overwritten(self.0.id))
+        !self.is_unread() && self.part().is_some_and(|part| part.is_overwritten(self.0.id))
+    }
+
+    /// Whether nobody reads what it holds, although it may be bound.
+    pub(crate) fn is_unread(&self) -> bool {
+        self.0.is_unread.load(Ordering::Relaxed)
     }
 
     /// Says whether nobody reads what it holds, although it may be bound.

@@ -279,11 +279,14 @@ impl<'f, 'r> Pass<'f, 'r> {
         }
         let mut fresh = Vec::new();
         for (resource, how) in self.bound.values().chain(&self.streamed) {
-            if !matches!(how, Use::Write | Use::Update) {
+            let writes = matches!(how, Use::Write | Use::Update);
+            // Kernels have access to what is bound, so that who writes in this memory later has to wait for them.
+            let is_unread = matches!(resource, Resource::Image(image) if image.is_unread());
+            if !writes && !is_unread {
                 continue;
             }
             let lost = resource.note_written();
-            if let (Resource::Image(image), false) = (resource, lost.is_empty()) {
+            if let (Resource::Image(image), true) = (resource, writes && !lost.is_empty()) {
                 fresh.push(image.handle());
             }
             // What accesses them comes before.
