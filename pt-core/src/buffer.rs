@@ -1,5 +1,6 @@
 //! Buffers with device addresses.
 
+use crate::block::Part;
 use crate::device::Device;
 use crate::error::{Result, VkContext};
 use ash::vk;
@@ -29,11 +30,10 @@ struct Inner {
     handle: vk::Buffer,
     address: u64,
     size: u64,
-    usage: vk::BufferUsageFlags,
     // Taken only on drop; the lock serves host writes through a shared handle.
     allocation: Mutex<Option<Allocation>>,
-    /// The buffer whose memory it is in, if it has none of its own.
-    host: Option<Buffer>,
+    /// Its memory, if that is not its own.
+    part: Option<Part>,
 }
 
 impl Buffer {
@@ -51,18 +51,8 @@ impl Buffer {
         usage: vk::BufferUsageFlags,
     ) -> Result<Self> {
         let size = size.max(1);
-        let mut usage = usage
-            | vk::BufferUsageFlags::STORAGE_BUFFER
-            | vk::BufferUsageFlags::UNIFORM_BUFFER
-            | vk::BufferUsageFlags::INDIRECT_BUFFER
-            | vk::BufferUsageFlags::TRANSFER_SRC
-            | vk::BufferUsageFlags::TRANSFER_DST
-            | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
-        if device.inner().acceleration_structure.is_some() {
-            usage |= vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
-        }
         let raw = device.raw();
-        let (handle, requirements) = create(device, size, usage)?;
+        let (handle, requirements) = create(device, size, usage | default_usage(device))?;
         let allocation = device.allocate(&AllocationCreateDesc {
             name,
             requirements,
@@ -96,50 +86,57 @@ impl Buffer {
             handle,
             address,
             size,
-            usage,
             allocation: Mutex::new(Some(allocation)),
-            host: None,
+            part: None,
         })))
     }
 
-    /// A buffer of `size` bytes in the memory of this one, `offset` bytes behind its start, a multiple of [`PART_ALIGNMENT`]; `None` where
-    /// that memory ends before. Barriers take both for one.
-    pub(crate) fn part(&self, name: &str, offset: u64, size: u64) -> Result<Option<Self>> {
-        let Inner { device, usage, .. } = &*self.0;
+    /// Memory that a buffer of `size` bytes needs.
+    pub(crate) fn requirements(device: &Device, size: u64) -> vk::MemoryRequirements {
+        let info = vk::BufferCreateInfo::default().size(size).usage(default_usage(device));
+        let info = vk::DeviceBufferMemoryRequirements::default().create_info(&info);
+        let mut requirements = vk::MemoryRequirements2::default();
+        // SAFETY: valid create info.
+        unsafe { device.raw().get_device_buffer_memory_requirements(&info, &mut requirements) };
+        requirements.memory_requirements
+    }
+
+    /// A buffer of `size` bytes in memory that others use too, of what [`Buffer::requirements`] says.
+    pub(crate) fn placed(part: Part, device: &Device, name: &str, size: u64) -> Result<Self> {
         let raw = device.raw();
-        let (handle, requirements) = create(device, size, *usage)?;
-        let allocation = crate::lock::lock(&self.0.allocation);
-        let memory = allocation.as_ref().filter(|memory| {
-            offset.is_multiple_of(requirements.alignment) && offset + requirements.size <= memory.size()
-        });
-        let Some(memory) = memory else {
-            // SAFETY: never bound or used.
-            unsafe { raw.destroy_buffer(handle, None) };
-            return Ok(None);
-        };
-        // SAFETY: the range is within the memory, whose type serves a buffer of the same usage.
+        let (handle, _) = create(device, size, default_usage(device))?;
+        let (memory, offset) = part.memory();
+        // SAFETY: the part is as large as asked for, in memory of a type that serves such buffers.
         let address = unsafe {
-            raw.bind_buffer_memory(handle, memory.memory(), memory.offset() + offset)
-                .context("vkBindBufferMemory")?;
+            raw.bind_buffer_memory(handle, memory, offset).context("vkBindBufferMemory")?;
             raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(handle))
         };
         device.name(handle, name);
-        Ok(Some(Self(Arc::new(Inner {
+        Ok(Self(Arc::new(Inner {
             device: device.clone(),
-            id: self.id(),
+            id: device.next_id(),
             name: name.to_owned(),
             handle,
             address,
             size,
-            usage: *usage,
             allocation: Mutex::new(None),
-            host: Some(self.clone()),
-        }))))
+            part: Some(part),
+        })))
     }
 
-    /// Whether it has memory of its own.
-    pub fn owns_memory(&self) -> bool {
-        self.0.host.is_none()
+    /// Its memory, if others use that too.
+    pub(crate) fn part(&self) -> Option<&Part> {
+        self.0.part.as_ref()
+    }
+
+    /// A pass writes it: returns the numbers of the resources in this memory whose content is lost.
+    pub(crate) fn note_written(&self) -> Vec<u64> {
+        self.part().map_or_else(Vec::new, |part| part.note_written(self.0.id))
+    }
+
+    /// Whether another resource in this memory was written after it.
+    pub(crate) fn is_overwritten(&self) -> bool {
+        self.part().is_some_and(|part| part.is_overwritten(self.0.id))
     }
 
     /// A device-local buffer with the given content. An empty slice gives a one-byte buffer, so that its address is valid.
@@ -220,14 +217,25 @@ impl Buffer {
         self.0.handle
     }
 
-    /// Number of its memory, for barriers.
+    /// Its number, for barriers.
     pub(crate) fn id(&self) -> u64 {
         self.0.id
     }
 }
 
-/// Where parts of a buffer may begin, bytes: what devices ask for at most.
-pub(crate) const PART_ALIGNMENT: u64 = 256;
+/// What every buffer may be used for.
+fn default_usage(device: &Device) -> vk::BufferUsageFlags {
+    let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        | vk::BufferUsageFlags::UNIFORM_BUFFER
+        | vk::BufferUsageFlags::INDIRECT_BUFFER
+        | vk::BufferUsageFlags::TRANSFER_SRC
+        | vk::BufferUsageFlags::TRANSFER_DST
+        | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
+    if device.inner().acceleration_structure.is_some() {
+        usage |= vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+    }
+    usage
+}
 
 fn create(
     device: &Device,

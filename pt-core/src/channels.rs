@@ -1,14 +1,17 @@
-//! The images of a frame: channels of the frame contract and private images of stages ([`pt_shaders::channels`]).
+//! The images of a frame: channels of the frame contract and private images of stages ([`pt_shaders::channels`]). The tables in the same memory.
 
+use crate::block::{Block, Part};
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::error::Result;
-use crate::history::History;
+use crate::history::Turns;
 use crate::image::Image;
-use crate::layout::{Life, Ring, Wish, image_bytes, lay_out};
+use crate::layout::{Life, Place, Wish, lay_out};
 use crate::memory::check_size;
 use crate::sizes::FrameSizes;
-use pt_shaders::channels::{ChannelId, Lifetime};
+use crate::tables::TableWish;
+use ash::vk;
+use pt_shaders::channels::{ChannelId, Format, Lifetime};
 use std::collections::BTreeMap;
 
 pub use pt_shaders::records::field_width;
@@ -17,16 +20,33 @@ enum Slot {
     Single(Image),
     /// Read before this frame writes it, so that one image is this frame's and the last one's.
     Kept(Image),
-    History(History),
+    History(Turns<Image>),
     /// In memory of images that exist twice, and as they do in another one from frame to frame.
-    InHistory(History),
+    InHistory(Turns<Image>),
 }
 
-/// An image that a frame needs, with its channel.
+/// What a frame needs memory for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ChannelWish {
-    pub(crate) id: ChannelId,
-    pub(crate) wish: Wish,
+pub(crate) struct MemoryWish {
+    pub(crate) what: Wished,
+    pub(crate) life: Life,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wished {
+    Image { id: ChannelId, format: Format, extent: [u32; 2] },
+    Table(TableWish),
+}
+
+impl Wished {
+    fn requirements(&self, device: &Device) -> Result<vk::MemoryRequirements> {
+        match *self {
+            Self::Image { id, format, extent } => {
+                Image::requirements(device, &id.full_name(), format, extent)
+            }
+            Self::Table(table) => Ok(Buffer::requirements(device, table.bytes.max(1))),
+        }
+    }
 }
 
 /// An image that was requested and is not allocated.
@@ -45,8 +65,8 @@ pub struct ChannelImages {
     slots: BTreeMap<ChannelId, Slot>,
     /// Bytes of the memory that was allocated for them.
     bytes: u64,
-    /// What passes hand on to each other besides images, stage after stage in the same memory.
-    table_memory: Option<Buffer>,
+    /// What passes hand on to each other besides images.
+    tables: BTreeMap<&'static str, Turns<Buffer>>,
     /// Whether a frame has ever begun.
     has_begun: bool,
     /// Whether a frame has been recorded since the last reset.
@@ -56,50 +76,90 @@ pub struct ChannelImages {
 }
 
 impl ChannelImages {
-    /// Allocates the images of planes.
+    /// Allocates the images and tables of planes.
     ///
     /// # Errors
     /// More than the device's memory, before any of it is taken.
     pub(crate) fn allocate(
         device: &Device,
         sizes: FrameSizes,
-        planes: Vec<Vec<ChannelWish>>,
+        planes: Vec<Vec<MemoryWish>>,
     ) -> Result<Vec<Self>> {
         let all: Vec<_> = planes.iter().flatten().copied().collect();
-        let wishes: Vec<_> = all.iter().map(|wish| wish.wish).collect();
-        let (rings, places) = lay_out(&wishes);
-        let bytes_of = |wish: &Wish| image_bytes(wish.extent, wish.format);
-        let bytes = rings.iter().map(|ring| ring.count() as u64 * bytes_of(&wishes[ring.wishes[0]])).sum();
+        let needs: Vec<_> = all.iter().map(|wish| wish.what.requirements(device)).collect::<Result<_>>()?;
+        // Images and buffers are side by side.
+        let page = device.info().capabilities.memory_page;
+        let alignment = needs.iter().map(|needs| needs.alignment).fold(page, u64::max);
+        let wish = |(wish, needs): (&MemoryWish, &vk::MemoryRequirements)| {
+            let bytes = needs.size.next_multiple_of(alignment);
+            Wish { bytes, types: needs.memory_type_bits, life: wish.life }
+        };
+        let wishes: Vec<_> = all.iter().zip(&needs).map(wish).collect();
+        let (layout, places) = lay_out(&wishes, LARGEST_BLOCK);
+        let bytes = layout.iter().map(|block| block.bytes).sum();
         check_size("a frame", sizes.frame, bytes, "the device", device.info().free_bytes())?;
-        let memories: Vec<_> = rings.iter().map(|ring| memory(device, ring, &all)).collect::<Result<_>>()?;
-        let mut slots = Vec::new();
-        for (number, (ChannelWish { id, wish }, place)) in all.iter().zip(&places).enumerate() {
-            let is_owner = rings[place.ring].wishes[0] == number;
-            slots.push((*id, slot(*id, wish, &memories[place.ring], place.first, is_owner)?));
+        let mut blocks: Vec<Block> = Vec::new();
+        let mut last = None;
+        for block in &layout {
+            let name = match (block.owner.map(|owner| all[owner].what), &last) {
+                (Some(Wished::Image { id, .. }), _) => id.full_name(),
+                // The spare one of the ring before.
+                (_, Some(name)) => format!("{name}_prev"),
+                _ => SHARED.to_owned(),
+            };
+            last = match block.owner {
+                Some(owner) if matches!(all[owner].life, Life::Twice { .. }) => Some(name.clone()),
+                _ => None,
+            };
+            let memory_type_bits = block.types;
+            let requirements = vk::MemoryRequirements { size: block.bytes, alignment, memory_type_bits };
+            blocks.push(Block::new(device, &name, requirements)?);
         }
-        let mut slots = slots.into_iter();
+        let mut made: Vec<(MemoryWish, Made)> = Vec::new();
+        for ((wish, place), needs) in all.iter().zip(&places).zip(&wishes) {
+            made.push((*wish, Made::new(device, &wish.what, place, needs.bytes, &blocks)?));
+        }
+        let images = |is_owner: &dyn Fn(usize) -> bool| -> Vec<Image> {
+            let kept = made.iter().enumerate().filter(|(number, _)| is_owner(*number));
+            kept.flat_map(|(_, (_, made))| made.images().to_vec()).collect()
+        };
+        // Nobody reads others before they are written; one image of a ring fills all of its blocks.
+        let zeros = images(&|number| layout[places[number].turns[0]].owner == Some(number));
+        Image::prepare(device, &images(&|_| true), &zeros)?;
+        let mut made = made.into_iter();
         // What planes share counts as the first one's.
         let mut bytes = Some(bytes);
-        let images = |wishes: &Vec<ChannelWish>| Self {
-            sizes,
-            slots: slots.by_ref().take(wishes.len()).collect(),
-            bytes: bytes.take().unwrap_or(0),
-            table_memory: None,
-            has_begun: false,
-            has_frame: false,
-            has_history: false,
+        let images = |wishes: &Vec<MemoryWish>| {
+            let mut images = Self {
+                sizes,
+                slots: BTreeMap::new(),
+                bytes: bytes.take().unwrap_or(0),
+                tables: BTreeMap::new(),
+                has_begun: false,
+                has_frame: false,
+                has_history: false,
+            };
+            made.by_ref().take(wishes.len()).for_each(|(wish, made)| images.insert(&wish, made));
+            images
         };
         Ok(planes.iter().map(images).collect())
     }
 
-    /// Gives the stages memory for tables, see [`ChannelImages::table_memory`].
-    pub fn set_table_memory(&mut self, memory: Buffer) {
-        self.table_memory = Some(memory);
+    fn insert(&mut self, wish: &MemoryWish, made: Made) {
+        match (wish.what, made) {
+            (Wished::Table(table), Made::Table(turns)) => {
+                self.tables.insert(table.name, turns);
+            }
+            (Wished::Image { id, .. }, Made::Image(turns)) => {
+                self.slots.insert(id, slot(wish.life, turns));
+            }
+            _ => {}
+        }
     }
 
-    /// Memory that each stage in turn may use for what its passes hand on to each other; its content is lost when the stage ends.
-    pub fn table_memory(&self) -> Option<&Buffer> {
-        self.table_memory.as_ref()
+    /// The table of this name in the memory of the frame, if the plan knows of it. It may be another one in the next frame.
+    pub fn table(&self, name: &str) -> Option<&Buffer> {
+        self.tables.get(name).map(Turns::current)
     }
 
     /// Full frame in pixels.
@@ -157,11 +217,15 @@ impl ChannelImages {
                 if self.has_begun {
                     history.advance();
                 }
+                history.name_images();
             }
-            if let (Slot::History(history), false) = (slot, self.has_history) {
-                // Nobody reads what it holds.
-                history.previous().note_written();
+            if let Slot::History(history) = slot {
+                history.current().set_unread(false);
+                history.previous().set_unread(!self.has_history);
             }
+        }
+        if self.has_begun {
+            self.tables.values_mut().for_each(Turns::advance);
         }
         self.has_begun = true;
         self.has_frame = true;
@@ -205,25 +269,50 @@ impl ChannelImages {
     }
 }
 
-/// The memories of a ring, each named after the image that is in it in the first frame.
-fn memory(device: &Device, ring: &Ring, all: &[ChannelWish]) -> Result<Vec<Image>> {
-    let ChannelWish { wish, .. } = all[ring.wishes[0]];
-    let names = ring.wishes.iter().map(|&number| all[number].id.full_name());
-    let spare = ring.has_spare.then(|| format!("{}_prev", all[ring.wishes[0]].id.full_name()));
-    let image = |name: String| Image::shareable(device, &name, wish.format, wish.extent, ring.other_formats);
-    names.chain(spare).map(image).collect()
+/// So large may an allocation be on every device (`maxMemoryAllocationSize`).
+const LARGEST_BLOCK: u64 = 1 << 30;
+
+/// Name of the memory of what lives within a frame.
+pub const SHARED: &str = "images and tables in turn";
+
+/// Resources that were made for a wish, one for each block in turn.
+enum Made {
+    Image(Turns<Image>),
+    Table(Turns<Buffer>),
 }
 
-/// An image in these memories in turn, in the memory `first` in the first frame. A single memory is the image itself for its owner.
-fn slot(id: ChannelId, wish: &Wish, memories: &[Image], first: usize, is_owner: bool) -> Result<Slot> {
-    let view = |memory: &Image| memory.sharing(&id.full_name(), wish.format);
-    if let [memory] = memories {
-        let image = if is_owner { memory.clone() } else { view(memory)? };
-        return Ok(if wish.life == Life::Kept { Slot::Kept(image) } else { Slot::Single(image) });
+impl Made {
+    fn new(device: &Device, what: &Wished, place: &Place, bytes: u64, blocks: &[Block]) -> Result<Self> {
+        let parts = place.turns.iter().map(|&block| blocks[block].part(place.offset, bytes));
+        Ok(match *what {
+            Wished::Image { id, format, extent } => {
+                let image = |part: Part| Image::placed(part, device, &id.full_name(), format, extent);
+                Self::Image(Turns::new(parts.map(image).collect::<Result<_>>()?, place.first))
+            }
+            Wished::Table(TableWish { name, bytes }) => {
+                let table = |part: Part| Buffer::placed(part, device, name, bytes.max(1));
+                Self::Table(Turns::new(parts.map(table).collect::<Result<_>>()?, place.first))
+            }
+        })
     }
-    let history = History::new(memories.iter().map(view).collect::<Result<_>>()?, first);
-    Ok(match wish.life {
-        Life::Twice { .. } => Slot::History(history),
-        _ => Slot::InHistory(history),
-    })
+
+    fn images(&self) -> &[Image] {
+        match self {
+            Self::Image(turns) => turns.all(),
+            Self::Table(_) => &[],
+        }
+    }
+}
+
+/// An image in its places.
+fn slot(life: Life, turns: Turns<Image>) -> Slot {
+    match (life, turns.all()) {
+        (Life::Twice { .. }, _) => {
+            turns.name_images();
+            Slot::History(turns)
+        }
+        (Life::Kept, [image]) => Slot::Kept(image.clone()),
+        (_, [image]) => Slot::Single(image.clone()),
+        _ => Slot::InHistory(turns),
+    }
 }

@@ -1,38 +1,43 @@
-//! Images that change their memory from frame to frame.
+//! What changes its memory from frame to frame.
 
 use crate::image::Image;
 
-/// An image of this frame and of the last one: of several images, each frame takes the one before as this frame's, and what was this frame's is the last one's.
-pub(crate) struct History {
-    images: Vec<Image>,
+/// Something in several places: each frame takes the one before as this frame's, and what was this frame's is the last one's.
+pub(crate) struct Turns<T> {
+    all: Vec<T>,
     current: usize,
 }
 
-impl History {
-    /// `images`: one for each memory in turn. `first`: the one of the first frame.
-    pub(crate) fn new(images: Vec<Image>, first: usize) -> Self {
-        let history = Self { images, current: first };
-        history.name_images();
-        history
+impl<T> Turns<T> {
+    /// `all`: one for each place in turn. `first`: the one of the first frame.
+    pub(crate) fn new(all: Vec<T>, first: usize) -> Self {
+        Self { all, current: first }
     }
 
     /// This frame's.
-    pub(crate) fn current(&self) -> &Image {
-        &self.images[self.current]
+    pub(crate) fn current(&self) -> &T {
+        &self.all[self.current]
     }
 
     /// Last frame's.
-    pub(crate) fn previous(&self) -> &Image {
-        &self.images[(self.current + 1) % self.images.len()]
+    pub(crate) fn previous(&self) -> &T {
+        &self.all[(self.current + 1) % self.all.len()]
     }
 
-    /// Begins a frame: the current image becomes the previous one.
+    /// Begins a frame: the current one becomes the previous one.
     pub(crate) fn advance(&mut self) {
-        self.current = (self.current + self.images.len() - 1) % self.images.len();
-        self.name_images();
+        self.current = (self.current + self.all.len() - 1) % self.all.len();
     }
 
-    fn name_images(&self) {
+    /// All of them.
+    pub(crate) fn all(&self) -> &[T] {
+        &self.all
+    }
+}
+
+impl Turns<Image> {
+    /// Says which image is this frame's and which one the last one's.
+    pub(crate) fn name_images(&self) {
         self.previous().set_previous(true);
         self.current().set_previous(false);
     }

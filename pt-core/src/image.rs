@@ -1,15 +1,15 @@
 //! Screen-space storage images. They always stay in GENERAL layout, so barriers only concern memory.
 
+use crate::block::Part;
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
-use crate::layout::image_bytes;
 use crate::texels::{decode_f32, decode_u32, encode_f32};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use pt_shaders::channels::Format;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// The Vulkan format of a channel format.
@@ -46,10 +46,10 @@ struct Inner {
     format: Format,
     extent: [u32; 2],
     allocation: Mutex<Option<Allocation>>,
-    /// The image whose memory it is in, if it has none of its own.
-    host: Option<Image>,
-    /// The number of the image that was written last in this memory; 0: none yet.
-    writer: AtomicU64,
+    /// Its memory, if that is not its own.
+    part: Option<Part>,
+    /// Whether it may be bound although its content is lost.
+    is_unread: AtomicBool,
 }
 
 pub(crate) const COLOR_RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
@@ -70,24 +70,9 @@ pub(crate) fn create_raw(
     usage: vk::ImageUsageFlags,
     flags: vk::ImageCreateFlags,
 ) -> Result<(vk::Image, vk::ImageView, Allocation)> {
-    let limit = device.info().capabilities.max_image_side;
-    if extent.iter().any(|&side| side == 0 || side > limit) {
-        return Err(Error::Unsupported(format!(
-            "{name}: an image of {}x{} is not possible; sides must be 1 to {limit}",
-            extent[0], extent[1]
-        )));
-    }
+    check_extent(device, name, extent)?;
     let raw = device.raw();
-    let info = vk::ImageCreateInfo::default()
-        .image_type(vk::ImageType::TYPE_2D)
-        .format(format)
-        .extent(vk::Extent3D { width: extent[0], height: extent[1], depth: 1 })
-        .mip_levels(mips)
-        .array_layers(1)
-        .samples(vk::SampleCountFlags::TYPE_1)
-        .tiling(vk::ImageTiling::OPTIMAL)
-        .usage(usage)
-        .flags(flags);
+    let info = create_info(format, extent, mips, usage).flags(flags);
     // SAFETY: valid create info within the device's limits.
     let handle = unsafe { raw.create_image(&info, None) }.context("vkCreateImage")?;
     // SAFETY: `handle` was created above.
@@ -114,13 +99,49 @@ pub(crate) fn create_raw(
     Ok((handle, view, allocation))
 }
 
+fn check_extent(device: &Device, name: &str, extent: [u32; 2]) -> Result<()> {
+    let limit = device.info().capabilities.max_image_side;
+    if extent.iter().any(|&side| side == 0 || side > limit) {
+        return Err(Error::Unsupported(format!(
+            "{name}: an image of {}x{} is not possible; sides must be 1 to {limit}",
+            extent[0], extent[1]
+        )));
+    }
+    Ok(())
+}
+
+fn create_info(
+    format: vk::Format,
+    extent: [u32; 2],
+    mips: u32,
+    usage: vk::ImageUsageFlags,
+) -> vk::ImageCreateInfo<'static> {
+    vk::ImageCreateInfo::default()
+        .image_type(vk::ImageType::TYPE_2D)
+        .format(format)
+        .extent(vk::Extent3D { width: extent[0], height: extent[1], depth: 1 })
+        .mip_levels(mips)
+        .array_layers(1)
+        .samples(vk::SampleCountFlags::TYPE_1)
+        .tiling(vk::ImageTiling::OPTIMAL)
+        .usage(usage)
+}
+
+/// How an [`Image`] may be used.
+fn usage() -> vk::ImageUsageFlags {
+    vk::ImageUsageFlags::STORAGE
+        | vk::ImageUsageFlags::SAMPLED
+        | vk::ImageUsageFlags::TRANSFER_SRC
+        | vk::ImageUsageFlags::TRANSFER_DST
+}
+
 fn create_view(device: &Device, image: vk::Image, format: vk::Format) -> Result<vk::ImageView> {
     let info = vk::ImageViewCreateInfo::default()
         .image(image)
         .view_type(vk::ImageViewType::TYPE_2D)
         .format(format)
         .subresource_range(COLOR_RANGE);
-    // SAFETY: the image is bound to memory; a format that is not its own has as many bytes, and the image allows it.
+    // SAFETY: the image is bound to memory, and the format is its own.
     unsafe { device.raw().create_image_view(&info, None) }.context("vkCreateImageView")
 }
 
@@ -152,38 +173,66 @@ pub(crate) fn transition(
 impl Image {
     /// An image of zeros.
     pub fn new(device: &Device, name: &str, format: Format, extent: [u32; 2]) -> Result<Self> {
-        Self::with_flags(device, name, format, extent, vk::ImageCreateFlags::empty())
-    }
-
-    /// An image of zeros. `other_formats`: [`Image::sharing`] may ask for other formats than this one.
-    pub(crate) fn shareable(
-        device: &Device,
-        name: &str,
-        format: Format,
-        extent: [u32; 2],
-        other_formats: bool,
-    ) -> Result<Self> {
-        let flags = match other_formats {
-            true => vk::ImageCreateFlags::MUTABLE_FORMAT,
-            false => vk::ImageCreateFlags::empty(),
-        };
-        Self::with_flags(device, name, format, extent, flags)
-    }
-
-    fn with_flags(
-        device: &Device,
-        name: &str,
-        format: Format,
-        extent: [u32; 2],
-        flags: vk::ImageCreateFlags,
-    ) -> Result<Self> {
-        let usage = vk::ImageUsageFlags::STORAGE
-            | vk::ImageUsageFlags::SAMPLED
-            | vk::ImageUsageFlags::TRANSFER_SRC
-            | vk::ImageUsageFlags::TRANSFER_DST;
+        let flags = vk::ImageCreateFlags::empty();
         let (handle, view, allocation) =
-            create_raw(device, name, vk_format(format), extent, 1, usage, flags)?;
-        let image = Self(Arc::new(Inner {
+            create_raw(device, name, vk_format(format), extent, 1, usage(), flags)?;
+        let image = Self::with(device, name, format, extent, (handle, view), Some(allocation), None);
+        Self::prepare(device, &[image.clone()], &[image.clone()])?;
+        Ok(image)
+    }
+
+    /// Memory that such an image needs.
+    ///
+    /// # Errors
+    /// When the device has no such images.
+    pub(crate) fn requirements(
+        device: &Device,
+        name: &str,
+        format: Format,
+        extent: [u32; 2],
+    ) -> Result<vk::MemoryRequirements> {
+        check_extent(device, name, extent)?;
+        let info = create_info(vk_format(format), extent, 1, usage());
+        let info = vk::DeviceImageMemoryRequirements::default().create_info(&info);
+        let mut requirements = vk::MemoryRequirements2::default();
+        // SAFETY: valid create info within the device's limits.
+        unsafe { device.raw().get_device_image_memory_requirements(&info, &mut requirements) };
+        Ok(requirements.memory_requirements)
+    }
+
+    /// An image in memory that others use too, of what [`Image::requirements`] says. It is undefined until [`Image::prepare`].
+    pub(crate) fn placed(
+        part: Part,
+        device: &Device,
+        name: &str,
+        format: Format,
+        extent: [u32; 2],
+    ) -> Result<Self> {
+        let info = create_info(vk_format(format), extent, 1, usage());
+        // SAFETY: valid create info within the device's limits.
+        let handle = unsafe { device.raw().create_image(&info, None) }.context("vkCreateImage")?;
+        let (memory, offset) = part.memory();
+        // The implementation wants to be asked before an image is bound.
+        // SAFETY: `handle` was created above, and the part is as large as asked for.
+        unsafe {
+            let _ = device.raw().get_image_memory_requirements(handle);
+            device.raw().bind_image_memory(handle, memory, offset).context("vkBindImageMemory")?;
+        }
+        let view = create_view(device, handle, vk_format(format))?;
+        device.name(handle, name);
+        Ok(Self::with(device, name, format, extent, (handle, view), None, Some(part)))
+    }
+
+    fn with(
+        device: &Device,
+        name: &str,
+        format: Format,
+        extent: [u32; 2],
+        (handle, view): (vk::Image, vk::ImageView),
+        allocation: Option<Allocation>,
+        part: Option<Part>,
+    ) -> Self {
+        Self(Arc::new(Inner {
             device: device.clone(),
             id: device.next_id(),
             name: name.to_owned(),
@@ -193,65 +242,52 @@ impl Image {
             view,
             format,
             extent,
-            allocation: Mutex::new(Some(allocation)),
-            host: None,
-            writer: AtomicU64::new(0),
-        }));
+            allocation: Mutex::new(allocation),
+            part,
+            is_unread: AtomicBool::new(false),
+        }))
+    }
+
+    /// Gives new images their layout, and those of `zeros` zeros.
+    pub(crate) fn prepare(device: &Device, images: &[Self], zeros: &[Self]) -> Result<()> {
         device.submit_once(|cmd| {
-            transition(device, cmd, handle, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
-            let zero = vk::ClearColorValue { uint32: [0; 4] };
-            // SAFETY: recording, alive, in GENERAL layout.
-            unsafe {
-                device.raw().cmd_clear_color_image(
-                    cmd,
-                    handle,
-                    vk::ImageLayout::GENERAL,
-                    &zero,
-                    &[COLOR_RANGE],
-                );
+            for image in images {
+                transition(device, cmd, image.0.handle, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
             }
-        })?;
-        Ok(image)
+            for image in zeros {
+                let zero = vk::ClearColorValue { uint32: [0; 4] };
+                let layout = vk::ImageLayout::GENERAL;
+                // SAFETY: recording, alive, in GENERAL layout.
+                unsafe {
+                    device.raw().cmd_clear_color_image(cmd, image.0.handle, layout, &zero, &[COLOR_RANGE]);
+                }
+            }
+        })
     }
 
-    /// An image in the memory of this one, with the same number of bytes a texel. Barriers take both for one.
-    pub(crate) fn sharing(&self, name: &str, format: Format) -> Result<Self> {
-        let device = &self.0.device;
-        Ok(Self(Arc::new(Inner {
-            device: device.clone(),
-            id: device.next_id(),
-            name: name.to_owned(),
-            previous_name: format!("{name}_prev"),
-            is_previous: AtomicBool::new(false),
-            handle: self.0.handle,
-            view: create_view(device, self.0.handle, vk_format(format))?,
-            format,
-            extent: self.0.extent,
-            allocation: Mutex::new(None),
-            host: Some(self.clone()),
-            writer: AtomicU64::new(0),
-        })))
+    /// Its memory, if others use that too.
+    pub(crate) fn part(&self) -> Option<&Part> {
+        self.0.part.as_ref()
     }
 
-    /// The image that owns the memory.
-    fn owner(&self) -> &Self {
-        self.0.host.as_ref().unwrap_or(self)
+    /// A pass writes it: returns the numbers of the resources in this memory whose content is lost.
+    pub(crate) fn note_written(&self) -> Vec<u64> {
+        self.part().map_or_else(Vec::new, |part| part.note_written(self.0.id))
     }
 
-    /// Whether it has memory of its own.
-    pub fn owns_memory(&self) -> bool {
-        self.0.host.is_none()
-    }
-
-    /// A pass writes it: the content of other images in this memory is lost.
-    pub(crate) fn note_written(&self) {
-        self.owner().0.writer.store(self.0.id, Ordering::Relaxed);
-    }
-
-    /// Whether another image in this memory was written after it.
+    /// Whether another resource in this memory was written after it, and what it holds is asked for.
     pub(crate) fn is_overwritten(&self) -> bool {
-        let writer = self.owner().0.writer.load(Ordering::Relaxed);
-        writer != 0 && writer != self.0.id
+        !self.is_unread() && self.part().is_some_and(|part| part.is_overwritten(self.0.id))
+    }
+
+    /// Whether nobody reads what it holds, although it may be bound.
+    pub(crate) fn is_unread(&self) -> bool {
+        self.0.is_unread.load(Ordering::Relaxed)
+    }
+
+    /// Says whether nobody reads what it holds, although it may be bound.
+    pub(crate) fn set_unread(&self, is_unread: bool) {
+        self.0.is_unread.store(is_unread, Ordering::Relaxed);
     }
 
     /// Says whether it is the last frame's.
@@ -276,7 +312,7 @@ impl Image {
 
     /// Size in bytes of the texels.
     pub fn bytes(&self) -> u64 {
-        image_bytes(self.0.extent, self.0.format)
+        self.0.extent.map(u64::from).iter().product::<u64>() * u64::from(self.0.format.bytes())
     }
 
     /// Copies the texels to the host, after everything submitted so far.
@@ -390,9 +426,9 @@ impl Image {
         self.0.view
     }
 
-    /// Number of its memory, for barriers.
+    /// Its number, for barriers.
     pub(crate) fn id(&self) -> u64 {
-        self.owner().0.id
+        self.0.id
     }
 }
 
@@ -416,9 +452,7 @@ impl Drop for Inner {
         // SAFETY: the frame recorder keeps clones of what is in flight, so the device no longer uses the image.
         unsafe {
             self.device.raw().destroy_image_view(self.view, None);
-            if self.host.is_none() {
-                self.device.raw().destroy_image(self.handle, None);
-            }
+            self.device.raw().destroy_image(self.handle, None);
         }
         if let Some(allocation) = crate::lock::lock(&self.allocation).take() {
             self.device.free(allocation);

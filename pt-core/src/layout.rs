@@ -1,12 +1,11 @@
-//! Which images of a frame share memory: those whose content is needed one after the other.
+//! Where images and tables of a frame are in its memory: those whose content is needed one after the other share it.
 //!
-//! Time counts the stages of a frame in the order in which they run. An image that lives within a frame takes the place of another of the same
-//! size whose time is over, or of last frame's content of one, which nothing reads from some stage on (interval partitioning: Kleinberg and Tardos,
-//! Algorithm Design, section 4.1). Images that exist twice are partitioned by the times at which both of the two are needed.
+//! Time counts the stages of a frame in the order in which they run. What lives within a frame takes the place of what nobody needs any more or yet,
+//! also of several smaller ones or of a part of a larger one: it is placed by size, the largest first, where it fits at the lowest offset (dynamic storage allocation by
+//! first fit in decreasing order: Coffman, Garey, Johnson and Tarjan 1980). Images that exist twice are partitioned before by the times at which both of the two are needed
+//! (interval partitioning: Kleinberg and Tardos, Algorithm Design, section 4.1).
 
-use pt_shaders::channels::Format;
-
-/// From when to when the content of an image is needed.
+/// From when to when a content is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Life {
     /// In every frame: what it holds stays until the next one.
@@ -19,219 +18,242 @@ pub(crate) enum Life {
     Within { from: usize, until: usize },
 }
 
-/// An image that a frame needs.
+/// What a frame needs memory for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wish {
-    pub(crate) extent: [u32; 2],
-    pub(crate) format: Format,
+    /// A multiple of what offsets must be multiples of.
+    pub(crate) bytes: u64,
+    /// Types of memory that it may be in, a bit each.
+    pub(crate) types: u32,
     pub(crate) life: Life,
 }
 
-impl Wish {
-    fn can_hold(&self, other: &Self) -> bool {
-        self.extent == other.extent && self.format.bytes() == other.format.bytes()
-    }
-}
-
-/// Bytes of the texels of an image.
-pub(crate) fn image_bytes(extent: [u32; 2], format: Format) -> u64 {
-    u64::from(extent[0]) * u64::from(extent[1]) * u64::from(format.bytes())
-}
-
-/// Memories that are used in turn. Images that exist twice, but need both only one after the other, share one spare memory: each writes this frame's content
-/// where the one before it no longer needs last frame's, the first one into the spare. So in each frame everything is one memory further, and the next
-/// frame finds the spare behind the last one.
+/// A piece of memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Ring {
-    /// The wishes that have a memory here, in their order in time.
-    pub(crate) wishes: Vec<usize>,
-    /// Whether there is one memory more than wishes.
-    pub(crate) has_spare: bool,
-    /// Whether images of other formats use them.
-    pub(crate) other_formats: bool,
+pub(crate) struct Block {
+    pub(crate) bytes: u64,
+    pub(crate) types: u32,
+    /// The wish that has it in the first frame, if it is an image that outlives a frame; the spare one has none.
+    pub(crate) owner: Option<usize>,
 }
 
-impl Ring {
-    /// How many memories it has.
-    pub(crate) fn count(&self) -> usize {
-        self.wishes.len() + usize::from(self.has_spare)
-    }
-}
-
-/// Where an image is: in the memory `first` of a ring in the first frame, and one before it in each later frame. The last frame's content is in the one behind it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where something is: at the offset in the block `turns[first]` in the first frame, and one before it in each later frame. Last frame's content is in the one behind it.
+///
+/// Images that exist twice, but need both only one after the other, share one spare block: each writes this frame's content where the one before it no
+/// longer needs last frame's, the first one into the spare. So in each frame everything is one block further, and the next frame finds the spare behind the last one.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
-    pub(crate) ring: usize,
+    pub(crate) turns: Vec<usize>,
     pub(crate) first: usize,
+    pub(crate) offset: u64,
 }
 
-/// Memory of a ring with the times of a frame at which it is taken.
-struct Memory {
-    place: Place,
-    taken: Vec<[usize; 2]>,
+/// Bytes of a block and times of a frame at which they are taken.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    time: [usize; 2],
+    bytes: [u64; 2],
+}
+
+/// A block with what is in it. The number of its ring, and its place there.
+struct Space {
+    taken: Vec<Taken>,
+    ring: Option<(usize, usize)>,
 }
 
 /// Behind all stages.
 pub(crate) const LAST: usize = usize::MAX;
 
-/// The memory of a frame, and the place of each image in it.
-pub(crate) fn lay_out(wishes: &[Wish]) -> (Vec<Ring>, Vec<Place>) {
-    let (mut rings, mut places) = rings(wishes);
-    let mut memories: Vec<Memory> = Vec::new();
-    for (number, ring) in rings.iter().enumerate().filter(|(_, ring)| ring.has_spare) {
-        let mut taken = vec![Vec::new(); ring.count()];
-        for (turn, &wish) in ring.wishes.iter().enumerate() {
+/// The blocks of a frame, and the place of each wish in them. No block but for a wish of its own is larger than `largest` bytes.
+pub(crate) fn lay_out(wishes: &[Wish], largest: u64) -> (Vec<Block>, Vec<Place>) {
+    let rings = rings(wishes);
+    let mut blocks = Vec::new();
+    let mut spaces: Vec<Space> = Vec::new();
+    let mut places = vec![Place { turns: Vec::new(), first: 0, offset: 0 }; wishes.len()];
+    let mut turns = Vec::new();
+    for (number, ring) in rings.iter().enumerate() {
+        let Wish { bytes, .. } = wishes[ring[0]];
+        let types = ring.iter().fold(u32::MAX, |types, &wish| types & wishes[wish].types);
+        let has_spare = matches!(wishes[ring[0]].life, Life::Twice { .. });
+        let first_block = blocks.len();
+        let mut taken = vec![Vec::new(); ring.len() + usize::from(has_spare)];
+        for (turn, &wish) in ring.iter().enumerate() {
+            blocks.push(Block { bytes, types, owner: Some(wish) });
+            let mut take = |turn: usize, time| taken[turn].push(Taken { time, bytes: [0, bytes] });
             if let Life::Twice { from, previous_until } = wishes[wish].life {
-                taken[turn].push([from, LAST]);
-                taken[turn + 1].push([0, previous_until]);
+                take(turn, [from, LAST]);
+                take(turn + 1, [0, previous_until]);
+            } else {
+                take(turn, [0, LAST]);
             }
+            places[wish].first = turn;
         }
-        let memory = |(first, taken)| Memory { place: Place { ring: number, first }, taken };
-        memories.extend(taken.into_iter().enumerate().map(memory));
+        blocks.extend(has_spare.then_some(Block { bytes, types, owner: None }));
+        let space = |(turn, taken)| Space { taken, ring: Some((number, turn)) };
+        spaces.extend(taken.into_iter().enumerate().map(space));
+        turns.push((first_block..blocks.len()).collect::<Vec<_>>());
+        ring.iter().for_each(|&wish| places[wish].turns.clone_from(&turns[number]));
     }
-    let mut within: Vec<(usize, [usize; 2])> = Vec::new();
-    for (number, wish) in wishes.iter().enumerate() {
-        if let Life::Within { from, until } = wish.life {
-            within.push((number, [from, until]));
-        }
-    }
-    within.sort_by_key(|&(number, [from, _])| (from, number));
-    for (number, time) in within {
-        let wish = &wishes[number];
-        let owner = |memory: &Memory| &wishes[rings[memory.place.ring].wishes[0]];
-        let is_free = |memory: &&mut Memory| {
-            let apart = |taken: &[usize; 2]| taken[1] < time[0] || time[1] < taken[0];
-            owner(memory).can_hold(wish) && memory.taken.iter().all(apart)
+    let outlive = blocks.len();
+    for (number, time) in within(wishes) {
+        let Wish { bytes, types, .. } = wishes[number];
+        let room = |at: usize| if at < outlive { blocks[at].bytes } else { largest.max(bytes) };
+        let fits = |at: usize| {
+            let offset = free_offset(&spaces[at].taken, time, bytes);
+            (blocks[at].types & types != 0 && offset + bytes <= room(at)).then_some((at, offset))
         };
-        // Views of another format are the second choice.
-        let differs = |memory: &&mut Memory| owner(memory).format != wish.format;
-        match memories.iter_mut().filter(is_free).min_by_key(differs) {
-            Some(memory) => {
-                memory.taken.push(time);
-                places[number] = memory.place;
-                let ring = &mut rings[memory.place.ring];
-                ring.other_formats |= wishes[ring.wishes[0]].format != wish.format;
+        // The smallest block of those that are there anyway.
+        let best = (0..outlive).filter_map(fits).min_by_key(|&(at, _)| blocks[at].bytes);
+        let found = best.or_else(|| (outlive..blocks.len()).find_map(fits));
+        let (at, offset) = found.unwrap_or_else(|| {
+            blocks.push(Block { bytes: 0, types, owner: None });
+            spaces.push(Space { taken: Vec::new(), ring: None });
+            (blocks.len() - 1, 0)
+        });
+        spaces[at].taken.push(Taken { time, bytes: [offset, offset + bytes] });
+        blocks[at].bytes = blocks[at].bytes.max(offset + bytes);
+        places[number] = match spaces[at].ring {
+            Some((ring, first)) => {
+                turns[ring].iter().for_each(|&block| blocks[block].types &= types);
+                Place { turns: turns[ring].clone(), first, offset }
             }
             None => {
-                places[number] = Place { ring: rings.len(), first: 0 };
-                rings.push(Ring { wishes: vec![number], has_spare: false, other_formats: false });
-                memories.push(Memory { place: places[number], taken: vec![time] });
+                blocks[at].types &= types;
+                Place { turns: vec![at], first: 0, offset }
             }
-        }
+        };
     }
-    (rings, places)
+    (blocks, places)
 }
 
-/// The rings of the images that outlive a frame, with their places; other images have none yet.
-fn rings(wishes: &[Wish]) -> (Vec<Ring>, Vec<Place>) {
-    let mut rings: Vec<Ring> = Vec::new();
-    let mut places = vec![Place { ring: 0, first: 0 }; wishes.len()];
+/// What lives within a frame, the largest first.
+fn within(wishes: &[Wish]) -> Vec<(usize, [usize; 2])> {
+    let mut within: Vec<_> = (wishes.iter().enumerate())
+        .filter_map(|(number, wish)| match wish.life {
+            Life::Within { from, until } => Some((number, [from, until])),
+            _ => None,
+        })
+        .collect();
+    within.sort_by_key(|&(number, [from, _])| (std::cmp::Reverse(wishes[number].bytes), from, number));
+    within
+}
+
+/// The lowest offset at which that many bytes are free at that time.
+fn free_offset(taken: &[Taken], time: [usize; 2], bytes: u64) -> u64 {
+    let meets = |other: &&Taken| other.time[0] <= time[1] && time[0] <= other.time[1];
+    let mut ranges: Vec<_> = taken.iter().filter(meets).map(|taken| taken.bytes).collect();
+    ranges.sort_unstable();
+    let mut offset = 0;
+    for [start, end] in ranges {
+        if offset + bytes <= start {
+            break;
+        }
+        offset = end.max(offset);
+    }
+    offset
+}
+
+/// The wishes that outlive a frame, those that share a spare block together, in their order in time.
+fn rings(wishes: &[Wish]) -> Vec<Vec<usize>> {
+    let mut rings: Vec<Vec<usize>> = Vec::new();
     let mut twice: Vec<(usize, usize)> = Vec::new();
     for (number, wish) in wishes.iter().enumerate() {
         match wish.life {
             Life::Twice { from, .. } => twice.push((from, number)),
-            Life::Always | Life::Kept => {
-                places[number].ring = rings.len();
-                rings.push(Ring { wishes: vec![number], has_spare: false, other_formats: false });
-            }
+            Life::Always | Life::Kept => rings.push(vec![number]),
             Life::Within { .. } => {}
         }
     }
     twice.sort_unstable();
     for (from, number) in twice {
         let wish = &wishes[number];
-        let last = |ring: &Ring| ring.wishes.last().map(|&last| wishes[last]);
-        let is_free = |ring: &&mut Ring| {
-            last(ring).is_some_and(|last| match last.life {
-                Life::Twice { previous_until, .. } => previous_until < from && last.can_hold(wish),
+        let is_free = |ring: &&mut Vec<usize>| {
+            ring.last().map(|&last| &wishes[last]).is_some_and(|last| match last.life {
+                Life::Twice { previous_until, .. } => previous_until < from && last.bytes == wish.bytes,
                 _ => false,
             })
         };
-        let differs = |ring: &&mut Ring| wishes[ring.wishes[0]].format != wish.format;
-        let found = rings.iter_mut().enumerate().filter(|(_, ring)| is_free(ring));
-        match found.min_by_key(|(_, ring)| differs(ring)) {
-            Some((at, ring)) => {
-                places[number] = Place { ring: at, first: ring.wishes.len() };
-                ring.other_formats |= wishes[ring.wishes[0]].format != wish.format;
-                ring.wishes.push(number);
-            }
-            None => {
-                places[number].ring = rings.len();
-                rings.push(Ring { wishes: vec![number], has_spare: true, other_formats: false });
-            }
+        match rings.iter_mut().find(is_free) {
+            Some(ring) => ring.push(number),
+            None => rings.push(vec![number]),
         }
     }
-    (rings, places)
+    rings
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn wish(format: Format, life: Life) -> Wish {
-        Wish { extent: [8, 4], format, life }
+    fn wish(bytes: u64, life: Life) -> Wish {
+        Wish { bytes, types: 1, life }
     }
 
     fn within(from: usize, until: usize) -> Life {
         Life::Within { from, until }
     }
 
-    fn at(ring: usize, first: usize) -> Place {
-        Place { ring, first }
+    fn twice(from: usize, previous_until: usize) -> Life {
+        Life::Twice { from, previous_until }
     }
 
-    fn places(wishes: &[Wish]) -> Vec<Place> {
-        lay_out(wishes).1
+    /// Bytes of all blocks.
+    fn total(wishes: &[Wish]) -> u64 {
+        lay_out(wishes, u64::MAX).0.iter().map(|block| block.bytes).sum()
     }
 
-    /// How many memories there are.
-    fn count(wishes: &[Wish]) -> usize {
-        lay_out(wishes).0.iter().map(Ring::count).sum()
+    fn all(bytes: u64, lives: &[Life]) -> u64 {
+        total(&lives.iter().map(|&life| wish(bytes, life)).collect::<Vec<_>>())
     }
 
     #[test]
-    fn images_that_follow_each_other_share_and_those_that_meet_do_not() {
-        let color = |life| wish(Format::Rgba32F, life);
-        assert_eq!(places(&[color(within(0, 2)), color(within(3, 4))]), [at(0, 0), at(0, 0)]);
-        // A stage reads the one and writes the other.
-        assert_eq!(places(&[color(within(0, 3)), color(within(3, 4))]), [at(0, 0), at(1, 0)]);
-        assert_eq!(places(&[color(Life::Always), color(within(3, 4))]), [at(0, 0), at(1, 0)]);
-        // The last one may take either place; all three at once need three.
-        let four = [within(0, 1), within(0, 5), within(2, 5), within(2, 3)].map(color);
-        assert_eq!(places(&four), [at(0, 0), at(1, 0), at(0, 0), at(2, 0)]);
-        assert_eq!(places(&[color(within(0, LAST)), color(within(3, LAST))]), [at(0, 0), at(1, 0)]);
+    fn what_follows_each_other_shares_and_what_meets_does_not() {
+        assert_eq!(all(4, &[within(0, 2), within(3, 4)]), 4);
+        assert_eq!(all(4, &[within(0, 3), within(3, 4)]), 8, "a stage reads the one and writes the other");
+        assert_eq!(all(4, &[Life::Always, within(3, 4)]), 8);
+        assert_eq!(all(4, &[within(0, LAST), within(3, LAST)]), 8);
+        assert_eq!(total(&[wish(4, within(0, 1)), wish(2, within(2, 3)), wish(2, within(2, 3))]), 4);
+        assert_eq!(total(&[wish(4, within(2, 3)), wish(2, within(0, 1)), wish(2, within(1, 1))]), 4);
+        let other_type = Wish { types: 2, ..wish(4, within(2, 3)) };
+        assert_eq!(total(&[wish(4, within(0, 1)), other_type]), 8);
+    }
+
+    #[test]
+    fn blocks_are_not_too_large() {
+        let three = [wish(4, within(0, 1)); 3];
+        let sizes = |largest| lay_out(&three, largest).0.iter().map(|block| block.bytes).collect::<Vec<_>>();
+        assert_eq!(sizes(12), [12]);
+        assert_eq!(sizes(11), [8, 4]);
+        assert_eq!(sizes(3), [4, 4, 4]);
     }
 
     #[test]
     fn histories_have_room_before_they_are_written_and_after_they_were_read() {
-        let color = |life| wish(Format::Rgba32F, life);
-        let history = color(Life::Twice { from: 2, previous_until: 2 });
-        assert_eq!(places(&[history, color(within(2, 3))]), [at(0, 0), at(1, 0)]);
-        let before = color(within(0, 1));
-        let after = color(within(3, LAST));
-        assert_eq!(places(&[after, history, before]), [at(0, 1), at(0, 0), at(0, 0)]);
-        // One that is needed before and after.
-        assert_eq!(places(&[history, color(within(1, 3))]), [at(0, 0), at(1, 0)]);
+        let history = twice(2, 2);
+        assert_eq!(all(4, &[history, within(2, 3)]), 12);
+        assert_eq!(all(4, &[within(3, LAST), history, within(0, 1)]), 8);
+        assert_eq!(all(4, &[history, within(1, 3)]), 12, "it is needed before and after");
+        let places = lay_out(&[wish(4, history), wish(2, within(0, 1)), wish(2, within(0, 1))], 0).1;
+        assert_eq!(places[1], Place { turns: vec![0, 1], first: 0, offset: 0 });
+        assert_eq!(places[2], Place { turns: vec![0, 1], first: 0, offset: 2 });
     }
 
     #[test]
     fn histories_that_are_written_one_after_the_other_share_a_spare() {
-        let twice = |from, previous_until| wish(Format::Rgba32F, Life::Twice { from, previous_until });
         let turns = [twice(0, 1), twice(2, 3), twice(4, 5)];
-        assert_eq!(places(&turns), [at(0, 0), at(0, 1), at(0, 2)]);
-        assert_eq!(count(&turns), 4);
-        assert_eq!(places(&[turns[2], turns[0]]), [at(0, 1), at(0, 0)], "the order is that in time");
-        assert_eq!(count(&[twice(0, 2), twice(2, 3)]), 4, "a stage needs all four");
-        assert_eq!(count(&[twice(0, LAST), twice(0, LAST)]), 4);
-        assert_eq!(count(&[twice(0, 1), Wish { extent: [4, 4], ..twice(2, 3) }]), 4);
+        assert_eq!(all(4, &turns), 16);
+        assert_eq!(all(4, &[twice(0, 2), twice(2, 3)]), 16, "a stage needs all four");
+        assert_eq!(all(4, &[twice(0, LAST), twice(0, LAST)]), 16);
+        assert_eq!(total(&[wish(4, twice(0, 1)), wish(2, twice(2, 3))]), 12);
+        let order = lay_out(&[wish(4, turns[2]), wish(4, turns[0])], 0).1;
+        assert_eq!([order[0].first, order[1].first], [1, 0], "the order is that in time");
         // Between the two, and not while one of them is there twice.
-        let color = |from, until| wish(Format::Rgba32F, within(from, until));
-        assert_eq!(places(&[twice(1, 2), twice(5, 6), color(3, 4)])[2], at(0, 1));
-        assert_eq!(count(&[twice(1, 2), twice(5, 6), color(2, 4)]), 4);
-        assert_eq!(count(&[twice(1, 2), twice(5, 6), color(3, 5)]), 4);
+        assert_eq!(all(4, &[twice(1, 2), twice(5, 6), within(3, 4)]), 12);
+        assert_eq!(all(4, &[twice(1, 2), twice(5, 6), within(2, 4)]), 16);
+        assert_eq!(all(4, &[twice(1, 2), twice(5, 6), within(3, 5)]), 16);
     }
 
-    /// Runs frames of random wishes: what an image holds is there until nobody needs it.
+    /// Runs frames of random wishes: what something holds is there until nobody needs it.
     #[test]
     fn no_content_is_overwritten_before_it_is_read() {
         let mut state = 1_u32;
@@ -244,29 +266,32 @@ mod tests {
                 .map(|_| {
                     let (a, b) = (random(10), random(10));
                     let life = match random(3) {
-                        0 => Life::Twice { from: a.min(b), previous_until: a.max(b) },
+                        0 => twice(a.min(b), a.max(b)),
                         _ => within(a.min(b), a.max(b)),
                     };
-                    wish([Format::Rgba32F, Format::Rgba32Uint][random(2)], life)
+                    wish([1, 2, 4, 5][random(4)], life)
                 })
                 .collect();
-            let (rings, places) = lay_out(&wishes);
-            let memory = |number: usize, frame: usize| {
-                let Place { ring, first } = places[number];
-                let count = rings[ring].count();
-                (ring, (first + count * 8 - frame) % count)
+            let (blocks, places) = lay_out(&wishes, 9);
+            let bytes = |number: usize, frame: usize| {
+                let Place { turns, first, offset } = &places[number];
+                let block = turns[(first + turns.len() * 8 - frame) % turns.len()];
+                let end = offset + wishes[number].bytes;
+                assert!(end <= blocks[block].bytes);
+                (*offset..end).map(move |byte| (block, byte))
             };
-            // Who wrote a memory last, and in which frame.
+            // Who wrote a byte last, and in which frame.
             let mut content = std::collections::BTreeMap::new();
             for (frame, now) in (0..7).flat_map(|frame| (0..10).map(move |now| (frame, now))) {
                 for (number, wish) in wishes.iter().enumerate() {
                     if matches!(wish.life, Life::Twice { from, .. } | Life::Within { from, .. } if from == now)
                     {
-                        content.insert(memory(number, frame), (number, frame));
+                        content.extend(bytes(number, frame).map(|byte| (byte, (number, frame))));
                     }
                 }
                 for (number, wish) in wishes.iter().enumerate() {
-                    let holds = |of: usize| content.get(&memory(number, of)) == Some(&(number, of));
+                    let holds =
+                        |of: usize| bytes(number, of).all(|byte| content.get(&byte) == Some(&(number, of)));
                     let ok = match wish.life {
                         Life::Twice { from, previous_until } => {
                             (now < from || holds(frame))
@@ -277,25 +302,10 @@ mod tests {
                     };
                     assert!(
                         ok,
-                        "wish {number} of {wishes:?} in frame {frame} at {now}: {rings:?}, {places:?}"
+                        "wish {number} of {wishes:?} in frame {frame} at {now}: {blocks:?}, {places:?}"
                     );
                 }
             }
         }
-    }
-
-    #[test]
-    fn only_images_of_one_size_share() {
-        let small = Wish { extent: [4, 4], ..wish(Format::Rgba32F, within(2, 3)) };
-        assert_eq!(count(&[wish(Format::Rgba32F, within(0, 1)), small]), 2);
-        let half = wish(Format::Rgba16F, within(2, 3));
-        assert_eq!(count(&[wish(Format::Rgba32F, within(0, 1)), half]), 2);
-        let (rings, places) = lay_out(&[wish(Format::Rg32Uint, within(0, 1)), half]);
-        assert!(rings.len() == 1 && rings[0].other_formats);
-        assert_eq!(places, [at(0, 0), at(0, 0)]);
-        let three = [wish(Format::Rg32Uint, within(0, 1)), wish(Format::Rgba16F, within(0, 1)), half];
-        let (rings, places) = lay_out(&three);
-        assert_eq!(places, [at(0, 0), at(1, 0), at(1, 0)], "the same format first");
-        assert!(rings.iter().all(|ring| !ring.other_formats));
     }
 }

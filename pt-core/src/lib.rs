@@ -1,6 +1,7 @@
 //! The base of every stage: device, memory, kernels, the frame recorder and plan, knobs, trace backends and captures.
 
 mod backend;
+mod block;
 pub mod blue_noise;
 pub mod buffer;
 pub mod capture;
@@ -54,4 +55,4 @@ pub use ray_list::RayLists;
 pub use sizes::FrameSizes;
 pub use substitute::Substitute;
 pub use surfaces::Surfaces;
-pub use tables::TableMemory;
+pub use tables::{TableMemory, TableWish};

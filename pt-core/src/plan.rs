@@ -1,12 +1,13 @@
 //! Declarations of stages: each stage declares once which images it reads, reads of the last frame, writes and updates. The
 //! allocation, the checks before it, and the bindings of the passes follow from that declaration.
 
-use crate::channels::{ChannelImages, ChannelWish, Lacking};
+use crate::channels::{ChannelImages, Lacking, MemoryWish, Wished};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
-use crate::layout::{LAST, Life, Wish};
+use crate::layout::{LAST, Life};
 use crate::sizes::FrameSizes;
+use crate::tables::TableWish;
 use pt_shaders::channels::{ChannelId, Lifetime};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,12 +24,14 @@ pub struct StageIo {
     pub writes: &'static [ChannelId],
     /// Read and written in place.
     pub updates: &'static [ChannelId],
+    /// Tables that its passes hand on to each other or to those of other stages, by name: their content lives from the first stage that names them to the last one.
+    pub tables: &'static [&'static str],
 }
 
 impl StageIo {
     /// A stage that accesses nothing yet: `StageIo { reads: &[...], ..StageIo::of("composite") }`.
     pub const fn of(stage: &'static str) -> Self {
-        Self { stage, reads: &[], reads_previous: &[], writes: &[], updates: &[] }
+        Self { stage, reads: &[], reads_previous: &[], writes: &[], updates: &[], tables: &[] }
     }
 
     /// Checks that at least one of the stage's kernels accesses each declared image.
@@ -80,13 +83,16 @@ pub struct FramePlan {
     /// Images whose content of the last frame is read: the stage that reads it last, by name and number.
     previous: BTreeMap<ChannelId, (&'static str, usize)>,
     kept: BTreeSet<ChannelId>,
+    /// Tables with the first and the last stage that declares them.
+    declared_tables: BTreeMap<&'static str, [usize; 2]>,
+    tables: Vec<TableWish>,
 }
 
 impl FramePlan {
     /// A frame of these sizes without stages.
     pub fn new(sizes: FrameSizes) -> Self {
-        let (written, carried, previous, kept) = Default::default();
-        Self { sizes, count: 0, written, carried, previous, kept }
+        let (written, carried, previous, kept, declared_tables) = Default::default();
+        Self { sizes, count: 0, written, carried, previous, kept, declared_tables, tables: Vec::new() }
     }
 
     /// Declares images that a capture or a test fills.
@@ -97,6 +103,11 @@ impl FramePlan {
     /// Names images that are read after the frame.
     pub fn keep(&mut self, channels: impl IntoIterator<Item = ChannelId>) {
         self.kept.extend(channels);
+    }
+
+    /// Says how large the tables are that stages declare; others are not in the memory of the frame.
+    pub fn tables(&mut self, tables: impl IntoIterator<Item = TableWish>) {
+        self.tables.extend(tables);
     }
 
     /// Adds the next stage.
@@ -119,6 +130,9 @@ impl FramePlan {
             self.written.entry(id).or_insert(first).last_write = now;
         }
         self.previous.extend(io.reads_previous.iter().map(|&id| (id, (io.stage, now))));
+        for &table in io.tables {
+            self.declared_tables.entry(table).or_insert([now; 2])[1] = now;
+        }
         self.count += 1;
         Ok(())
     }
@@ -175,14 +189,14 @@ impl FramePlan {
         ChannelImages::allocate(device, self.sizes, wishes)
     }
 
-    /// Every image that the stages access. `moment`: when a stage runs; `end`: until when images are needed that no stage reads after it was written.
+    /// Every image and table that the stages access. `moment`: when a stage runs; `end`: until when images are needed that no stage reads after it was written.
     fn wishes(
         &self,
         device: &Device,
         kept: Kept,
         moment: impl Fn(usize) -> usize,
         end: impl Fn(&Uses) -> usize,
-    ) -> Result<Vec<ChannelWish>> {
+    ) -> Result<Vec<MemoryWish>> {
         for (&id, &(stage, _)) in &self.previous {
             if !self.written.contains_key(&id) && !self.carried.contains(&id) {
                 return Err(no_writer(stage, id, "whose content of the last frame no stage writes"));
@@ -213,9 +227,14 @@ impl FramePlan {
         let format = device.gbuffer_format();
         let wish = |(id, life): (ChannelId, Life)| {
             let extent = self.sizes.extent(id.channel().extent);
-            ChannelWish { id, wish: Wish { extent, format: id.format(format), life } }
+            MemoryWish { what: Wished::Image { id, extent, format: id.format(format) }, life }
         };
-        Ok(wishes.into_iter().map(wish).collect())
+        let mut wishes: Vec<_> = wishes.into_iter().map(wish).collect();
+        wishes.extend(self.tables.iter().filter_map(|&table| {
+            let [from, until] = (*self.declared_tables.get(table.name)?).map(&moment);
+            Some(MemoryWish { what: Wished::Table(table), life: Life::Within { from, until } })
+        }));
+        Ok(wishes)
     }
 }
 

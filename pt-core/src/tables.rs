@@ -1,52 +1,58 @@
-//! Memory for tables that live within a stage.
+//! Tables that the passes of a stage hand on to each other.
 
-use crate::buffer::{Buffer, Location, PART_ALIGNMENT};
+use crate::buffer::{Buffer, Location};
 use crate::channels::ChannelImages;
 use crate::device::Device;
 use crate::error::Result;
+use std::collections::BTreeMap;
 
-/// Makes the tables that the passes of a stage hand on to each other: in the memory that the stages of a frame use in turn
-/// ([`ChannelImages::table_memory`]), or, where it is not there or too small, in memory of their own. Their content is undefined at the start of
-/// the stage.
+/// A table that a frame needs, by the name that stages declare it with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TableWish {
+    /// Its name, see [`crate::StageIo::tables`].
+    pub name: &'static str,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// Finds tables in the memory of the frame, where its plan knows of them, and else makes them in memory of their own. Their content is undefined at the start of the
+/// first stage that declares them.
 pub struct TableMemory {
     device: Device,
-    shared: Option<Buffer>,
-    used: u64,
+    own: BTreeMap<&'static str, Buffer>,
 }
 
 impl TableMemory {
-    /// Room for `tables` tables that take `bytes` together.
-    pub const fn room(bytes: u64, tables: u64) -> u64 {
-        bytes + tables * PART_ALIGNMENT
+    /// Without tables yet.
+    pub fn new(device: &Device) -> Self {
+        Self { device: device.clone(), own: BTreeMap::new() }
     }
 
-    /// The memory of the frame that has these images.
-    pub fn of(device: &Device, images: &ChannelImages) -> Self {
-        Self { device: device.clone(), shared: images.table_memory().cloned(), used: 0 }
+    /// Bytes of those tables that the frame has no memory for.
+    pub fn own_bytes(&self, images: Option<&ChannelImages>, wishes: &[TableWish]) -> u64 {
+        let has = |wish: &&TableWish| planned(images, wish).is_none();
+        wishes.iter().filter(has).map(|wish| wish.bytes).sum()
     }
 
-    /// Memory of their own for all tables.
-    pub fn own(device: &Device) -> Self {
-        Self { device: device.clone(), shared: None, used: 0 }
-    }
-
-    /// The next table.
+    /// A table. It may be another one in the next frame.
     ///
     /// # Errors
     /// When the device has no memory left.
-    pub fn table(&mut self, name: &str, bytes: u64) -> Result<Buffer> {
-        let bytes = bytes.max(1);
-        if let Some(shared) = &self.shared
-            && let Some(part) = shared.part(name, self.used, bytes)?
-        {
-            self.used += bytes.next_multiple_of(PART_ALIGNMENT);
-            return Ok(part);
+    pub fn table(&mut self, images: Option<&ChannelImages>, wish: TableWish) -> Result<Buffer> {
+        if let Some(table) = planned(images, &wish) {
+            return Ok(table.clone());
         }
-        Buffer::new(&self.device, name, bytes, Location::Device)
+        let TableWish { name, bytes } = wish;
+        if let Some(table) = self.own.get(name).filter(|table| table.size() == bytes.max(1)) {
+            return Ok(table.clone());
+        }
+        let table = Buffer::new(&self.device, name, bytes, Location::Device)?;
+        self.own.insert(name, table.clone());
+        Ok(table)
     }
+}
 
-    /// Whether tables that were made with `other` are where those of this one would be.
-    pub fn is_that_of(&self, other: &Self) -> bool {
-        self.shared.as_ref().map(Buffer::id) == other.shared.as_ref().map(Buffer::id)
-    }
+/// The table in the memory of the frame.
+fn planned<'a>(images: Option<&'a ChannelImages>, wish: &TableWish) -> Option<&'a Buffer> {
+    images.and_then(|images| images.table(wish.name)).filter(|table| table.size() >= wish.bytes)
 }

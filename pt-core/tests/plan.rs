@@ -42,7 +42,7 @@ fn a_reader_without_a_writer_is_named() {
 fn previous_images_are_there_where_they_are_read() {
     let device = TestDevice::open();
     let bytes = |stages: &[StageIo]| plan(stages).unwrap().allocate(&device).unwrap().bytes();
-    let texels = 6 * 4 * 16;
+    let texels = shared(&device, &[LIGHT]).bytes();
     assert_eq!(bytes(&[LIGHT, COMPOSITE]), 2 * texels);
     assert_eq!(bytes(&[LIGHT, COMPOSITE, FILTER]), 4 * texels, "color twice");
     assert_eq!(bytes(&[LIGHT, COMPOSITE, FILTER, MEAN]), 5 * texels, "a carried image once");
@@ -57,7 +57,7 @@ fn shared(device: &TestDevice, stages: &[StageIo]) -> ChannelImages {
 #[test]
 fn images_share_memory_where_one_is_written_after_another_was_read() {
     let device = TestDevice::open();
-    let texels = 6 * 4 * 16;
+    let texels = shared(&device, &[LIGHT]).bytes();
     let flat = StageIo { reads: &[COLOR], writes: &[FLAT_COLOR], ..StageIo::of("flat") };
     assert_eq!(shared(&device, &[LIGHT, COMPOSITE, flat]).bytes(), 2 * texels, "light, then the flat frame");
     let late = StageIo { reads: &[COLOR_HF, COLOR], writes: &[FLAT_COLOR], ..StageIo::of("late") };
@@ -75,7 +75,11 @@ fn passes_that_the_declarations_do_not_know_of_are_refused() {
     let shading = StageIo { reads: &[NORMAL], ..StageIo::of("shading") };
     let io = StageIo { reads_previous: &[VIEW_DEPTH], writes: &[VIEW_DEPTH], ..StageIo::of("depth") };
     let images = shared(&device, &[normals, shading, io]);
-    assert_eq!(images.bytes(), 2 * 6 * 4 * 4, "normals are where the depth will be");
+    assert_eq!(
+        images.bytes(),
+        2 * shared(&device, &[normals]).bytes(),
+        "normals are where the depth will be"
+    );
     let history = Kernel::compute::<()>(&device, &kernels::HISTORY, &[]).unwrap();
     let mut recorder = pt_core::Recorder::new(&device).unwrap();
     let mut frame = recorder.begin().unwrap();

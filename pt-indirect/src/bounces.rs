@@ -2,13 +2,14 @@
 
 use crate::records::{BOUNCE_LIST_HEADS, BOUNCE_LISTS, BounceTables, IndirectPush};
 use pt_core::error::Error;
-use pt_core::frame::{Pass, RayCount};
+use pt_core::frame::{Pass, RayCount, Uniforms};
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
-use pt_core::{Buffer, ChannelImages, Device, Location, RayLists, Result, TableMemory};
+use pt_core::{Buffer, ChannelImages, Device, Frame, RayLists, Result, TableMemory, TableWish};
 use pt_shaders::records::RayListHead;
 use std::cell::RefCell;
 use std::mem::offset_of;
+use std::sync::Arc;
 
 /// So that the bytes of a table count in 32 bits.
 const MAX_PATHS: u64 = 1 << 28;
@@ -17,7 +18,41 @@ const ROW: u64 = 16;
 const PAIR: u64 = 8;
 const WORD: u64 = 4;
 
-/// The tables; made in the first frame, which says how large frames are.
+/// Tables whose content is lost when the last ray of the paths is traced.
+const RAYS: [&str; 9] = [
+    "bounce ray origins",
+    "bounce ray directions",
+    "throughputs of paths",
+    "hits of bounce rays, origins of bounce shadow rays",
+    "bounce shadow ray directions",
+    "bounce shadow ray lights",
+    "bounce ray list",
+    "bounce ray list of odd vertices",
+    "bounce shadow ray list",
+];
+const SOLIDS: [&str; 2] = ["solids of bounce rays", "ways of bounce rays"];
+/// Those that reuse over time reads as the last.
+const SHARES: &str = "shares of reusable light";
+/// Those that the light of the pixels is summed from.
+const SUMMED: [&str; 4] = [
+    "reflectances of first surfaces",
+    "directions of first rays",
+    "light of paths",
+    "reflected light of paths",
+];
+const REUSED: [&str; 2] = ["reusable light of paths", "points that first rays meet"];
+
+/// All tables.
+pub(crate) const TABLES: &[&str] = &[
+    RAYS[0], RAYS[1], RAYS[2], RAYS[3], RAYS[4], RAYS[5], RAYS[6], RAYS[7], RAYS[8], SOLIDS[0], SOLIDS[1],
+    SHARES, SUMMED[0], SUMMED[1], SUMMED[2], SUMMED[3], REUSED[0], REUSED[1],
+];
+/// Those that reuse over time reads.
+pub(crate) const TABLES_OVER_TIME: &[&str] = &[SHARES];
+/// Those that the sum reads.
+pub(crate) const TABLES_OF_SUM: &[&str] = &[SUMMED[0], SUMMED[1], SUMMED[2], SUMMED[3], REUSED[0], REUSED[1]];
+
+/// Makes the tables of a frame.
 pub(crate) struct Bounces {
     device: Device,
     /// Whether paths can be inside of solids.
@@ -25,7 +60,16 @@ pub(crate) struct Bounces {
     /// Whether glass tints shadow rays.
     has_glass: bool,
     reuses: bool,
-    tables: RefCell<Option<Tables>>,
+    memory: RefCell<TableMemory>,
+    heads: RefCell<Option<Heads>>,
+}
+
+/// What is kept from frame to frame.
+#[derive(Clone)]
+struct Heads {
+    lists: RayLists,
+    buffer: Buffer,
+    addresses: Arc<Uniforms<BounceTables>>,
 }
 
 /// Which list of paths a pass is launched over.
@@ -37,11 +81,8 @@ pub(crate) enum List {
     Glass,
 }
 
-/// Tables for frames of one size.
+/// Tables of a frame.
 pub(crate) struct Tables {
-    frame: [u32; 2],
-    is_half: bool,
-    lists: RayLists,
     pub(crate) origins: Buffer,
     pub(crate) directions: Buffer,
     throughputs: Buffer,
@@ -58,9 +99,7 @@ pub(crate) struct Tables {
     pub(crate) shadow_list: Buffer,
     has_glass: bool,
     reuse: Option<ReuseTables>,
-    heads: Buffer,
-    addresses: Buffer,
-    memory: Option<TableMemory>,
+    heads: Heads,
 }
 
 /// Tables of the reuse of bounces.
@@ -76,26 +115,29 @@ fn path_count(frame: [u32; 2], is_half: bool) -> u64 {
     u64::from(width) * u64::from(if is_half { height.div_ceil(2) } else { height })
 }
 
-/// Tables at most.
-const TABLES: u64 = 18;
-
-/// Bytes of a path.
-fn path_bytes(has_solids: bool, reuses: bool) -> u64 {
-    let solids = if has_solids { ROW + WORD } else { 0 };
-    let reuse = if reuses { 3 * ROW } else { 0 };
-    7 * ROW + 2 * PAIR + 4 * WORD + solids + reuse
+/// The tables of so many paths.
+fn wishes(paths: u64, has_solids: bool, reuses: bool) -> Vec<TableWish> {
+    let all: [(&[&'static str], &[u64], bool); 5] = [
+        (&RAYS, &[ROW, ROW, ROW, ROW, ROW, PAIR, WORD, WORD, WORD], true),
+        (&SUMMED, &[ROW, WORD, ROW, PAIR], true),
+        (&SOLIDS, &[ROW, WORD], has_solids),
+        (&REUSED, &[ROW, ROW], reuses),
+        (&[SHARES], &[ROW], reuses),
+    ];
+    let kept = all.into_iter().filter(|(_, _, is_there)| *is_there);
+    kept.flat_map(|(names, bytes, _)| names.iter().zip(bytes))
+        .map(|(&name, bytes)| TableWish { name, bytes: paths * bytes })
+        .collect()
 }
 
 impl Tables {
     fn new(
-        device: &Device,
-        mut memory: TableMemory,
+        bounces: &Bounces,
+        images: Option<&ChannelImages>,
         frame: [u32; 2],
         is_half: bool,
-        has_solids: bool,
-        has_glass: bool,
-        reuses: bool,
     ) -> Result<Self> {
+        let Bounces { device, has_solids, has_glass, reuses, .. } = bounces;
         let [width, _] = split_size(frame);
         let paths = path_count(frame, is_half);
         if paths > MAX_PATHS {
@@ -104,53 +146,57 @@ impl Tables {
                 frame[0], frame[1]
             )));
         }
-        let bytes = paths * path_bytes(has_solids, reuses);
-        check_size("indirect lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
-        let mut buffer = |name, bytes: u64| memory.table(name, paths * bytes);
+        let wishes = wishes(paths, *has_solids, *reuses);
+        let mut memory = bounces.memory.borrow_mut();
         let lists = RayLists::new(width, paths);
-        let heads = vec![lists.empty(); BOUNCE_LIST_HEADS as usize];
-        let mut tables = Self {
-            frame,
-            is_half,
-            lists,
-            origins: buffer("bounce ray origins", ROW)?,
-            directions: buffer("bounce ray directions", ROW)?,
-            throughputs: buffer("throughputs of paths", ROW)?,
-            solids: None,
-            firsts: buffer("reflectances of first surfaces", ROW)?,
-            first_directions: buffer("directions of first rays", WORD)?,
-            lights: buffer("light of paths", ROW)?,
-            reflected: buffer("reflected light of paths", PAIR)?,
-            hits_and_shadow_origins: buffer("hits of bounce rays, origins of bounce shadow rays", ROW)?,
-            shadow_directions: buffer("bounce shadow ray directions", ROW)?,
-            shadow_lights: buffer("bounce shadow ray lights", PAIR)?,
-            ray_lists: [buffer("bounce ray list", WORD)?, buffer("bounce ray list of odd vertices", WORD)?],
-            shadow_list: buffer("bounce shadow ray list", WORD)?,
-            has_glass,
-            reuse: None,
-            heads: Buffer::from_slice(device, "bounce list heads", &heads)?,
-            addresses: Buffer::new(
-                device,
-                "bounce tables",
-                size_of::<BounceTables>() as u64,
-                Location::Device,
-            )?,
-            memory: None,
+        let before = bounces.heads.borrow_mut().take().filter(|before| before.lists == lists);
+        let heads = match before {
+            Some(before) => before,
+            None => {
+                let bytes = memory.own_bytes(images, &wishes);
+                let free = device.info().free_bytes();
+                check_size("indirect lighting of a frame", frame, bytes, "the device", free)?;
+                let heads = vec![lists.empty(); BOUNCE_LIST_HEADS as usize];
+                Heads {
+                    lists,
+                    buffer: Buffer::from_slice(device, "bounce list heads", &heads)?,
+                    addresses: Arc::new(Uniforms::new(device, "bounce tables")?),
+                }
+            }
         };
-        if has_solids {
-            let passed = buffer("ways of bounce rays", WORD)?;
-            tables.solids = Some([buffer("solids of bounce rays", ROW)?, passed]);
-        }
-        if reuses {
-            tables.reuse = Some(ReuseTables {
-                reusable: buffer("reusable light of paths", ROW)?,
-                shares: buffer("shares of reusable light", ROW)?,
-                points: buffer("points that first rays meet", ROW)?,
-            });
-        }
-        tables.memory = Some(memory);
-        tables.addresses.write_through_staging(bytemuck::bytes_of(&tables.addresses()))?;
-        Ok(tables)
+        *bounces.heads.borrow_mut() = Some(heads.clone());
+        let mut table = |name: &str| match wishes.iter().find(|wish| wish.name == name) {
+            Some(&wish) => memory.table(images, wish),
+            None => Err(Error::Unsupported(format!("indirect lighting has no table {name}"))),
+        };
+        Ok(Self {
+            origins: table(RAYS[0])?,
+            directions: table(RAYS[1])?,
+            throughputs: table(RAYS[2])?,
+            hits_and_shadow_origins: table(RAYS[3])?,
+            shadow_directions: table(RAYS[4])?,
+            shadow_lights: table(RAYS[5])?,
+            ray_lists: [table(RAYS[6])?, table(RAYS[7])?],
+            shadow_list: table(RAYS[8])?,
+            solids: match has_solids {
+                true => Some([table(SOLIDS[0])?, table(SOLIDS[1])?]),
+                false => None,
+            },
+            firsts: table(SUMMED[0])?,
+            first_directions: table(SUMMED[1])?,
+            lights: table(SUMMED[2])?,
+            reflected: table(SUMMED[3])?,
+            has_glass: *has_glass,
+            reuse: match reuses {
+                true => Some(ReuseTables {
+                    reusable: table(REUSED[0])?,
+                    points: table(REUSED[1])?,
+                    shares: table(SHARES)?,
+                }),
+                false => None,
+            },
+            heads,
+        })
     }
 
     fn addresses(&self) -> BounceTables {
@@ -180,13 +226,13 @@ impl Tables {
             even_list: self.ray_lists[0].address(),
             odd_list: self.ray_lists[1].address(),
             shadow_list: self.shadow_list.address(),
-            heads: self.heads.address(),
+            heads: self.heads.buffer.address(),
         }
     }
 
     /// Declares what every pass reads and writes besides whole tables: their addresses, and the heads of the lists.
     pub(crate) fn bind<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
-        pass.addresses(&self.addresses).addresses_updated(&self.heads)
+        pass.addresses(self.heads.addresses.buffer()).addresses_updated(&self.heads.buffer)
     }
 
     /// Paths with a ray from that vertex.
@@ -218,14 +264,14 @@ impl Tables {
     pub(crate) fn trace(&self, pass: Pass<'_, '_>, list: List, vertex: u32) -> Result<()> {
         let groups = head(list, vertex) + offset_of!(RayListHead, groups) as u64;
         let count = head(list, vertex) + offset_of!(RayListHead, count) as u64;
-        let pass = pass.rays(RayCount::Listed(self.heads.clone(), count));
-        pass.dispatch_indirect(self.lists.trace_extent(), &self.heads, groups)
+        let pass = pass.rays(RayCount::Listed(self.heads.buffer.clone(), count));
+        pass.dispatch_indirect(self.heads.lists.trace_extent(), &self.heads.buffer, groups)
     }
 
     /// Launches a kernel that shades over a list.
     pub(crate) fn shade(&self, pass: Pass<'_, '_>, list: List, vertex: u32) -> Result<()> {
         let groups = head(list, vertex) + offset_of!(RayListHead, shading_groups) as u64;
-        pass.dispatch_indirect(self.lists.shading_extent(), &self.heads, groups)
+        pass.dispatch_indirect(self.heads.lists.shading_extent(), &self.heads.buffer, groups)
     }
 }
 
@@ -236,41 +282,30 @@ fn head(list: List, vertex: u32) -> u64 {
 
 impl Bounces {
     pub(crate) fn new(device: &Device, has_solids: bool, has_glass: bool, reuses: bool) -> Self {
-        Self { device: device.clone(), has_solids, has_glass, reuses, tables: RefCell::new(None) }
+        let memory = RefCell::new(TableMemory::new(device));
+        Self { device: device.clone(), has_solids, has_glass, reuses, memory, heads: RefCell::new(None) }
     }
 
-    /// Bytes that the tables of a frame of `size` pixels take.
-    pub(crate) fn table_bytes(&self, size: [u32; 2], is_half: bool) -> u64 {
-        let bytes = path_bytes(self.has_solids, self.reuses);
-        TableMemory::room(path_count(size, is_half) * bytes, TABLES)
+    /// The tables of a frame of `size` pixels.
+    pub(crate) fn wishes(&self, size: [u32; 2], is_half: bool) -> Vec<TableWish> {
+        wishes(path_count(size, is_half), self.has_solids, self.reuses)
     }
 
-    /// Makes the tables where there are none for such frames, tells the kernels where they are, and does something with them.
-    pub(crate) fn with<T>(
+    /// Takes the tables of this frame, and tells the kernels where they are.
+    pub(crate) fn prepare(
         &self,
+        frame: &mut Frame<'_>,
         images: &ChannelImages,
         is_half: bool,
         push: &mut IndirectPush,
-        record: impl FnOnce(&Tables, &mut IndirectPush) -> Result<T>,
-    ) -> Result<T> {
-        let mut slot = self.tables.borrow_mut();
-        let size = images.size();
-        let memory = TableMemory::of(&self.device, images);
-        let fits = |t: &Tables| {
-            let same_memory = t.memory.as_ref().is_some_and(|of| of.is_that_of(&memory));
-            t.frame == size && t.is_half == is_half && same_memory
-        };
-        let Self { device, has_solids, has_glass, reuses, .. } = self;
-        let tables = match slot.take().filter(fits) {
-            Some(before) => slot.insert(before),
-            None => {
-                slot.insert(Tables::new(device, memory, size, is_half, *has_solids, *has_glass, *reuses)?)
-            }
-        };
-        push.tables = tables.addresses.address();
-        push.columns = tables.lists.columns();
-        push.width = split_size(size)[0];
-        record(tables, push)
+    ) -> Result<Tables> {
+        let tables = Tables::new(self, Some(images), images.size(), is_half)?;
+        let Heads { lists, addresses, .. } = &tables.heads;
+        addresses.upload(frame, &tables.addresses())?;
+        push.tables = addresses.buffer().address();
+        push.columns = lists.columns();
+        push.width = split_size(images.size())[0];
+        Ok(tables)
     }
 }
 
@@ -283,10 +318,8 @@ mod tests {
     fn frames_without_room_are_refused() {
         let device = TestDevice::open();
         let refusal = |frame| {
-            Tables::new(&device, TableMemory::own(&device), frame, false, true, true, true)
-                .err()
-                .expect("an error")
-                .to_string()
+            let bounces = Bounces::new(&device, true, true, true);
+            Tables::new(&bounces, None, frame, false).err().expect("an error").to_string()
         };
         let message = refusal([40_000, 40_000]);
         assert!(
@@ -300,24 +333,21 @@ mod tests {
         assert!(message.contains("indirect lighting of a frame of"), "{message}");
     }
 
+    fn path_bytes(has_solids: bool, reuses: bool) -> u64 {
+        wishes(1, has_solids, reuses).iter().map(|wish| wish.bytes).sum()
+    }
+
     /// The README states these, and that half a bounce takes half of them.
     #[test]
     fn bytes_are_those_of_the_readme() {
         assert_eq!([false, true].map(|has_solids| path_bytes(has_solids, false)), [144, 164]);
-        assert_eq!(path_bytes(false, true), 192);
-        let device = TestDevice::open();
-        let bytes = |is_half, reuses| {
-            let t = Tables::new(&device, TableMemory::own(&device), [64, 32], is_half, true, true, reuses)
-                .unwrap();
-            let rows = [&t.origins, &t.directions, &t.throughputs, &t.firsts, &t.first_directions];
-            let shadow = [&t.hits_and_shadow_origins, &t.shadow_directions, &t.shadow_lights];
-            let light = [&t.lights, &t.reflected].into_iter().chain(shadow);
-            let lists = [t.ray_list(0), t.ray_list(1), &t.shadow_list];
-            let rest = t.solids().iter();
-            let reuse = t.reuse().into_iter().flat_map(|r| [&r.reusable, &r.shares, &r.points]);
-            rows.into_iter().chain(light).chain(lists).chain(rest).chain(reuse).map(Buffer::size).sum::<u64>()
-        };
-        assert_eq!([bytes(false, false), bytes(true, false)], [64 * 32 * 164, 64 * 16 * 164]);
-        assert_eq!(bytes(false, true), 64 * 32 * 212);
+        assert_eq!([false, true].map(|has_solids| path_bytes(has_solids, true)), [192, 212]);
+        assert_eq!([false, true].map(|is_half| path_count([64, 32], is_half)), [64 * 32, 64 * 16]);
+    }
+
+    #[test]
+    fn stages_declare_all_tables() {
+        let names: Vec<_> = wishes(1, true, true).iter().map(|wish| wish.name).collect();
+        assert!(names.len() == TABLES.len() && names.iter().all(|name| TABLES.contains(name)));
     }
 }

@@ -1,11 +1,11 @@
-use crate::bounces::{Bounces, List, Tables};
+use crate::bounces::{Bounces, List, TABLES, TABLES_OF_SUM, Tables};
 use crate::kernels;
 use crate::params::{BounceLights, IndirectParams};
 use crate::records::IndirectPush;
 use crate::reuse::Reuse;
 use pt_core::frame::Pass;
 use pt_core::trace::TraceVariant;
-use pt_core::{Device, Error, Frame, Kernel, Result, StageInputs, StageIo};
+use pt_core::{Device, Error, Frame, Kernel, Result, StageInputs, StageIo, TableWish};
 use pt_shaders::channels;
 use pt_shaders::records::FEATURE_TRANSMISSION;
 use std::thread;
@@ -46,15 +46,19 @@ impl IndirectLighting {
         ],
         writes: &[channels::COLOR_LF_SH, channels::COLOR_LF_COCG],
         updates: &[channels::COLOR_SPEC],
+        tables: TABLES_OF_SUM,
         ..StageIo::of("indirect lighting")
     };
+
+    /// Those of the passes before bounces are reused.
+    const PATHS: StageIo = StageIo { reads: Self::IO.reads, tables: TABLES, ..StageIo::of("bounce paths") };
 
     /// The name of the first pass, which has a thread for each path.
     pub const FIRST_PASS: &str = "choose bounces";
 
     /// The images that the stage's passes access, in order.
     pub fn io(params: &IndirectParams) -> Vec<StageIo> {
-        let mut all = Vec::new();
+        let mut all = vec![Self::PATHS];
         if params.reuses() {
             all.extend(Reuse::IO);
         }
@@ -133,9 +137,9 @@ impl IndirectLighting {
         })
     }
 
-    /// Bytes of [`ChannelImages::table_memory`](pt_core::ChannelImages::table_memory) that the stage uses in frames of `size` pixels.
-    pub fn table_bytes(&self, size: [u32; 2], params: &IndirectParams) -> u64 {
-        self.bounces.table_bytes(size, params.is_half())
+    /// The tables that the stage declares, for frames of `size` pixels; where their plan does not know of them, the stage makes its own.
+    pub fn tables(&self, size: [u32; 2], params: &IndirectParams) -> Vec<TableWish> {
+        self.bounces.wishes(size, params.is_half())
     }
 
     /// Records the passes; without bounces there are none. The scene of `inputs` has its lights attached. `texture_lod_bias`: as that of the
@@ -163,36 +167,35 @@ impl IndirectLighting {
         if !inputs.images.has_history() {
             push.restir_counts &= !0xffff;
         }
-        self.bounces.with(inputs.images, params.is_half(), &mut push, |tables, push| {
-            let [width, height, depth] = inputs.split_threads();
-            let rows = if params.is_half() { height.div_ceil(2) } else { height };
-            let threads = [width, rows, depth];
+        let tables = &self.bounces.prepare(frame, inputs.images, params.is_half(), &mut push)?;
+        let [width, height, depth] = inputs.split_threads();
+        let rows = if params.is_half() { height.div_ceil(2) } else { height };
+        let threads = [width, rows, depth];
 
-            let pass = self.pass(frame, inputs, Self::FIRST_PASS, &self.choice, tables, push);
-            let pass = pass.streams_written(&tables.origins).streams_written(&tables.directions);
-            let pass = pass.streams_written(&tables.firsts).streams_written(&tables.first_directions);
-            // Paths that begin in solids have all of their state.
-            let begun = tables.path().skip(2).filter(|_| !tables.solids().is_empty());
-            let pass = begun.fold(pass, Pass::streams_written);
-            let pass = tables.reuse().iter().fold(pass, |pass, reuse| pass.streams_written(&reuse.reusable));
-            pass.streams_written(tables.ray_list(0)).dispatch(threads)?;
+        let pass = self.pass(frame, inputs, Self::FIRST_PASS, &self.choice, tables, &push);
+        let pass = pass.streams_written(&tables.origins).streams_written(&tables.directions);
+        let pass = pass.streams_written(&tables.firsts).streams_written(&tables.first_directions);
+        // Paths that begin in solids have all of their state.
+        let begun = tables.path().skip(2).filter(|_| !tables.solids().is_empty());
+        let pass = begun.fold(pass, Pass::streams_written);
+        let pass = tables.reuse().iter().fold(pass, |pass, reuse| pass.streams_written(&reuse.reusable));
+        pass.streams_written(tables.ray_list(0)).dispatch(threads)?;
 
-            // Behind the last vertex rays follow what delta lobes show.
-            for vertex in 0..=push.bounces {
-                push.vertex = vertex;
-                self.record_vertex(frame, inputs, tables, push)?;
-            }
-            if let (Some(reuse), Some(reuse_tables)) = (&self.reuse, tables.reuse()) {
-                reuse.record(frame, inputs, tables, reuse_tables, push)?;
-            }
-            let pass = self.pass(frame, inputs, Self::IO.stage, &self.sum, tables, push);
-            let pass = pass.streams(&tables.firsts).streams(&tables.first_directions);
-            let pass = tables
-                .reuse()
-                .iter()
-                .fold(pass, |pass, reuse| pass.streams(&reuse.points).streams(&reuse.reusable));
-            pass.streams(&tables.lights).streams(&tables.reflected).dispatch(threads)
-        })
+        // Behind the last vertex rays follow what delta lobes show.
+        for vertex in 0..=push.bounces {
+            push.vertex = vertex;
+            self.record_vertex(frame, inputs, tables, &push)?;
+        }
+        if let (Some(reuse), Some(reuse_tables)) = (&self.reuse, tables.reuse()) {
+            reuse.record(frame, inputs, tables, reuse_tables, &push)?;
+        }
+        let pass = self.pass(frame, inputs, Self::IO.stage, &self.sum, tables, &push);
+        let pass = pass.streams(&tables.firsts).streams(&tables.first_directions);
+        let pass = tables
+            .reuse()
+            .iter()
+            .fold(pass, |pass, reuse| pass.streams(&reuse.points).streams(&reuse.reusable));
+        pass.streams(&tables.lights).streams(&tables.reflected).dispatch(threads)
     }
 
     /// The passes of a surface that the paths meet.

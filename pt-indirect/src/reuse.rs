@@ -1,6 +1,6 @@
 //! Spatiotemporal reservoir resampling of bounced light, `reuse=restir-gi`: the passes behind the paths.
 
-use crate::bounces::{ReuseTables, Tables};
+use crate::bounces::{ReuseTables, TABLES_OVER_TIME, Tables};
 use crate::images::*;
 use crate::kernels;
 use crate::params::IndirectParams;
@@ -38,6 +38,7 @@ impl Reuse {
             REUSE_LIGHT,
         ],
         writes: &[REUSE_SURFACE, REUSE_POINT, REUSE_LIGHT],
+        tables: TABLES_OVER_TIME,
         ..StageIo::of("bounce reuse over time")
     };
 

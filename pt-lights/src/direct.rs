@@ -4,9 +4,9 @@ use crate::nee_at::NeeAt;
 use crate::params::DirectParams;
 use crate::records::{CausticTarget, DirectPush, LightRays, RayCounts, RestirVisibility};
 use crate::restir::Restir;
-use crate::shadow_rays::ShadowRays;
+use crate::shadow_rays::{ShadowRays, TABLES};
 use pt_core::trace::TraceVariant;
-use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo};
+use pt_core::{Buffer, Device, Frame, Kernel, Result, StageInputs, StageIo, TableWish};
 use pt_shaders::channels;
 use pt_shaders::records::{EmissionShare, LightSampler};
 
@@ -52,15 +52,19 @@ impl DirectLighting {
             all.extend(Restir::io(params));
         }
         all.extend(NeeAt::is_used(params).then_some(NeeAt::IO));
-        all.push(Self::IO);
-        all.extend(params.is_restir().then_some(Restir::SHADING));
-        all.extend(drops_hidden(params).then_some(Restir::DROPPING));
+        let shading = [
+            Some(Self::IO),
+            params.is_restir().then_some(Restir::SHADING),
+            drops_hidden(params).then_some(Restir::DROPPING),
+        ];
+        // Their passes are the same.
+        all.extend(shading.into_iter().flatten().map(|io| StageIo { tables: TABLES, ..io }));
         all
     }
 
-    /// Bytes of [`ChannelImages::table_memory`](pt_core::ChannelImages::table_memory) that the stage uses in frames of `size` pixels.
-    pub fn table_bytes(size: [u32; 2], params: &DirectParams) -> u64 {
-        crate::shadow_rays::table_bytes(size, params)
+    /// The tables that the stage declares, for frames of `size` pixels; where their plan does not know of them, the stage makes its own.
+    pub fn tables(size: [u32; 2], params: &DirectParams) -> Vec<TableWish> {
+        crate::shadow_rays::wishes(size, params)
     }
 
     /// Compiles the kernels, without caustics.
@@ -181,7 +185,7 @@ impl DirectLighting {
             push.counts = counted.rays.address();
             push.choices = counted.choices.address();
         }
-        self.shadow_rays.prepare(inputs.images, params, &mut push)?;
+        self.shadow_rays.prepare(frame, inputs.images, params, &mut push)?;
         if let Some(caustics) = &self.caustics {
             caustics.record_photons(frame, inputs, params)?;
         }
@@ -219,7 +223,7 @@ impl DirectLighting {
 
         let pass = inputs.pass(frame, Self::IO.stage, &self.sum, &Self::IO).touches_part();
         let pass = self.nee_at.iter().fold(pass, |pass, nee_at| nee_at.bind_feedback(pass));
-        let mut pass = self.shadow_rays.bind_sum(pass, params);
+        let mut pass = self.shadow_rays.bind_sum(pass, params, push.light_sample);
         if drops_hidden(params) {
             pass = pass.touches(inputs.images, &Restir::DROPPING);
         }

@@ -3,10 +3,10 @@
 use crate::params::DirectParams;
 use crate::records::{DirectPush, LightRays, ShadowRayTables};
 use pt_core::error::Error;
-use pt_core::frame::{Pass, RayCount};
+use pt_core::frame::{Pass, RayCount, Uniforms};
 use pt_core::memory::check_size;
 use pt_core::split::split_size;
-use pt_core::{Buffer, ChannelImages, Device, RayLists, Result, TableMemory};
+use pt_core::{Buffer, ChannelImages, Device, Frame, RayLists, Result, TableMemory, TableWish};
 use pt_shaders::records::RayListHead;
 use std::cell::RefCell;
 use std::mem::offset_of;
@@ -20,16 +20,24 @@ const WORD_BYTES: u64 = 4;
 /// Bytes of a texel's sums.
 const SUM_BYTES: u64 = 32;
 
-/// The tables; made in the first frame, which says how large frames are.
+/// The names of the tables.
+pub(crate) const TABLES: &[&str] = &[ENDS, LIGHTS, LIST, STATES, SHARES, SUMS];
+const ENDS: &str = "shadow ray ends";
+const LIGHTS: &str = "shadow ray lights";
+const LIST: &str = "shadow ray list";
+const STATES: &str = "shadow ray states";
+const SHARES: &str = "specular light left to bounce rays";
+const SUMS: &str = "light of samples";
+
+/// Makes the tables of a frame.
 pub(crate) struct ShadowRays {
     device: Device,
+    memory: RefCell<TableMemory>,
     tables: RefCell<Option<Tables>>,
 }
 
-/// Tables for frames of one size.
+/// Tables of a frame.
 struct Tables {
-    frame: [u32; 2],
-    slots: u64,
     lists: RayLists,
     ends: Buffer,
     lights: Buffer,
@@ -40,8 +48,7 @@ struct Tables {
     shares: Buffer,
     /// With more than one light sample a pixel.
     sums: Option<Buffer>,
-    addresses: Buffer,
-    memory: TableMemory,
+    addresses: Uniforms<ShadowRayTables>,
 }
 
 /// Shadow rays that a light sample has at most: for the sun, local lights (of each kind, or merged), the environment and its reflection.
@@ -52,27 +59,37 @@ fn slot_count(params: &DirectParams) -> u64 {
     }
 }
 
-/// Bytes that the tables of a frame of `size` pixels take.
-pub(crate) fn table_bytes(size: [u32; 2], params: &DirectParams) -> u64 {
-    let [width, height] = split_size(size).map(u64::from);
-    TableMemory::room(width * height * texel_bytes(slot_count(params), params.samples > 1), TABLES)
+/// The tables of a frame of `size` pixels.
+pub(crate) fn wishes(size: [u32; 2], params: &DirectParams) -> Vec<TableWish> {
+    wishes_of(size, slot_count(params), params.samples > 1)
 }
 
-/// Tables in memory that other stages use, too.
-const TABLES: u64 = 6;
-
-/// Bytes for a texel of the split frame.
-fn texel_bytes(slots: u64, sums: bool) -> u64 {
-    slots * (2 * SLOT_BYTES + WORD_BYTES) + 2 * WORD_BYTES + if sums { SUM_BYTES } else { 0 }
+fn wishes_of(size: [u32; 2], slots: u64, sums: bool) -> Vec<TableWish> {
+    let texels: u64 = split_size(size).map(u64::from).iter().product();
+    let rays = texels * slots;
+    let sums = sums.then_some((SUMS, texels * SUM_BYTES));
+    [
+        (ENDS, rays * SLOT_BYTES),
+        (LIGHTS, rays * SLOT_BYTES),
+        (LIST, rays * WORD_BYTES),
+        (STATES, texels * WORD_BYTES),
+        (SHARES, texels * WORD_BYTES),
+    ]
+    .into_iter()
+    .chain(sums)
+    .map(|(name, bytes)| TableWish { name, bytes })
+    .collect()
 }
 
 impl Tables {
+    /// `before`: those of the last frame, or of another plane.
     fn new(
         device: &Device,
-        mut memory: TableMemory,
+        memory: &mut TableMemory,
+        images: Option<&ChannelImages>,
         frame: [u32; 2],
-        slots: u64,
-        sums: bool,
+        [slots, sums]: [u64; 2],
+        before: Option<Self>,
     ) -> Result<Self> {
         let [width, height] = split_size(frame).map(u64::from);
         let texels = width * height;
@@ -82,54 +99,63 @@ impl Tables {
                 frame[0], frame[1]
             )));
         }
-        let bytes = texels * texel_bytes(slots, sums);
-        check_size("direct lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
-        let mut table = |name, bytes| memory.table(name, bytes);
-        let ends = table("shadow ray ends", texels * slots * SLOT_BYTES)?;
-        let lights = table("shadow ray lights", texels * slots * SLOT_BYTES)?;
-        let list = table("shadow ray list", texels * slots * WORD_BYTES)?;
+        let wishes = wishes_of(frame, slots, sums > 0);
+        if before.is_none() {
+            let bytes = memory.own_bytes(images, &wishes);
+            check_size("direct lighting of a frame", frame, bytes, "the device", device.info().free_bytes())?;
+        }
+        let mut tables = wishes.iter().map(|&wish| memory.table(images, wish));
+        let mut table = || tables.next().transpose();
+        let missing = || Error::Unsupported("a table of shadow rays is missing".into());
+        let mut needed = || table()?.ok_or_else(missing);
+        let [ends, lights, list, states, shares] = [needed()?, needed()?, needed()?, needed()?, needed()?];
+        let sums = table()?;
         let lists = RayLists::new(width as u32, texels * slots);
-        let head = Buffer::from_slice(device, "head of the shadow ray list", &[lists.empty()])?;
-        let states = table("shadow ray states", texels * WORD_BYTES)?;
-        let shares = table("specular light left to bounce rays", texels * WORD_BYTES)?;
-        let sums = sums.then(|| table("light of samples", texels * SUM_BYTES)).transpose()?;
-        let addresses = ShadowRayTables {
-            ends: ends.address(),
-            lights: lights.address(),
-            head: head.address(),
-            list: list.address(),
-            states: states.address(),
-            shares: shares.address(),
-            sums: sums.as_ref().map_or(0, Buffer::address),
+        let (head, addresses) = match before.filter(|before| before.lists == lists) {
+            Some(before) => (before.head, before.addresses),
+            None => (
+                Buffer::from_slice(device, "head of the shadow ray list", &[lists.empty()])?,
+                Uniforms::new(device, "shadow ray tables")?,
+            ),
         };
-        let addresses = Buffer::from_slice(device, "shadow ray tables", &[addresses])?;
-        Ok(Self { frame, slots, lists, ends, lights, head, list, states, shares, sums, addresses, memory })
+        Ok(Self { lists, ends, lights, head, list, states, shares, sums, addresses })
+    }
+
+    fn addresses(&self) -> ShadowRayTables {
+        ShadowRayTables {
+            ends: self.ends.address(),
+            lights: self.lights.address(),
+            head: self.head.address(),
+            list: self.list.address(),
+            states: self.states.address(),
+            shares: self.shares.address(),
+            sums: self.sums.as_ref().map_or(0, Buffer::address),
+        }
     }
 }
 
 impl ShadowRays {
     pub(crate) fn new(device: &Device) -> Self {
-        Self { device: device.clone(), tables: RefCell::new(None) }
+        let memory = RefCell::new(TableMemory::new(device));
+        Self { device: device.clone(), memory, tables: RefCell::new(None) }
     }
 
-    /// Makes the tables where there are none for such frames, and tells the kernels where they are.
+    /// Takes the tables of this frame, and tells the kernels where they are.
     pub(crate) fn prepare(
         &self,
+        frame: &mut Frame<'_>,
         images: &ChannelImages,
         params: &DirectParams,
         push: &mut DirectPush,
     ) -> Result<()> {
-        let (size, slots, sums) = (images.size(), slot_count(params), params.samples > 1);
-        let memory = TableMemory::of(&self.device, images);
+        let counts = [slot_count(params), u64::from(params.samples > 1)];
         let mut slot = self.tables.borrow_mut();
-        let fits = |t: &Tables| {
-            t.frame == size && t.slots == slots && (t.sums.is_some() || !sums) && t.memory.is_that_of(&memory)
-        };
-        let tables = match slot.take().filter(fits) {
-            Some(before) => slot.insert(before),
-            None => slot.insert(Tables::new(&self.device, memory, size, slots, sums)?),
-        };
-        push.shadow_rays = tables.addresses.address();
+        let memory = &mut self.memory.borrow_mut();
+        let before = slot.take();
+        let tables =
+            slot.insert(Tables::new(&self.device, memory, Some(images), images.size(), counts, before)?);
+        tables.addresses.upload(frame, &tables.addresses())?;
+        push.shadow_rays = tables.addresses.buffer().address();
         push.ray_columns = tables.lists.columns();
         Ok(())
     }
@@ -137,7 +163,8 @@ impl ShadowRays {
     /// Declares what choosing lights does with them.
     pub(crate) fn bind_choice<'f, 'r>(&self, pass: Pass<'f, 'r>) -> Pass<'f, 'r> {
         self.tables.borrow().iter().fold(pass, |pass, t| {
-            let pass = pass.addresses(&t.addresses).streams_written(&t.ends).streams_written(&t.lights);
+            let pass =
+                pass.addresses(t.addresses.buffer()).streams_written(&t.ends).streams_written(&t.lights);
             pass.addresses_updated(&t.head)
                 .streams_written(&t.list)
                 .streams_written(&t.states)
@@ -146,11 +173,18 @@ impl ShadowRays {
     }
 
     /// Declares what adding up does with them.
-    pub(crate) fn bind_sum<'f, 'r>(&self, pass: Pass<'f, 'r>, params: &DirectParams) -> Pass<'f, 'r> {
+    pub(crate) fn bind_sum<'f, 'r>(
+        &self,
+        pass: Pass<'f, 'r>,
+        params: &DirectParams,
+        light_sample: u32,
+    ) -> Pass<'f, 'r> {
+        // The first light sample begins the sums.
+        let sums = if light_sample == 0 { Pass::streams_written } else { Pass::streams_updated };
         self.tables.borrow().iter().fold(pass, |pass, t| {
-            let pass = pass.addresses(&t.addresses).addresses_updated(&t.head);
+            let pass = pass.addresses(t.addresses.buffer()).addresses_updated(&t.head);
             let pass = pass.streams(&t.ends).streams(&t.lights).streams(&t.states).streams(&t.shares);
-            t.sums.iter().filter(|_| params.samples > 1).fold(pass, Pass::streams_updated)
+            t.sums.iter().filter(|_| params.samples > 1).fold(pass, sums)
         })
     }
 
@@ -159,7 +193,7 @@ impl ShadowRays {
         let slot = self.tables.borrow();
         let Some(t) = &*slot else { return Ok(()) };
         let pass = pass
-            .addresses(&t.addresses)
+            .addresses(t.addresses.buffer())
             .addresses(&t.head)
             .streams(&t.ends)
             .streams(&t.list)
@@ -177,16 +211,18 @@ mod tests {
     #[test]
     fn frames_without_room_are_refused() {
         let device = TestDevice::open();
-        let memory = || TableMemory::own(&device);
-        let refusal =
-            |frame| Tables::new(&device, memory(), frame, 5, false).err().expect("an error").to_string();
+        let refusal = |frame| {
+            let mut memory = TableMemory::new(&device);
+            let tables = Tables::new(&device, &mut memory, None, frame, [5, 0], None);
+            tables.err().expect("an error").to_string()
+        };
         let message = refusal([40_000, 40_000]);
         assert!(
             message.contains("direct lighting of a frame of 40000x40000: at most 268435456 pixels"),
             "{message}"
         );
         // Twice the free memory, unless that is more than any frame can take.
-        let side = (2.0 * device.info().free_bytes() as f64 / texel_bytes(5, false) as f64).sqrt();
+        let side = (2.0 * device.info().free_bytes() as f64 / 188.0).sqrt();
         let side = (side as u32).min(40_000);
         let message = refusal([side, side]);
         assert!(message.contains("direct lighting of a frame of"), "{message}");
@@ -194,9 +230,9 @@ mod tests {
 
     #[test]
     fn bytes_are_those_of_the_readme() {
-        assert_eq!(
-            [(5, false), (4, false), (4, true)].map(|(slots, sums)| texel_bytes(slots, sums)),
-            [188, 152, 184]
-        );
+        let texel_bytes = |(slots, sums)| {
+            wishes_of([64, 32], slots, sums).iter().map(|wish| wish.bytes).sum::<u64>() / (64 * 32)
+        };
+        assert_eq!([(5, false), (4, false), (4, true)].map(texel_bytes), [188, 152, 184]);
     }
 }

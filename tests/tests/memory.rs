@@ -2,6 +2,7 @@
 
 use pt_app::params::resolve;
 use pt_core::Kept;
+use pt_core::channels::SHARED;
 use pt_core::trace::TraceBackend;
 use pt_scene::Scene;
 use pt_shaders::channels::{ChannelId, DISPLAY, FLAT_COLOR};
@@ -35,14 +36,11 @@ fn check(scene: &str, knobs: &[&str]) -> [u64; 2] {
     let bytes = [all.image_bytes(), shared.image_bytes()];
     println!("{} {knobs:?}: {} of {} bytes", scene.name, bytes[1], bytes[0]);
     assert!(bytes[1] < bytes[0], "{} {knobs:?}: {bytes:?}", scene.name);
-    // Tables of direct and indirect lighting are in one memory.
+    // Tables of direct and indirect lighting are in the memory of the frame.
     for frames in [&all, &shared] {
         let allocations = frames.allocations();
         let has = |name: &str| allocations.iter().any(|allocation| allocation == name);
-        assert!(
-            has("tables of rays") && !has("shadow ray ends") && !has("bounce ray origins"),
-            "{allocations:?}"
-        );
+        assert!(has(SHARED) && !has("shadow ray ends") && !has("bounce ray origins"), "{allocations:?}");
     }
     all.passes();
     shared.passes();

@@ -7,7 +7,7 @@ use crate::params::FrameParams;
 use crate::session::Session;
 use pt_checkerboard::{AddPlane, Interleave};
 use pt_core::frame::Uniforms;
-use pt_core::{Buffer, Device, FramePlan, Kept, Location, Result, StageIo};
+use pt_core::{Device, FramePlan, Kept, Result, StageIo};
 use pt_denoise::{Composite, DenoiseChain, GradientPixels};
 use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReplacedMotion, plane_count};
 use pt_indirect::IndirectLighting;
@@ -133,16 +133,12 @@ impl FullFrame {
             if traced.is_none() { plan.missing(&stages).into_iter().collect() } else { Vec::new() };
         plan.given(given.iter().copied());
         stages.iter().try_for_each(|io| plan.stage(io))?;
-        let mut images = plan.allocate_planes(device, &plane, more_planes, kept)?;
         if let Some(traced) = &traced {
-            let memory = Buffer::new(
-                device,
-                "tables of rays",
-                traced.table_bytes(sizes.frame, params),
-                Location::Device,
-            )?;
-            images.iter_mut().for_each(|images| images.set_table_memory(memory.clone()));
+            let tables = traced.tables(sizes.frame, params);
+            plan.tables(tables.iter().copied());
+            plane.tables(tables);
         }
+        let mut images = plan.allocate_planes(device, &plane, more_planes, kept)?;
         let more_images = images.split_off(1);
         Ok(Self {
             uniforms: Uniforms::new(device, "frame_uniforms")?,

@@ -1,6 +1,7 @@
 //! What a frame takes of the device's memory, by stage.
 
 use super::{FrameStage, FullFrame};
+use pt_core::channels::SHARED;
 use pt_core::frame::PassInfo;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -38,11 +39,10 @@ impl FullFrame {
     pub fn memory(&self, before: &Allocations, after: Allocations, passes: &[PassInfo]) -> FrameMemory {
         let [width, height] = self.images().output_size();
         let pixels = f64::from(width) * f64::from(height);
-        let shared = self.images().table_memory().map(|memory| memory.name().to_owned());
         let stages = self.pass_stages();
         let stage_of = |name: &str| {
-            if shared.as_deref() == Some(name) {
-                return (FrameStage::Lights.code(), "lights and indirect, in turn");
+            if name == SHARED {
+                return (FrameStage::Scene.code(), "all, in turn");
             }
             let touching = |names: fn(&PassInfo) -> &Vec<String>| {
                 let mut found = passes

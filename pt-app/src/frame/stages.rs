@@ -3,7 +3,7 @@
 use crate::params::FrameParams;
 use crate::session::join;
 use pt_core::trace::TraceVariant;
-use pt_core::{Device, Result};
+use pt_core::{Device, Result, TableWish};
 use pt_denoise::GradientPixels;
 use pt_gbuffer::{Effects, Godrays, PrimaryRays, ReflectRefract, ReplacedMotion};
 use pt_indirect::{BounceLights, IndirectLighting};
@@ -124,11 +124,11 @@ impl TracedStages {
         })
     }
 
-    /// Bytes of the memory that direct and indirect lighting use in turn for tables, in frames of `size` pixels.
-    pub(super) fn table_bytes(&self, size: [u32; 2], params: &FrameParams) -> u64 {
-        let indirect = self.indirect.as_ref();
-        let indirect = indirect.map_or(0, |stage| stage.table_bytes(size, &params.indirect));
-        indirect.max(DirectLighting::table_bytes(size, &params.lights))
+    /// The tables that they declare, in frames of `size` pixels.
+    pub(super) fn tables(&self, size: [u32; 2], params: &FrameParams) -> Vec<TableWish> {
+        let mut tables = DirectLighting::tables(size, &params.lights);
+        tables.extend(self.indirect.iter().flat_map(|stage| stage.tables(size, &params.indirect)));
+        tables
     }
 }
 

@@ -23,6 +23,8 @@ pub struct Capabilities {
     pub max_storage_buffer_range: u32,
     /// Largest width or height of an image.
     pub max_image_side: u32,
+    /// Images and buffers must not be in one page of memory of so many bytes.
+    pub memory_page: u64,
     /// Sampled images may hold compressed blocks (BC1 to BC7).
     pub texture_compression_bc: bool,
     /// Arithmetic in half floats.
@@ -256,6 +258,7 @@ fn examine(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<Can
             timestamp_period: core.limits.timestamp_period,
             max_storage_buffer_range: core.limits.max_storage_buffer_range,
             max_image_side: core.limits.max_image_dimension2_d,
+            memory_page: core.limits.buffer_image_granularity,
             texture_compression_bc: supported.core.features.texture_compression_bc != 0,
             half_floats: supported.v12.shader_float16 != 0,
             draws: supported.v13.dynamic_rendering != 0

@@ -58,7 +58,7 @@ impl Frame<'_> {
             // SAFETY: recording; both buffers are kept alive by the slot.
             unsafe {
                 raw.cmd_copy_buffer(cmd, list.handle(), words.handle(), &region);
-                TO_HOST.encode(raw, cmd);
+                TO_HOST.encode(raw, cmd, &[]);
             }
         })
     }

@@ -3,7 +3,11 @@
 //! Images stay in GENERAL layout, so ordering needs memory barriers only, and the hazards of one pass merge into a single
 //! one (Vulkan specification, "Memory dependencies").
 
-use ash::vk::{AccessFlags2 as A, DependencyInfo, MemoryBarrier2, PipelineStageFlags2 as S};
+use crate::image::COLOR_RANGE;
+use ash::vk::{
+    AccessFlags2 as A, DependencyInfo, Image, ImageLayout, ImageMemoryBarrier2, MemoryBarrier2,
+    PipelineStageFlags2 as S,
+};
 use std::collections::HashMap;
 
 /// How a pass touches a resource.
@@ -39,16 +43,32 @@ impl Barrier {
         !self.src_stage.is_empty()
     }
 
+    /// `fresh`: images whose memory others have used since they were written last. What they hold is undefined, and the layout must be stated anew (Vulkan specification,
+    /// "Memory Aliasing").
+    ///
     /// # Safety
-    /// `cmd` is in recording state.
-    pub(crate) unsafe fn encode(&self, raw: &ash::Device, cmd: ash::vk::CommandBuffer) {
+    /// `cmd` is in recording state, and the images are alive until it is done.
+    pub(crate) unsafe fn encode(&self, raw: &ash::Device, cmd: ash::vk::CommandBuffer, fresh: &[Image]) {
         let barrier = [MemoryBarrier2::default()
             .src_stage_mask(self.src_stage)
             .src_access_mask(self.src_access)
             .dst_stage_mask(self.dst_stage)
             .dst_access_mask(self.dst_access)];
+        let image_barrier = |&image| {
+            ImageMemoryBarrier2::default()
+                .image(image)
+                .subresource_range(COLOR_RANGE)
+                .old_layout(ImageLayout::UNDEFINED)
+                .new_layout(ImageLayout::GENERAL)
+                .src_stage_mask(self.src_stage)
+                .src_access_mask(self.src_access)
+                .dst_stage_mask(self.dst_stage)
+                .dst_access_mask(self.dst_access)
+        };
+        let images: Vec<_> = fresh.iter().map(image_barrier).collect();
+        let info = DependencyInfo::default().memory_barriers(&barrier).image_memory_barriers(&images);
         // SAFETY: as promised by the caller.
-        unsafe { raw.cmd_pipeline_barrier2(cmd, &DependencyInfo::default().memory_barriers(&barrier)) };
+        unsafe { raw.cmd_pipeline_barrier2(cmd, &info) };
     }
 }
 

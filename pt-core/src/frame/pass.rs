@@ -277,10 +277,20 @@ impl<'f, 'r> Pass<'f, 'r> {
         for (resource, how) in self.addressed.iter().chain(&self.streamed) {
             touches.push((resource.id(), touch(stage, resource, *how)));
         }
-        for (resource, how) in self.bound.values() {
-            if let (Resource::Image(image), Use::Write | Use::Update) = (resource, how) {
-                image.note_written();
+        let mut fresh = Vec::new();
+        for (resource, how) in self.bound.values().chain(&self.streamed) {
+            let writes = matches!(how, Use::Write | Use::Update);
+            // Kernels have access to what is bound, so that who writes in this memory later has to wait for them.
+            let is_unread = matches!(resource, Resource::Image(image) if image.is_unread());
+            if !writes && !is_unread {
+                continue;
             }
+            let lost = resource.note_written();
+            if let (Resource::Image(image), true) = (resource, writes && !lost.is_empty()) {
+                fresh.push(image.handle());
+            }
+            // What accesses them comes before.
+            touches.extend(lost.into_iter().map(|id| (id, touch(stage, resource, Use::Write))));
         }
         let sets = self.write_descriptors(&device)?;
         if let Some(count) = &self.rays {
@@ -307,7 +317,7 @@ impl<'f, 'r> Pass<'f, 'r> {
         keep.extend(groups.map(|(buffer, _)| Keep::Buffer(buffer.clone())));
         keep.extend(self.textures.clone().map(Keep::Textures));
         let (kernel, push) = (self.kernel, &self.push);
-        self.frame.encode(info, &touches, keep, |_, cmd| {
+        self.frame.encode_fresh(info, &touches, &fresh, keep, |_, cmd| {
             // SAFETY: recording; the sets were made from the kernel's layouts; the slot keeps the kernel.
             unsafe {
                 kernel.encode(cmd, &sets, push, extent, groups.map(|(b, offset)| (b.handle(), offset)))
@@ -346,26 +356,25 @@ impl<'f, 'r> Pass<'f, 'r> {
         }
     }
 
-    /// Images that share memory do so by what the stages declare; here it shows where a declaration lacks something.
+    /// What shares memory does so by what the stages declare; here it shows where a declaration lacks something.
     fn check_memory(&self) -> std::result::Result<(), String> {
-        let images = || {
-            self.bound.values().filter_map(|(resource, how)| match resource {
-                Resource::Image(image) => Some((image, *how)),
-                Resource::Buffer(_) => None,
-            })
-        };
-        if let Some((image, _)) = images().find(|(image, how)| *how != Use::Write && image.is_overwritten()) {
+        let all = || self.bound.values().chain(&self.streamed);
+        if let Some((lost, _)) = all().find(|(resource, how)| *how != Use::Write && resource.is_overwritten())
+        {
             return Err(format!(
-                "it reads \"{}\", whose memory another image has taken: no stage declares that it is read so late",
-                image.name()
+                "it reads \"{}\", whose memory something else has taken: no stage declares that it is read so late",
+                lost.name()
             ));
         }
-        for (image, how) in images() {
-            let same_memory = images().filter(|(other, _)| other.id() == image.id()).count();
-            if matches!(how, Use::Write | Use::Update) && same_memory > 1 {
+        let is_image = |resource: &Resource| matches!(resource, Resource::Image(_));
+        for (resource, _) in all().filter(|(_, how)| matches!(how, Use::Write | Use::Update)) {
+            let others = all()
+                .filter(|(other, _)| is_image(resource) || is_image(other) || other.id() != resource.id());
+            let same_memory = others.filter(|(other, _)| other.shares_memory_with(resource)).count();
+            if same_memory > usize::from(is_image(resource)) {
                 return Err(format!(
                     "it writes \"{}\" and accesses that memory by another name, too",
-                    image.name()
+                    resource.name()
                 ));
             }
         }

@@ -331,7 +331,7 @@ impl<'r> Frame<'r> {
             // SAFETY: recording; both buffers are kept alive by the slot.
             unsafe {
                 raw.cmd_copy_buffer(cmd, buffer.handle(), to.handle(), &region);
-                TO_HOST.encode(raw, cmd);
+                TO_HOST.encode(raw, cmd, &[]);
             }
         })
     }
@@ -341,6 +341,18 @@ impl<'r> Frame<'r> {
         &mut self,
         info: PassInfo,
         touches: &[(u64, Touch)],
+        keep: impl IntoIterator<Item = Keep>,
+        record: impl FnOnce(&ash::Device, vk::CommandBuffer),
+    ) -> Result<()> {
+        self.encode_fresh(info, touches, &[], keep, record)
+    }
+
+    /// As [`Frame::encode`], for images that take memory from others, see [`Barrier::encode`].
+    pub(super) fn encode_fresh(
+        &mut self,
+        info: PassInfo,
+        touches: &[(u64, Touch)],
+        fresh: &[vk::Image],
         keep: impl IntoIterator<Item = Keep>,
         record: impl FnOnce(&ash::Device, vk::CommandBuffer),
     ) -> Result<()> {
@@ -368,7 +380,7 @@ impl<'r> Frame<'r> {
                 utils.cmd_begin_debug_utils_label(slot.cmd, &label);
             }
             if barrier.is_needed() {
-                barrier.encode(raw, slot.cmd);
+                barrier.encode(raw, slot.cmd, fresh);
             }
             raw.cmd_write_timestamp2(slot.cmd, vk::PipelineStageFlags2::ALL_COMMANDS, slot.queries, query);
             record(raw, slot.cmd);

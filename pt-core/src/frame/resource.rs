@@ -68,6 +68,34 @@ impl Resource {
         }
     }
 
+    /// See [`Image::note_written`].
+    pub(super) fn note_written(&self) -> Vec<u64> {
+        match self {
+            Self::Image(image) => image.note_written(),
+            Self::Buffer(buffer) => buffer.note_written(),
+        }
+    }
+
+    /// See [`Image::is_overwritten`].
+    pub(super) fn is_overwritten(&self) -> bool {
+        match self {
+            Self::Image(image) => image.is_overwritten(),
+            Self::Buffer(buffer) => buffer.is_overwritten(),
+        }
+    }
+
+    /// Whether both have a byte in the same place.
+    pub(super) fn shares_memory_with(&self, other: &Self) -> bool {
+        let part = |resource: &Self| match resource {
+            Self::Image(image) => image.part().cloned(),
+            Self::Buffer(buffer) => buffer.part().cloned(),
+        };
+        match (part(self), part(other)) {
+            (Some(a), Some(b)) => a.meets(&b),
+            _ => self.id() == other.id(),
+        }
+    }
+
     pub(super) fn name(&self) -> &str {
         match self {
             Self::Image(image) => image.name(),
