@@ -94,7 +94,7 @@ fn passes_that_the_declarations_do_not_know_of_are_refused() {
     let pass = frame.pass("fill", &fill).touches(&images, &written);
     pass.push(&records::TestPush { offset: 0.0 }).dispatch([6, 4, 1]).unwrap();
     let error = late("too late", &mut frame);
-    assert!(error.contains("it reads \"normal\", whose memory another image has taken"), "{error}");
+    assert!(error.contains("it reads \"normal\", whose memory something else has taken"), "{error}");
     frame.submit().unwrap();
 }
 

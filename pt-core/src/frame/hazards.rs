@@ -63,7 +63,8 @@ impl Barrier {
                 .src_stage_mask(self.src_stage)
                 .src_access_mask(self.src_access)
                 .dst_stage_mask(self.dst_stage)
-                .dst_access_mask(self.dst_access)
+                // A change of layout is a write, for which the pass's own write has to wait, too.
+                .dst_access_mask(self.dst_access | A::MEMORY_READ | A::MEMORY_WRITE)
         };
         let images: Vec<_> = fresh.iter().map(image_barrier).collect();
         let info = DependencyInfo::default().memory_barriers(&barrier).image_memory_barriers(&images);

@@ -237,7 +237,7 @@ void step_traversal(inout Traversal t) {
 Hit traverse(Ray ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
     Traversal t = begin_traversal(ray, mask, ray_coverage);
     bool lone = is_lone();
-    do {
+    for (;;) {
         if (t.instance == NONE && !is_empty(t.leaves)) enter_instance(t);
         for (;;) {
             // Leaves are left over only after a test.
@@ -250,8 +250,10 @@ Hit traverse(Ray ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
             if (!lone || t.candidate.instance != NONE || any_hit && t.best.instance != NONE) break;
         }
         if (tests_materials() && t.candidate.instance != NONE) test_candidate(t);
+        if (any_hit && t.best.instance != NONE) break;
         leave_instance(t);
-    } while (!is_done(t, any_hit));
+        if (is_done(t, false)) break;
+    }
     return t.best;
 }
 
