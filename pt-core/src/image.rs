@@ -177,7 +177,8 @@ impl Image {
         let (handle, view, allocation) =
             create_raw(device, name, vk_format(format), extent, 1, usage(), flags)?;
         let image = Self::with(device, name, format, extent, (handle, view), Some(allocation), None);
-        Self::prepare(device, &[image.clone()], &[image.clone()])?;
+        let one = std::slice::from_ref(&image);
+        Self::prepare(device, one, one)?;
         Ok(image)
     }
 
