@@ -9,12 +9,20 @@ use crate::image::Image;
 use crate::layout::{Life, Place, Wish, lay_out};
 use crate::memory::check_size;
 use crate::sizes::FrameSizes;
-use crate::tables::TableWish;
 use ash::vk;
 use pt_shaders::channels::{ChannelId, Format, Lifetime};
 use std::collections::BTreeMap;
 
 pub use pt_shaders::records::field_width;
+
+/// A table that a frame needs, by the name that stages declare it with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TableWish {
+    /// Its name, see [`crate::StageIo::tables`].
+    pub name: &'static str,
+    /// Its size.
+    pub bytes: u64,
+}
 
 enum Slot {
     Single(Image),

@@ -42,7 +42,7 @@ mod kernels {
 }
 
 pub use buffer::{Buffer, Location};
-pub use channels::ChannelImages;
+pub use channels::{ChannelImages, TableWish};
 pub use device::{Device, DeviceOptions};
 pub use error::{Error, Result};
 pub use frame::{Frame, Recorder};
@@ -55,4 +55,4 @@ pub use ray_list::RayLists;
 pub use sizes::FrameSizes;
 pub use substitute::Substitute;
 pub use surfaces::Surfaces;
-pub use tables::{TableMemory, TableWish};
+pub use tables::TableMemory;

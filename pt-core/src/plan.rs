@@ -1,13 +1,12 @@
 //! Declarations of stages: each stage declares once which images it reads, reads of the last frame, writes and updates. The
 //! allocation, the checks before it, and the bindings of the passes follow from that declaration.
 
-use crate::channels::{ChannelImages, Lacking, MemoryWish, Wished};
+use crate::channels::{ChannelImages, Lacking, MemoryWish, TableWish, Wished};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::kernel::Kernel;
 use crate::layout::{LAST, Life};
 use crate::sizes::FrameSizes;
-use crate::tables::TableWish;
 use pt_shaders::channels::{ChannelId, Lifetime};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,19 +1,10 @@
 //! Tables that the passes of a stage hand on to each other.
 
 use crate::buffer::{Buffer, Location};
-use crate::channels::ChannelImages;
+use crate::channels::{ChannelImages, TableWish};
 use crate::device::Device;
 use crate::error::Result;
 use std::collections::BTreeMap;
-
-/// A table that a frame needs, by the name that stages declare it with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TableWish {
-    /// Its name, see [`crate::StageIo::tables`].
-    pub name: &'static str,
-    /// Its size.
-    pub bytes: u64,
-}
 
 /// Finds tables in the memory of the frame, where its plan knows of them, and else makes them in memory of their own. Their content is undefined at the start of the
 /// first stage that declares them.
