@@ -23,14 +23,14 @@ fn without_a_display_one_line_says_so() {
 #[cfg_attr(not(xvfb), ignore = "needs Xvfb")]
 fn the_copied_command_renders_what_the_window_shows() {
     #[cfg(xvfb)]
-    window::assert_seldom_blocks(window::the_copied_command_renders_what_the_window_shows);
+    window::the_copied_command_renders_what_the_window_shows();
 }
 
 #[test]
 #[cfg_attr(not(xvfb), ignore = "needs Xvfb")]
 fn a_knob_that_is_clicked_changes_the_picture_and_a_resize_does_not() {
     #[cfg(xvfb)]
-    window::assert_seldom_blocks(window::a_knob_that_is_clicked_changes_the_picture_and_a_resize_does_not);
+    window::a_knob_that_is_clicked_changes_the_picture_and_a_resize_does_not();
 }
 
 #[cfg(xvfb)]
@@ -78,7 +78,7 @@ mod window {
         (0..SIZE[0] * SIZE[1]).map(texel).collect()
     }
 
-    pub fn the_copied_command_renders_what_the_window_shows() -> Ended {
+    pub fn the_copied_command_renders_what_the_window_shows() {
         let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
         let into = folder.path().to_str().unwrap();
         let words = [
@@ -153,7 +153,7 @@ mod window {
         shown.wait_for("the truth while a key is held", |shown| is_frame(shown) == [false; 4]);
         shown.release(Key::F);
         shown.wait_for("the frame again", |shown| is_frame(shown) == [true, false, false, false]);
-        shown.close()
+        assert_does_not_block(&shown.close());
     }
 
     /// Checks that the rest of the frame, from the denoiser on, gives the bits that were captured.
@@ -181,23 +181,11 @@ mod window {
         }
     }
 
-    /// Input waits for a frame at most, and seldom that long. A processor that is busy with other tests may leave a window out for longer, so that one of
-    /// three windows has to keep to it; a window that waits for the renderer never does.
-    pub fn assert_seldom_blocks(window: impl Fn() -> Ended) {
-        let keeps = |ended: &Ended| {
-            assert!(ended.frames > 3.0, "{ended:?}");
-            assert!(ended.median_wait < ended.median_frame, "{ended:?}");
-            ended.longest_wait <= ended.longest_frame + 500.0
-        };
-        let mut seen = Vec::new();
-        while seen.len() < 3 {
-            let ended = window();
-            if keeps(&ended) {
-                return;
-            }
-            seen.push(ended);
-        }
-        panic!("input waited: {seen:?}");
+    /// Input waits for a frame at most, and seldom that long. A frame is that of a device that may be busy with another test, and so may the processor be.
+    fn assert_does_not_block(ended: &Ended) {
+        assert!(ended.frames > 3.0, "{ended:?}");
+        assert!(ended.longest_wait <= ended.longest_frame + 500.0, "{ended:?}");
+        assert!(ended.median_wait < ended.median_frame, "{ended:?}");
     }
 
     /// Where the panel of a window for pictures of 64x48 has its widgets: 380 of its 464 points are the panel's.
@@ -205,7 +193,7 @@ mod window {
     /// Knob `lights.emissive`, once its stage is open.
     const EMISSIVE: [i16; 2] = [173, 147];
 
-    pub fn a_knob_that_is_clicked_changes_the_picture_and_a_resize_does_not() -> Ended {
+    pub fn a_knob_that_is_clicked_changes_the_picture_and_a_resize_does_not() {
         let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
         let into = folder.path().to_str().unwrap();
         let words = ["cornell", "--size", "64x48", "--device", "cpu", "--backend", "compute"];
@@ -261,6 +249,7 @@ mod window {
             has_size(shown) && picture_of(shown.pixels()) == dark
         });
         shown.play_about(1, std::time::Duration::from_secs(4));
-        shown.close_by_key()
+        let ended = shown.close_by_key();
+        assert_does_not_block(&ended);
     }
 }

@@ -52,13 +52,17 @@ impl PanelRenderer {
             renderer.free_texture(texture).map_err(failed)?;
         }
         unneeded.extend(panel.textures.free.drain());
-        for (texture, deltas) in panel.textures.set.drain() {
-            for delta in deltas {
-                let set = |queue| renderer.set_texture(queue, *pool, texture, &delta);
-                device.with_queue(set).map_err(failed)?;
-            }
+        if panel.textures.set.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        // The queue is kept from first to last, so that all together wait for what it has now, which is one frame.
+        let mut textures = panel.textures.set.drain();
+        let upload = |queue| {
+            textures.try_for_each(|(texture, deltas)| {
+                deltas.iter().try_for_each(|delta| renderer.set_texture(queue, *pool, texture, delta))
+            })
+        };
+        device.with_queue(upload).map_err(failed)
     }
 
     /// Records the panel, within a rendering to an attachment of `extent`.

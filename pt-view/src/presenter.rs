@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 pub type MakeSurface =
     Box<dyn Fn(&ash::Entry, &ash::Instance) -> std::result::Result<vk::SurfaceKHR, vk::Result>>;
 
-/// Another swapchain and other textures of the panel wait for the frame that is being rendered, and on a CPU device so does the display of a picture. After a
-/// longer wait the picture is left out, so that input is followed before the next one.
+/// Another swapchain and other textures of the panel wait for the frame that is being rendered, and on a CPU device so do the times of the last panel and the
+/// display of a picture. After a longer wait the picture is left out, so that input is followed before the next one.
 const MOST_WAIT: Duration = Duration::from_millis(10);
 
 /// Shows pictures on a surface. A picture for which there is no room yet is left out instead of waiting for room; a call waits for one frame at most.
@@ -87,12 +87,13 @@ impl Presenter {
         self.drawing.panel_ms()
     }
 
-    /// Whether a picture could be drawn now: the last one is done.
+    /// Whether a picture could be drawn now: the last one is done, and this did not have to be waited for.
     ///
     /// # Errors
     /// When the device fails.
     pub fn is_free(&mut self) -> Result<bool> {
-        self.drawing.is_free()
+        let begun = Instant::now();
+        Ok(self.drawing.is_free()? && begun.elapsed() <= MOST_WAIT)
     }
 
     /// Shows parts of pictures and, over them, a panel. What is left out was not drawn, and the textures of the panel are kept for the next one.
@@ -101,7 +102,7 @@ impl Presenter {
     /// When the device fails.
     pub fn show(&mut self, blits: &[Blit], panel: Option<&mut LaidOut>) -> Result<Outcome> {
         let begun = Instant::now();
-        if !self.is_free()? || !self.make_ready()? {
+        if !self.is_free()? || !self.make_ready()? || begun.elapsed() > MOST_WAIT {
             return Ok(Outcome::LeftOut);
         }
         let mut panel = panel;

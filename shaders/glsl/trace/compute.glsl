@@ -166,11 +166,16 @@ void enter_instance(inout Traversal t) {
     t.leaves = NO_SIBLINGS;
 }
 
-// Whether the level has nodes to visit.
-bool has_nodes(Traversal t) { return !is_empty(t.inner) || t.height != t.bottom; }
+// Whether the level has nodes to visit; if so, `inner` has some.
+bool find_nodes(inout Traversal t) {
+    if (!is_empty(t.inner)) return true;
+    if (t.height == t.bottom) return false;
+    t.inner = unpackUint2x32(stack[--t.height]);
+    return true;
+}
 
+// After find_nodes.
 void visit_next(inout Traversal t) {
-    if (is_empty(t.inner)) t.inner = unpackUint2x32(stack[--t.height]);
     uint child = take(t.inner, t.box.octant);
     // Written in any case and kept when there is more to come: a masked store costs more.
     stack[t.height] = packUint2x32(t.inner);
@@ -209,7 +214,7 @@ void test_candidate(inout Traversal t) {
 
 // Back to the top level when the instance has nothing left.
 void leave_instance(inout Traversal t) {
-    if (t.instance == NONE || has_nodes(t) || !is_empty(t.leaves)) return;
+    if (t.instance == NONE || t.height != t.bottom || !is_empty(t.inner) || !is_empty(t.leaves)) return;
     t.leaves = unpackUint2x32(stack[t.height - 1u]);
     t.inner = unpackUint2x32(stack[t.height - 2u]);
     t.height -= 2u;
@@ -228,7 +233,7 @@ bool is_done(Traversal t, const bool any_hit) {
 void step_traversal(inout Traversal t) {
     if (t.instance == NONE && !is_empty(t.leaves)) enter_instance(t);
     // Leaves are left over only after a test.
-    if ((!tests_materials() || is_empty(t.leaves)) && has_nodes(t)) visit_next(t);
+    if ((!tests_materials() || is_empty(t.leaves)) && find_nodes(t)) visit_next(t);
     if (t.instance != NONE) test_leaves(t);
     if (tests_materials() && t.candidate.instance != NONE) test_candidate(t);
     leave_instance(t);
@@ -242,7 +247,7 @@ Hit traverse(Ray ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
         for (;;) {
             // Leaves are left over only after a test.
             if (!tests_materials() || is_empty(t.leaves)) {
-                if (!has_nodes(t)) break;
+                if (!find_nodes(t)) break;
                 visit_next(t);
                 if (t.instance == NONE && !is_empty(t.leaves)) break;
             }

@@ -11,7 +11,13 @@ pub mod trace;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use frame::Subject;
+use pt_core::Device;
 use std::io::Write;
+
+/// Seconds of work before anything is timed: the clock of a GPU rises only after some of it.
+fn least_warm_up_s(device: &Device) -> f64 {
+    if device.info().is_cpu() { 0.0 } else { 1.5 }
+}
 
 /// `pt bench`
 #[derive(Clone, Debug, Args)]

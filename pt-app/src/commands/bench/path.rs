@@ -2,6 +2,7 @@
 
 use crate::args::values::assignment;
 use crate::args::{CameraArgs, DeviceArgs, SceneArgs};
+use crate::commands::bench::least_warm_up_s;
 use crate::commands::reference::BYTES_PER_PIXEL;
 use crate::inputs::Inputs;
 use crate::params::{ReferenceSettings, resolve_reference};
@@ -122,8 +123,9 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     params.prepare_lights(device, scene, gpu, lights)?;
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0)?;
     // Sums, seconds and milliseconds of the passes; reading the sums takes time of its own.
-    let mut advance = |end: u32| -> Result<(FilmState, f64, BTreeMap<String, f64>)> {
+    let mut advance = || -> Result<(FilmState, f64, BTreeMap<String, f64>)> {
         let mut passes = BTreeMap::new();
+        let end = render.next_sample() + args.spp;
         let started = Instant::now();
         while render.next_sample() < end {
             let timings = render.step(&session.scene, &mut session.gpu, &mut session.lights, end)?;
@@ -135,14 +137,19 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         Ok((render.state()?, seconds, passes))
     };
     // Compiles the kernels, and finds out how many samples fit into a step.
-    let (mut before, ..) = advance(args.spp)?;
+    let least_warm_up_s = least_warm_up_s(&session.device);
+    let started = Instant::now();
+    let (mut before, ..) = advance()?;
+    while started.elapsed().as_secs_f64() < least_warm_up_s {
+        (before, ..) = advance()?;
+    }
     let paths = f64::from(size[0]) * f64::from(size[1]) * f64::from(args.spp);
     let trace_native = |rays| NativeTimes::of(&native, native_rays(paths, rays));
     // A processor that is also the device takes turns, so that both meet the same machine; a GPU would lower its clock meanwhile.
     let in_turns = session.device.info().is_cpu();
     let mut measured = Vec::new();
-    for window in 1..=args.windows {
-        let (after, seconds, pass_ms) = advance(args.spp * (window + 1))?;
+    for _ in 0..args.windows {
+        let (after, seconds, pass_ms) = advance()?;
         let rays = [0, 1].map(|kind| (after.rays()[kind] - before.rays()[kind]) as f64);
         before = after;
         measured.push((seconds, pass_ms, rays, in_turns.then(|| trace_native(rays))));

@@ -1,6 +1,7 @@
 //! Rounds of frames, and what is known of their passes.
 
 use super::file::{How, Part, PassRecord, Rays, StageRow, Times};
+use crate::commands::bench::least_warm_up_s;
 use crate::frame::{FrameStage, FullFrame, Stage};
 use crate::params::FrameParams;
 use crate::session::Session;
@@ -12,8 +13,6 @@ use pt_core::{Device, Frame, Recorder};
 use pt_shaders::NamedEnum;
 use std::time::Instant;
 
-/// Seconds of work before anything is timed on a GPU: its clock rises only after some of it.
-const LEAST_WARM_UP_S: f64 = 1.5;
 /// Seconds of scene time between frames.
 const TIME_STEP: f64 = 1.0 / 60.0;
 
@@ -121,7 +120,7 @@ impl<'a> Whole<'a> {
 }
 
 fn warm_up(device: &Device, mut record: impl FnMut(&mut Frame<'_>) -> Result<Vec<FrameStage>>) -> Result<()> {
-    let least = if device.info().is_cpu() { 0.0 } else { LEAST_WARM_UP_S };
+    let least = least_warm_up_s(device);
     let mut recorder = Recorder::new(device)?;
     let started = Instant::now();
     let mut frames = 0;
