@@ -8,7 +8,7 @@ use pt_core::trace::ray_list::{Coverage, Query, RayScene, Visibility};
 use pt_core::trace::{
     BvhQuality, CLEARLY_FASTER, InstancePlacement, MeshGeometry, NativeScene, TraceBackend, choose,
 };
-use pt_core::{Buffer, Location, Recorder};
+use pt_core::{Buffer, Constant, Location, Recorder};
 use pt_shaders::glam;
 use pt_shaders::records::{
     Hit, MATERIAL_BLEND, MATERIAL_MASK, MaterialRecord, NONE, Ray, TextureSlot, VertexRecord,
@@ -115,9 +115,17 @@ fn rays() -> Vec<Ray> {
 }
 
 /// A scene on the device with all that the alpha test reads.
-fn scene(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> RayScene {
+fn scene(
+    device: &TestDevice,
+    meshes: &[Mesh],
+    instances: usize,
+    backend: TraceBackend,
+    constants: &[(&str, Constant)],
+) -> RayScene {
     let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
-    let mut scene = RayScene::new(device, &geometry, instances, backend, Coverage::AlphaTest).unwrap();
+    let coverage = Coverage::AlphaTest;
+    let scene = RayScene::with_constants(device, &geometry, instances, backend, coverage, constants);
+    let mut scene = scene.unwrap();
     let none = TextureSlot { texture: NONE, flags: 0, transform: [[0.0; 3]; 2] };
     let material = |flags| MaterialRecord {
         base_color: Vec4::ONE,
@@ -153,7 +161,7 @@ struct Tracer {
 
 impl Tracer {
     fn new(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> Self {
-        Self::with_rays(device, meshes, instances, backend, &rays())
+        Self::with_rays(device, meshes, instances, backend, &rays(), &[])
     }
 
     fn with_rays(
@@ -162,12 +170,13 @@ impl Tracer {
         instances: usize,
         backend: TraceBackend,
         rays: &[Ray],
+        constants: &[(&str, Constant)],
     ) -> Self {
         let hits = || {
             Buffer::new(device, "hits", u64::from(RAYS) * size_of::<Hit>() as u64, Location::Device).unwrap()
         };
         Self {
-            scene: scene(device, meshes, instances, backend),
+            scene: scene(device, meshes, instances, backend, constants),
             recorder: Recorder::new(device).unwrap(),
             rays: Buffer::from_slice(device, "rays", rays).unwrap(),
             hits: [hits(), hits()],
@@ -235,8 +244,12 @@ fn compare(meshes: &mut [Mesh], instances: u32, frames: u32, ray_mask: u32, leas
     let device = TestDevice::open();
     let mut tracers: Vec<_> = TraceBackend::available(&device)
         .into_iter()
-        .map(|backend| (backend, Tracer::new(&device, meshes, instances as usize, backend)))
+        .map(|backend| (backend.to_string(), Tracer::new(&device, meshes, instances as usize, backend)))
         .collect();
+    // As on a GPU.
+    let (compute, visits_two) = (TraceBackend::Compute, [("visits_two", true.into())]);
+    let tracer = Tracer::with_rays(&device, meshes, instances as usize, compute, &rays(), &visits_two);
+    tracers.push(("compute, two nodes a step".into(), tracer));
     for frame in 0..frames {
         if frame > 0 {
             meshes.iter_mut().filter(|m| m.deforms).for_each(|m| m.twist(0.3));
@@ -304,7 +317,7 @@ fn mean_of_stochastic_transparency_is_over() {
     let rays: Vec<_> = (0..RAYS).map(ray).collect();
     let mut first: Option<Vec<Hit>> = None;
     for backend in TraceBackend::available(&device) {
-        let mut tracer = Tracer::with_rays(&device, &meshes, 2, backend, &rays);
+        let mut tracer = Tracer::with_rays(&device, &meshes, 2, backend, &rays, &[]);
         let (hits, occluded) = tracer.trace(&meshes, &placed, 1);
         let n = f64::from(RAYS);
         let is = |want: f64, count: usize, what: &str| {

@@ -31,7 +31,10 @@ impl Module {
         given: &[(&str, Constant)],
     ) -> Result<Self> {
         let compact = device.gbuffer_format() == GbufferFormat::Compact;
-        let given = [given, &[("compact_gbuffer", compact.into())]].concat();
+        let visits_two = !device.info().is_cpu();
+        // What is given takes the place of what the device says.
+        let from_device = [("compact_gbuffer", compact.into()), ("visits_two", visits_two.into())];
+        let given = [&from_device, given].concat();
         let words = specialize::specialize(words, &constants::values(declared, &given));
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V from our own compiler; destroyed by Drop.

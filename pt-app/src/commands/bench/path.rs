@@ -12,7 +12,7 @@ use clap::Args;
 use pt_core::trace::{NativeRays, RayKind};
 use pt_image::atomic_file::{check_writable, write_atomic};
 use pt_image::image_file::ImageSize;
-use pt_reference::{FilmState, Progressive, ReferenceParams};
+use pt_reference::{Progressive, ReferenceParams};
 use pt_scene::gpu::{camera_record, mesh_geometry, placements};
 use pt_shaders::records::FrameRecord;
 use serde_json::json;
@@ -122,35 +122,40 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     let Session { device, scene, gpu, lights, .. } = &mut session;
     params.prepare_lights(device, scene, gpu, lights)?;
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0)?;
-    // Sums, seconds and milliseconds of the passes; reading the sums takes time of its own.
-    let mut advance = || -> Result<(FilmState, f64, BTreeMap<String, f64>)> {
-        let mut passes = BTreeMap::new();
-        let end = render.next_sample() + args.spp;
-        let started = Instant::now();
-        while render.next_sample() < end {
-            let timings = render.step(&session.scene, &mut session.gpu, &mut session.lights, end)?;
-            for pass in timings.into_iter().flat_map(|frame| frame.passes) {
-                *passes.entry(pass.pass).or_default() += pass.ms;
-            }
-        }
-        let seconds = started.elapsed().as_secs_f64();
-        Ok((render.state()?, seconds, passes))
+    let least_warm_up_s = least_warm_up_s(&session.device);
+    let mut step = |render: &mut Progressive, end| {
+        render.step(&session.scene, &mut session.gpu, &mut session.lights, end)
     };
     // Compiles the kernels, and finds out how many samples fit into a step.
-    let least_warm_up_s = least_warm_up_s(&session.device);
-    let started = Instant::now();
-    let (mut before, ..) = advance()?;
-    while started.elapsed().as_secs_f64() < least_warm_up_s {
-        (before, ..) = advance()?;
+    while render.next_sample() < args.spp {
+        step(&mut render, args.spp)?;
     }
+    let mut before = render.state()?;
     let paths = f64::from(size[0]) * f64::from(size[1]) * f64::from(args.spp);
     let trace_native = |rays| NativeTimes::of(&native, native_rays(paths, rays));
     // A processor that is also the device takes turns, so that both meet the same machine; a GPU would lower its clock meanwhile.
     let in_turns = session.device.info().is_cpu();
     let mut measured = Vec::new();
     for _ in 0..args.windows {
-        let (after, seconds, pass_ms) = advance()?;
-        let rays = [0, 1].map(|kind| (after.rays()[kind] - before.rays()[kind]) as f64);
+        let first = render.next_sample();
+        // Reading the sums takes time in which a GPU lowers its clock, so that each window has a warm-up of its own.
+        let started = Instant::now();
+        while started.elapsed().as_secs_f64() < least_warm_up_s {
+            let end = render.next_sample() + args.spp;
+            step(&mut render, end)?;
+        }
+        let (end, mut pass_ms) = (render.next_sample() + args.spp, BTreeMap::new());
+        let started = Instant::now();
+        while render.next_sample() < end {
+            for pass in step(&mut render, end)?.into_iter().flat_map(|frame| frame.passes) {
+                *pass_ms.entry(pass.pass).or_default() += pass.ms;
+            }
+        }
+        let seconds = started.elapsed().as_secs_f64();
+        let after = render.state()?;
+        // The window's share of those since the last sums.
+        let share = f64::from(args.spp) / f64::from(end - first);
+        let rays = [0, 1].map(|kind| (after.rays()[kind] - before.rays()[kind]) as f64 * share);
         before = after;
         measured.push((seconds, pass_ms, rays, in_turns.then(|| trace_native(rays))));
     }
