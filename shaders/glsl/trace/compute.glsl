@@ -3,7 +3,8 @@
 //
 // Written for SIMD without branches as well (lavapipe executes both sides of every `if`, and a loop's body at least once): loads are 128 bit
 // wide, stack entries 64 bit. There is one loop, whose steps visit a node or two each, so that lanes that change level or test alpha do not wait
-// until all others have left their instances. An inner loop for scenes of one instance took longer (H200: 4 % of the frame of `gallery`).
+// until all others have left their instances. With an inner loop for scenes of one instance, frames of `room` took 3 % less on an H200, but god rays
+// in `gallery` a third and its caustic photons 40 % more.
 layout(local_size_x = 8, local_size_y = 4) in;
 
 uvec2 launch_id() { return gl_GlobalInvocationID.xy; }
