@@ -45,7 +45,7 @@ void trace_slots_refilling(uint list, const bool any_hit) {
             break;
         }
         if (slot != NONE) {
-            step_traversal(t);
+            step_traversal(t, any_hit);
             if (is_done(t, any_hit)) {
                 finish_path_ray(slot, t.best);
                 slot = NONE;

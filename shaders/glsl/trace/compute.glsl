@@ -136,26 +136,19 @@ struct Traversal {
     uint bottom; // height below which the stack belongs to the level above
 };
 
+// Whether the kernel is made for scenes of one instance: rays are in it from the beginning, and there is no top level.
+#define ONE_LEVEL (!scene_has(FEATURE_INSTANCES))
+
 // A lone instance is entered at once.
-bool is_lone() { return !scene_has(FEATURE_INSTANCES) || scene.instance_count == 1u; }
+bool is_lone() { return scene.instance_count == 1u; }
 
 bool tests_sides() { return culling != CULLING_NONE && scene_has(FEATURE_MIXED_SIDES); }
 
 bool tests_materials() { return ALPHA_TEST || tests_sides(); }
 
-Traversal begin_traversal(Ray ray, uint mask, uvec2 ray_coverage) {
-    Hit none = Hit(NONE, NONE, vec2(0.0), ray.t_max);
-    return Traversal(ray, mask, ray_coverage, none, none, NONE, scene.tlas_nodes, 0ul, NONE, 0u, ray, box_ray(ray),
-                     is_lone() ? NO_SIBLINGS : ROOT, is_lone() ? uvec2(0u, 0x101u) : NO_SIBLINGS, 0u, 0u);
-}
-
-void enter_instance(inout Traversal t) {
-    uint entry = take(t.leaves, 0u);
-    t.instance = is_lone() ? 0u : UintTable(scene.tlas_instances).at[entry];
-    stack[t.height] = packUint2x32(t.inner);
-    stack[t.height + 1u] = packUint2x32(t.leaves);
-    t.height += 2u;
-    t.bottom = t.height;
+// Goes on in the tree of a mesh.
+void enter_instance(inout Traversal t, uint instance) {
+    t.instance = instance;
     InstanceRecord entered = scene_instance(t.instance);
     MeshRecord mesh = scene_mesh(entered.mesh);
     t.nodes = mesh.bvh_nodes;
@@ -168,6 +161,24 @@ void enter_instance(inout Traversal t) {
     if ((entered.mask & t.mask & 0xffu) == 0u) t.ray.t_min = 3e38;
     t.inner = ROOT;
     t.leaves = NO_SIBLINGS;
+}
+
+Traversal begin_traversal(Ray ray, uint mask, uvec2 ray_coverage) {
+    Hit none = Hit(NONE, NONE, vec2(0.0), ray.t_max);
+    Traversal t = Traversal(ray, mask, ray_coverage, none, none, NONE, scene.tlas_nodes, 0ul, NONE, 0u, ray, box_ray(ray),
+                            is_lone() ? NO_SIBLINGS : ROOT, is_lone() ? uvec2(0u, 0x101u) : NO_SIBLINGS, 0u, 0u);
+    if (ONE_LEVEL) enter_instance(t, 0u);
+    return t;
+}
+
+// From the top level, which the ray comes back to.
+void descend(inout Traversal t) {
+    uint entry = take(t.leaves, 0u);
+    stack[t.height] = packUint2x32(t.inner);
+    stack[t.height + 1u] = packUint2x32(t.leaves);
+    t.height += 2u;
+    t.bottom = t.height;
+    enter_instance(t, is_lone() ? 0u : UintTable(scene.tlas_instances).at[entry]);
 }
 
 // Whether the level has nodes to visit; if so, `inner` has some.
@@ -234,20 +245,20 @@ bool is_done(Traversal t, const bool any_hit) {
 }
 
 // A node or two, and the triangles in their leaves.
-void step_traversal(inout Traversal t) {
-    if (t.instance == NONE && !is_empty(t.leaves)) enter_instance(t);
+void step_traversal(inout Traversal t, const bool any_hit) {
+    if (!ONE_LEVEL && t.instance == NONE && !is_empty(t.leaves)) descend(t);
     // Leaves are left over only after a test.
     if ((!tests_materials() || is_empty(t.leaves)) && find_nodes(t)) visit_next(t);
-    if (visits_two && is_empty(t.leaves) && find_nodes(t)) visit_next(t);
-    if (t.instance != NONE) test_leaves(t);
+    if (visits_two && (any_hit || ONE_LEVEL) && is_empty(t.leaves) && find_nodes(t)) visit_next(t);
+    if (ONE_LEVEL || t.instance != NONE) test_leaves(t);
     if (tests_materials() && t.candidate.instance != NONE) test_candidate(t);
-    leave_instance(t);
+    if (!ONE_LEVEL) leave_instance(t);
 }
 
 Hit traverse(Ray ray, uint mask, uvec2 ray_coverage, const bool any_hit) {
     Traversal t = begin_traversal(ray, mask, ray_coverage);
     do {
-        step_traversal(t);
+        step_traversal(t, any_hit);
     } while (!is_done(t, any_hit));
     return t.best;
 }
