@@ -8,7 +8,7 @@ use pt_core::trace::ray_list::{Coverage, Query, RayScene, Visibility};
 use pt_core::trace::{
     BvhQuality, CLEARLY_FASTER, InstancePlacement, MeshGeometry, NativeScene, TraceBackend, choose,
 };
-use pt_core::{Buffer, Constant, Location, Recorder};
+use pt_core::{Buffer, Device, Location, Recorder};
 use pt_shaders::glam;
 use pt_shaders::records::{
     Hit, MATERIAL_BLEND, MATERIAL_MASK, MaterialRecord, NONE, Ray, TextureSlot, VertexRecord,
@@ -115,17 +115,9 @@ fn rays() -> Vec<Ray> {
 }
 
 /// A scene on the device with all that the alpha test reads.
-fn scene(
-    device: &TestDevice,
-    meshes: &[Mesh],
-    instances: usize,
-    backend: TraceBackend,
-    constants: &[(&str, Constant)],
-) -> RayScene {
+fn scene(device: &Device, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> RayScene {
     let geometry: Vec<_> = meshes.iter().map(Mesh::geometry).collect();
-    let coverage = Coverage::AlphaTest;
-    let scene = RayScene::with_constants(device, &geometry, instances, backend, coverage, constants);
-    let mut scene = scene.unwrap();
+    let mut scene = RayScene::new(device, &geometry, instances, backend, Coverage::AlphaTest).unwrap();
     let none = TextureSlot { texture: NONE, flags: 0, transform: [[0.0; 3]; 2] };
     let material = |flags| MaterialRecord {
         base_color: Vec4::ONE,
@@ -160,23 +152,22 @@ struct Tracer {
 }
 
 impl Tracer {
-    fn new(device: &TestDevice, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> Self {
-        Self::with_rays(device, meshes, instances, backend, &rays(), &[])
+    fn new(device: &Device, meshes: &[Mesh], instances: usize, backend: TraceBackend) -> Self {
+        Self::with_rays(device, meshes, instances, backend, &rays())
     }
 
     fn with_rays(
-        device: &TestDevice,
+        device: &Device,
         meshes: &[Mesh],
         instances: usize,
         backend: TraceBackend,
         rays: &[Ray],
-        constants: &[(&str, Constant)],
     ) -> Self {
         let hits = || {
             Buffer::new(device, "hits", u64::from(RAYS) * size_of::<Hit>() as u64, Location::Device).unwrap()
         };
         Self {
-            scene: scene(device, meshes, instances, backend, constants),
+            scene: scene(device, meshes, instances, backend),
             recorder: Recorder::new(device).unwrap(),
             rays: Buffer::from_slice(device, "rays", rays).unwrap(),
             hits: [hits(), hits()],
@@ -246,10 +237,9 @@ fn compare(meshes: &mut [Mesh], instances: u32, frames: u32, ray_mask: u32, leas
         .into_iter()
         .map(|backend| (backend.to_string(), Tracer::new(&device, meshes, instances as usize, backend)))
         .collect();
-    // As on a GPU.
-    let (compute, visits_two) = (TraceBackend::Compute, [("visits_two", true.into())]);
-    let tracer = Tracer::with_rays(&device, meshes, instances as usize, compute, &rays(), &visits_two);
-    tracers.push(("compute, two nodes a step".into(), tracer));
+    let gpu = device.with_gpu_traversal(true);
+    let tracer = Tracer::new(&gpu, meshes, instances as usize, TraceBackend::Compute);
+    tracers.push(("compute, as on a GPU".into(), tracer));
     for frame in 0..frames {
         if frame > 0 {
             meshes.iter_mut().filter(|m| m.deforms).for_each(|m| m.twist(0.3));
@@ -317,7 +307,7 @@ fn mean_of_stochastic_transparency_is_over() {
     let rays: Vec<_> = (0..RAYS).map(ray).collect();
     let mut first: Option<Vec<Hit>> = None;
     for backend in TraceBackend::available(&device) {
-        let mut tracer = Tracer::with_rays(&device, &meshes, 2, backend, &rays, &[]);
+        let mut tracer = Tracer::with_rays(&device, &meshes, 2, backend, &rays);
         let (hits, occluded) = tracer.trace(&meshes, &placed, 1);
         let n = f64::from(RAYS);
         let is = |want: f64, count: usize, what: &str| {

@@ -101,11 +101,21 @@ void store_hit(uint index, Hit hit) {
     RowTable(bounce_tables().hits).at[index] = uvec4(hit.instance, hit.triangle, floatBitsToUint(hit.barycentrics));
 }
 
+Ray path_ray(uvec4 origin, uvec4 direction) {
+    return Ray(uintBitsToFloat(origin.xyz), 0.0, uintBitsToFloat(direction.xyz), SKY_DISTANCE);
+}
+
+Ray load_path_ray(uint index) {
+    return path_ray(RowTable(bounce_tables().origins).at[index], RowTable(bounce_tables().directions).at[index]);
+}
+
+bool is_path_inside(uint index) { return (RowTable(bounce_tables().directions).at[index].w >> 16u & PATH_INSIDE) != 0u; }
+
 BouncePath load_path(uint index) {
     BounceTables tables = bounce_tables();
     uvec4 origin = RowTable(tables.origins).at[index], direction = RowTable(tables.directions).at[index];
     BouncePath path;
-    path.ray = Ray(uintBitsToFloat(origin.xyz), 0.0, uintBitsToFloat(direction.xyz), SKY_DISTANCE);
+    path.ray = path_ray(origin, direction);
     path.cone = vec2(uintBitsToFloat(origin.w), unpackHalf2x16(direction.w).x);
     path.flags = direction.w >> 16u & 7u;
     path.narrowness = float(direction.w >> 19u) / 8191.0;

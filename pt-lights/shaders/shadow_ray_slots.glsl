@@ -71,6 +71,11 @@ const uint STATE_TRACED = 0u, STATE_HIDDEN = 8u, STATE_GLASS = 16u, STATE_NEAR =
 bool has_state(uint state, uint what, uint slot) { return (state >> (what + slot) & 1u) != 0u; }
 
 const uint TEXEL_BITS = 28u;
+
+// What an entry of the list names.
+uint entry_slot(uint entry) { return entry >> TEXEL_BITS; }
+uint entry_texel(uint entry) { return entry & ((1u << TEXEL_BITS) - 1u); }
+
 const uint END_FINITE = 0x80000000u, END_LIGHT = 0x7fffffffu;
 
 // `local`: the local light, or NONE.

@@ -194,7 +194,7 @@ impl ShadowRays {
         let Some(t) = &*slot else { return Ok(()) };
         let pass = pass
             .addresses(t.addresses.buffer())
-            .addresses(&t.head)
+            .addresses_updated(&t.head)
             .streams(&t.ends)
             .streams(&t.list)
             .streams_updated(&t.states);

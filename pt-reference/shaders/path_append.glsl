@@ -1,6 +1,4 @@
 // Lists of slots are written by whole workgroups, so that neighbours stay side by side and the length is one atomic for many.
-layout(constant_id = 21) const uint most_trace_groups = 0xffffffffu;  // of path_trace.trace
-layout(constant_id = 22) const uint most_shadow_groups = 0xffffffffu; // of path_shadow.trace
 
 shared uint group_count;
 shared uint group_first;
@@ -12,9 +10,8 @@ uint grow_list(uint list, uint count) {
     TileProgress progress = TileProgress(push.progress);
     uint first = atomicAdd(progress.tile.lists[list].count, count);
     uint end = first + count;
-    uint most = max((list == LIST_SHADOW ? most_shadow_groups : most_trace_groups) / tile_blocks().x, 1u);
-    uint rows = min(groups_for(end, 32u * tile_blocks().x), most), groups = groups_for(end, SHADE_GROUP);
-    if (rows != min(groups_for(first, 32u * tile_blocks().x), most)) atomicMax(progress.tile.lists[list].trace_groups.y, rows);
+    uint rows = groups_for(end, 32u * tile_blocks().x), groups = groups_for(end, SHADE_GROUP);
+    if (rows != groups_for(first, 32u * tile_blocks().x)) atomicMax(progress.tile.lists[list].trace_groups.y, rows);
     if (groups != groups_for(first, SHADE_GROUP)) atomicMax(progress.tile.lists[list].shade_groups.x, groups);
     return first;
 }

@@ -59,10 +59,13 @@ uint place_in_list(uvec2 launch) {
 
 SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list * slot_count())); }
 
+uint list_count(uint list) { return TileProgress(push.progress).tile.lists[list].count; }
+
 // NONE past the end.
-uint slot_at(uint place, uint list) {
-    return place < TileProgress(push.progress).tile.lists[list].count ? slot_list(list).at[place] : NONE;
-}
+uint slot_at(uint place, uint list) { return place < list_count(list) ? slot_list(list).at[place] : NONE; }
+
+// Counts entries of a list as taken; the place of the first.
+uint take_slots(uint list, uint count) { return atomicAdd(TileProgress(push.progress).tile.lists[list].taken, count); }
 
 // Where pair number `pair` of rows begins.
 RowTable pair_table(uint pair) {

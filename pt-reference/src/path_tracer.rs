@@ -5,13 +5,12 @@ use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
-use pt_core::trace::TraceBackend;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
-    BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_SKY, FEATURE_TRANSMISSION, FEATURES_TEXTURE,
-    FrameRecord, KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
+    BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord,
+    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
 };
 use std::mem::offset_of;
 use std::ops::Range;
@@ -112,14 +111,7 @@ impl PathTracer {
             ("merged_lights", sampler.is_some().into()),
             ("sort_materials", sorts_by_material(device, scene).into()),
         ];
-        // The kernels that write lists.
-        let [refills_trace, refills_shadow] = refills_lanes(device, scene);
-        let most_groups = |refills| if refills { 2 * WIDE_DEVICE / (BLOCK[0] * BLOCK[1]) } else { u32::MAX };
-        let mut listing = constants.to_vec();
-        listing.push(("most_trace_groups", most_groups(refills_trace).into()));
-        listing.push(("most_shadow_groups", most_groups(refills_shadow).into()));
-        // The sampler of shading alone.
-        let mut shading = listing.clone();
+        let mut shading = constants.to_vec();
         shading.extend([
             ("light_sampler", sampler.unwrap_or(LightSampler::Power).code().into()),
             ("bvh_importance", BvhImportance::SphericalGaussian.code().into()),
@@ -132,20 +124,17 @@ impl PathTracer {
             ("effect_layers", 16u32.into()),
         ]);
         let compute = |code, constants: &[_]| Kernel::compute::<PathPush>(device, code, constants);
-        let trace = |code, culling: Culling, refills: bool| {
+        let trace = |code, culling: Culling| {
             let mut constants = constants.to_vec();
             constants.push(("culling", culling.code().into()));
-            if scene.backend() == TraceBackend::Compute {
-                constants.push(("refills_lanes", refills.into()));
-            }
             Kernel::trace::<PathPush>(device, code, scene.backend(), &constants)
         };
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
         let tracer = Self {
-            advance: compute(&kernels::PATH_ADVANCE, &listing)?,
-            trace: trace(&kernels::PATH_TRACE, params.culling, refills_trace)?,
+            advance: compute(&kernels::PATH_ADVANCE, &constants)?,
+            trace: trace(&kernels::PATH_TRACE, params.culling)?,
             shade: compute(&kernels::PATH_SHADE, &shading)?,
-            shadow: trace(&kernels::PATH_SHADOW, params.culling.unseen(), refills_shadow)?,
+            shadow: trace(&kernels::PATH_SHADOW, params.culling.unseen())?,
             params,
             camera_solids: [(0, 1.0); CAPACITY],
             size,
@@ -297,15 +286,6 @@ const WIDE_DEVICE: u32 = 65536;
 /// Where in the progress record the workgroups of a launch over a list stand.
 fn groups_of(list: u32, member: usize) -> u64 {
     (offset_of!(ProgressRecord, lists) + list as usize * size_of::<SlotListRecord>() + member) as u64
-}
-
-/// Whether lanes of the kernels that trace, path_trace and path_shadow, take new rays when theirs are done (path_rays.glsl). What a ray meets behind
-/// the sky is known only when it is done, and where a shadow ray goes on through surfaces, its lane would keep the others waiting. A CPU executes
-/// both sides of a branch.
-fn refills_lanes(device: &Device, scene: &GpuScene) -> [bool; 2] {
-    let has = |feature: u32| scene.features() & feature != 0;
-    let refills = scene.backend() == TraceBackend::Compute && !device.info().is_cpu() && !has(FEATURE_SKY);
-    [refills, refills && !has(FEATURE_TRANSMISSION)]
 }
 
 /// Nothing listed.

@@ -106,6 +106,22 @@ fn backends_agree() {
     }
 }
 
+/// Lanes that take new rays when theirs are done trace the same paths.
+#[test]
+fn gpu_traversal_has_the_same_bits() {
+    let device = TestDevice::open();
+    for name in ["cornell", "kinds"] {
+        let [cpu, gpu] = [false, true].map(|gpu| {
+            let scene = builtin(name).unwrap();
+            let camera = scene.default_camera();
+            let params = ReferenceParams { max_bounces: Some(4), ..Default::default() };
+            let device = device.with_gpu_traversal(gpu);
+            Stage::on(&device, scene, TraceBackend::Compute).render(&camera, [32, 24], &params, 5, 4)
+        });
+        assert!(cpu == gpu, "{name}: relMSE {}", measure(&gpu, &cpu, Metric::RelMse));
+    }
+}
+
 #[test]
 fn nested_solids_by_priority_or_by_single_interfaces() {
     let device = TestDevice::open();

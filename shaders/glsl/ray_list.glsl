@@ -29,5 +29,5 @@ uint grow_list(RayListCount list, uint columns, uint count) {
 }
 
 RayListHead empty_list(uint columns) {
-    return RayListHead(0u, uvec3(columns, 0u, 1u), uvec3(columns * RAY_LIST_TRACE_GROUP / RAY_LIST_SHADING_GROUP, 0u, 1u));
+    return RayListHead(0u, uvec3(columns, 0u, 1u), uvec3(columns * RAY_LIST_TRACE_GROUP / RAY_LIST_SHADING_GROUP, 0u, 1u), 0u);
 }

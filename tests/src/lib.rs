@@ -69,7 +69,20 @@ impl Frames {
         accumulate: bool,
         params: FrameParams,
     ) -> Self {
-        Self::open(Kept::All, scene, camera, backend, size, seed, accumulate, params)
+        let device = TestDevice::open();
+        Self::open(device, Kept::All, scene, camera, backend, size, seed, accumulate, params)
+    }
+
+    /// With the compute backend, whose kernels traverse as on a GPU ([`pt_core::Device::with_gpu_traversal`]).
+    pub fn with_gpu_traversal(
+        scene: Scene,
+        camera: &Camera,
+        size: [u32; 2],
+        seed: u32,
+        params: FrameParams,
+    ) -> Self {
+        let device = TestDevice::with_gpu_traversal();
+        Self::open(device, Kept::All, scene, camera, TraceBackend::Compute, size, seed, false, params)
     }
 
     /// As [`Frames::with_params`], without the pass that averages frames. With [`Kept::Outputs`] images share memory.
@@ -82,11 +95,12 @@ impl Frames {
         seed: u32,
         params: FrameParams,
     ) -> Self {
-        Self::open(kept, scene, camera, backend, size, seed, false, params)
+        Self::open(TestDevice::open(), kept, scene, camera, backend, size, seed, false, params)
     }
 
     #[expect(clippy::too_many_arguments, reason = "what its callers differ in")]
     fn open(
+        device: TestDevice,
         kept: Kept,
         scene: Scene,
         camera: &Camera,
@@ -96,7 +110,6 @@ impl Frames {
         accumulate: bool,
         params: FrameParams,
     ) -> Self {
-        let device = TestDevice::open();
         let mut session =
             Session::on(&device, backend, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
         let full = FullFrame::keeping(kept, &mut session, size, accumulate, &params)

@@ -1,5 +1,6 @@
 //! The three ways to trace rays see one scene: at the same seed they give the same frames.
 
+use pt_app::params::resolve;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{Metric, compare};
@@ -60,6 +61,31 @@ fn cornell() {
 #[test]
 fn gallery() {
     agree("gallery", &builtin("gallery"), [96, 54]);
+}
+
+/// Lanes that take new rays, and steps that visit two nodes, change nothing in the picture, with instances, solids within solids, god rays and
+/// caustics.
+#[test]
+fn gpu_traversal() {
+    let sets = ["denoise.variant=off", "gbuffer.godrays.density=0.02", "lights.caustics=true"];
+    let params = resolve(None, &sets.map(String::from), false).unwrap();
+    for name in ["gallery", "glass"] {
+        let scene = builtin(name);
+        let (camera, size, params) = (scene.default_camera(), [64, 36], params.clone());
+        let compute = TraceBackend::Compute;
+        let cpu = Frames::with_params(scene.clone(), &camera, compute, size, 7, false, params.clone());
+        let gpu = Frames::with_gpu_traversal(scene, &camera, size, 7, params);
+        let [a, b] = [cpu, gpu].map(|mut frames| {
+            frames.render(0.4);
+            frames.render(0.5);
+            let seen = (frames.integers(VISIBILITY), frames.floats(FLAT_COLOR));
+            frames.finish();
+            seen
+        });
+        assert!(a.0 == b.0, "{name}: other surfaces");
+        let differ = a.1.iter().zip(&b.1).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+        assert_eq!(differ, 0, "{name}: values of {}", a.1.len());
+    }
 }
 
 /// Textures, masked leaves and an environment.

@@ -9,7 +9,7 @@ pub use selection::{Capabilities, DeviceInfo};
 pub use validation::ValidationLog;
 
 use crate::error::{Error, Result, VkContext, gib};
-use crate::kernel::programs::Programs;
+use crate::kernel::programs::{Programs, Variant};
 use crate::lock::lock;
 use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
@@ -45,8 +45,8 @@ const LARGE: u64 = 1 << 28;
 #[derive(Clone)]
 pub struct Device {
     inner: Arc<Inner>,
-    /// Formats of the channels in the images and kernels that this clone makes.
-    gbuffer_format: GbufferFormat,
+    /// Of the images and kernels that this clone makes.
+    variant: Variant,
 }
 
 pub(crate) struct Inner {
@@ -204,17 +204,28 @@ impl Device {
             next_id: AtomicU64::new(1),
             instance: ManuallyDrop::new(instance),
         });
-        Ok(Self { inner, gbuffer_format: GbufferFormat::Full })
+        let variant = Variant { gbuffer_format: GbufferFormat::Full, gpu_traversal: !inner.info.is_cpu() };
+        Ok(Self { inner, variant })
     }
 
     /// The same device for a frame whose channels have these formats: images and kernels that are made with it fit each other.
     pub fn with_gbuffer_format(&self, gbuffer_format: GbufferFormat) -> Self {
-        Self { inner: self.inner.clone(), gbuffer_format }
+        Self { inner: self.inner.clone(), variant: Variant { gbuffer_format, ..self.variant } }
+    }
+
+    /// The same device for kernels of the compute backend that traverse as on a GPU (true, the default there) or on a CPU device (false, the default
+    /// there): with two nodes a step, and lanes that take a new ray when theirs is done. Results have the same bits; the times differ.
+    pub fn with_gpu_traversal(&self, gpu_traversal: bool) -> Self {
+        Self { inner: self.inner.clone(), variant: Variant { gpu_traversal, ..self.variant } }
+    }
+
+    pub(crate) fn variant(&self) -> Variant {
+        self.variant
     }
 
     /// Formats of the channels that [`Device::with_gbuffer_format`] has set; else those of the table.
     pub fn gbuffer_format(&self) -> GbufferFormat {
-        self.gbuffer_format
+        self.variant.gbuffer_format
     }
 
     /// Properties and capabilities of the device.

@@ -72,8 +72,8 @@ impl Kernel {
                     .map_err(|(_, result)| Error::Vulkan { call: "vkCreateComputePipelines", result })?[0])
             })
         };
-        let program =
-            device.inner().programs.get::<P>(device.raw(), code, device.gbuffer_format(), constants, make)?;
+        let programs = &device.inner().programs;
+        let program = programs.get::<P>(device.raw(), code, device.variant(), constants, make)?;
         let launch = Launch::Compute(program.reflection.workgroup);
         Ok(Self(Arc::new(Inner { device: device.clone(), name: code.name, program, launch })))
     }

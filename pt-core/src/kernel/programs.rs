@@ -115,13 +115,21 @@ impl Program {
     }
 }
 
-/// What a program is made from: its code, which is a constant of this program, the type of its push constants, the formats of the channels, and
-/// the values of its specialisation constants.
+/// What a clone of a device says of the kernels that it makes.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Variant {
+    /// Formats of the channels.
+    pub(crate) gbuffer_format: GbufferFormat,
+    /// Whether those of the compute backend traverse as on a GPU.
+    pub(crate) gpu_traversal: bool,
+}
+
+/// What a program is made from: its code, which is a constant of this program, the type of its push constants, the variant, and the values of its specialisation constants.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Key {
     code: (*const u8, usize),
     push: TypeId,
-    gbuffer_format: GbufferFormat,
+    variant: Variant,
     constants: Vec<(String, u32)>,
 }
 
@@ -138,14 +146,14 @@ impl Programs {
         &self,
         raw: &ash::Device,
         code: &ShaderCode,
-        gbuffer_format: GbufferFormat,
+        variant: Variant,
         constants: &[(&str, Constant)],
         make: impl FnOnce() -> Result<Program>,
     ) -> Result<Arc<Program>> {
         let key = Key {
             code: (code.spirv.as_ptr(), code.spirv.len()),
             push: TypeId::of::<P>(),
-            gbuffer_format,
+            variant,
             constants: constants.iter().map(|(name, value)| ((*name).to_owned(), value.bits())).collect(),
         };
         if let Some(program) = lock(&self.0).get(&key) {

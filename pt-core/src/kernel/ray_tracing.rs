@@ -57,13 +57,8 @@ impl Kernel {
         constants: &[(&str, Constant)],
     ) -> Result<Self> {
         let make = || program::<P>(device, code, ray_gen, constants);
-        let program = (device.inner().programs).get::<P>(
-            device.raw(),
-            ray_gen,
-            device.gbuffer_format(),
-            constants,
-            make,
-        )?;
+        let programs = &device.inner().programs;
+        let program = programs.get::<P>(device.raw(), ray_gen, device.variant(), constants, make)?;
         let launch = Launch::RayTracing(BindingTable::new(device, ray_gen.name, program.pipeline)?);
         Ok(Self(Arc::new(Inner { device: device.clone(), name: ray_gen.name, program, launch })))
     }

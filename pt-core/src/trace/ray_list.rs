@@ -6,7 +6,7 @@ use crate::buffer::{Buffer, Location};
 use crate::device::Device;
 use crate::error::Result;
 use crate::frame::{Frame, Uniforms};
-use crate::kernel::{Constant, Kernel};
+use crate::kernel::Kernel;
 use crate::kernels;
 use crate::texture::TextureTable;
 use glam::{Affine3A, Vec3, Vec4};
@@ -65,27 +65,12 @@ impl RayScene {
         backend: TraceBackend,
         coverage: Coverage,
     ) -> Result<Self> {
-        Self::with_constants(device, meshes, instances, backend, coverage, &[])
-    }
-
-    /// The same, with specialisation constants of the kernels, such as `visits_two` of the compute backend.
-    ///
-    /// # Errors
-    /// As [`AccelStructure::new`].
-    pub fn with_constants(
-        device: &Device,
-        meshes: &[MeshGeometry],
-        instances: usize,
-        backend: TraceBackend,
-        coverage: Coverage,
-        constants: &[(&str, Constant)],
-    ) -> Result<Self> {
         let [closest, occluded] = match coverage {
             Coverage::Opaque => [&kernels::RAY_LIST_CLOSEST_OPAQUE, &kernels::RAY_LIST_OCCLUDED_OPAQUE],
             Coverage::AlphaTest => [&kernels::RAY_LIST_CLOSEST, &kernels::RAY_LIST_OCCLUDED],
         };
         // A sky is a matter of materials.
-        let constants = [&[("scene_features", (!FEATURE_SKY).into())], constants].concat();
+        let constants = [("scene_features", (!FEATURE_SKY).into())];
         let accel = AccelStructure::new(device, meshes, instances, backend, BvhQuality::for_loading(meshes))?;
         let mut geometry = Vec::new();
         let mut mesh_records = Vec::new();

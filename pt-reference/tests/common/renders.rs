@@ -1,7 +1,7 @@
 //! Renders for the tests, and scenes with closed forms.
 
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec4};
-use pt_core::test_support::TestDevice;
+use pt_core::Device;
 use pt_core::trace::TraceBackend;
 use pt_light_sampling::LightTables;
 use pt_reference::{Estimate, EstimatePixel, FilmState, Progressive, ReferenceParams};
@@ -13,18 +13,18 @@ use std::ops::Range;
 
 /// A scene on the device, to be rendered several times.
 pub struct Stage<'a> {
-    pub device: &'a TestDevice,
+    pub device: &'a Device,
     pub scene: Scene,
     gpu: GpuScene,
     lights: LightTables,
 }
 
 impl<'a> Stage<'a> {
-    pub fn new(device: &'a TestDevice, scene: Scene) -> Self {
+    pub fn new(device: &'a Device, scene: Scene) -> Self {
         Self::on(device, scene, TraceBackend::Compute)
     }
 
-    pub fn on(device: &'a TestDevice, scene: Scene, backend: TraceBackend) -> Self {
+    pub fn on(device: &'a Device, scene: Scene, backend: TraceBackend) -> Self {
         let mut gpu = GpuScene::new(device, &scene, backend).unwrap();
         let lights = LightTables::new(device, &scene).unwrap();
         lights.attach(&mut gpu);

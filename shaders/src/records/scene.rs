@@ -208,6 +208,8 @@ gpu_struct! {
         pub groups: UVec3,
         /// Workgroups of a launch of a kernel that shades them.
         pub shading_groups: UVec3,
+        /// How many have been taken by lanes that take a new ray when theirs is done (`trace/refill.glsl`).
+        pub taken: u32,
     }
 }
 
@@ -220,6 +222,7 @@ impl RayListHead {
             count: 0,
             groups: UVec3::new(columns, 0, 1),
             shading_groups: UVec3::new(columns * RAY_LIST_TRACE_GROUP / RAY_LIST_SHADING_GROUP, 0, 1),
+            taken: 0,
         }
     }
 }
