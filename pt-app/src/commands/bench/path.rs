@@ -123,13 +123,19 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
     params.prepare_lights(device, scene, gpu, lights)?;
     let mut render = Progressive::new(device, gpu, lights, frame, params, None, 0)?;
     let least_warm_up_s = least_warm_up_s(&session.device);
-    let mut step = |render: &mut Progressive, end| {
-        render.step(&session.scene, &mut session.gpu, &mut session.lights, end)
+    // Milliseconds of each pass until so many samples are done.
+    let mut render_to = |render: &mut Progressive, end| -> Result<BTreeMap<String, f64>> {
+        let mut pass_ms = BTreeMap::new();
+        while render.next_sample() < end {
+            let frame = render.step(&session.scene, &mut session.gpu, &mut session.lights, end)?;
+            for pass in frame.into_iter().flat_map(|frame| frame.passes) {
+                *pass_ms.entry(pass.pass).or_default() += pass.ms;
+            }
+        }
+        Ok(pass_ms)
     };
     // Compiles the kernels, and finds out how many samples fit into a step.
-    while render.next_sample() < args.spp {
-        step(&mut render, args.spp)?;
-    }
+    render_to(&mut render, args.spp)?;
     let mut before = render.state()?;
     let paths = f64::from(size[0]) * f64::from(size[1]) * f64::from(args.spp);
     let trace_native = |rays| NativeTimes::of(&native, native_rays(paths, rays));
@@ -142,15 +148,11 @@ pub fn run(args: &BenchPathArgs, out: &mut impl Write) -> Result<bool> {
         let started = Instant::now();
         while started.elapsed().as_secs_f64() < least_warm_up_s {
             let end = render.next_sample() + args.spp;
-            step(&mut render, end)?;
+            render_to(&mut render, end)?;
         }
-        let (end, mut pass_ms) = (render.next_sample() + args.spp, BTreeMap::new());
+        let end = render.next_sample() + args.spp;
         let started = Instant::now();
-        while render.next_sample() < end {
-            for pass in step(&mut render, end)?.into_iter().flat_map(|frame| frame.passes) {
-                *pass_ms.entry(pass.pass).or_default() += pass.ms;
-            }
-        }
+        let pass_ms = render_to(&mut render, end)?;
         let seconds = started.elapsed().as_secs_f64();
         let after = render.state()?;
         // The window's share of those since the last sums.
