@@ -106,11 +106,12 @@ fn backends_agree() {
     }
 }
 
-/// Lanes that take new rays when theirs are done trace the same paths.
+/// Lanes that take new rays when theirs are done, and steps that visit two nodes, trace the same paths: with instances, and in a scene of one, which has
+/// kernels without a top level.
 #[test]
 fn gpu_traversal_has_the_same_bits() {
     let device = TestDevice::open();
-    for name in ["cornell", "kinds"] {
+    for name in ["cornell", "kinds", "room"] {
         let [cpu, gpu] = [false, true].map(|gpu| {
             let scene = builtin(name).unwrap();
             let camera = scene.default_camera();

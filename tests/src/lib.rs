@@ -6,7 +6,7 @@ use pt_app::params::{FrameParams, resolve};
 use pt_app::session::Session;
 use pt_core::test_support::TestDevice;
 use pt_core::trace::TraceBackend;
-use pt_core::{Kept, Recorder};
+use pt_core::{Device, Kept, Recorder};
 use pt_image::image_file::{ImageState, LinearImage};
 use pt_import::LoadOptions;
 use pt_scene::{Camera, Scene};
@@ -69,20 +69,20 @@ impl Frames {
         accumulate: bool,
         params: FrameParams,
     ) -> Self {
-        let device = TestDevice::open();
-        Self::open(device, Kept::All, scene, camera, backend, size, seed, accumulate, params)
+        Self::open(None, Kept::All, scene, camera, backend, size, seed, accumulate, params)
     }
 
-    /// With the compute backend, whose kernels traverse as on a GPU ([`pt_core::Device::with_gpu_traversal`]).
+    /// With the compute backend, whose kernels traverse as on a GPU or as on a CPU device ([`Device::with_gpu_traversal`]).
     pub fn with_gpu_traversal(
+        gpu_traversal: bool,
         scene: Scene,
         camera: &Camera,
         size: [u32; 2],
         seed: u32,
         params: FrameParams,
     ) -> Self {
-        let device = TestDevice::with_gpu_traversal();
-        Self::open(device, Kept::All, scene, camera, TraceBackend::Compute, size, seed, false, params)
+        let (traversal, backend) = (Some(gpu_traversal), TraceBackend::Compute);
+        Self::open(traversal, Kept::All, scene, camera, backend, size, seed, false, params)
     }
 
     /// As [`Frames::with_params`], without the pass that averages frames. With [`Kept::Outputs`] images share memory.
@@ -95,12 +95,12 @@ impl Frames {
         seed: u32,
         params: FrameParams,
     ) -> Self {
-        Self::open(TestDevice::open(), kept, scene, camera, backend, size, seed, false, params)
+        Self::open(None, kept, scene, camera, backend, size, seed, false, params)
     }
 
     #[expect(clippy::too_many_arguments, reason = "what its callers differ in")]
     fn open(
-        device: TestDevice,
+        gpu_traversal: Option<bool>,
         kept: Kept,
         scene: Scene,
         camera: &Camera,
@@ -110,8 +110,11 @@ impl Frames {
         accumulate: bool,
         params: FrameParams,
     ) -> Self {
+        let device = TestDevice::open();
+        let told = gpu_traversal.map(|gpu| device.with_gpu_traversal(gpu));
+        let on: &Device = told.as_ref().unwrap_or(&device);
         let mut session =
-            Session::on(&device, backend, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
+            Session::on(on, backend, &CameraArgs::default(), scene).unwrap_or_else(|e| panic!("{e:#}"));
         let full = FullFrame::keeping(kept, &mut session, size, accumulate, &params)
             .unwrap_or_else(|e| panic!("{e}"));
         let recorder = Recorder::new(&session.device).unwrap_or_else(|e| panic!("{e}"));

@@ -64,18 +64,17 @@ fn gallery() {
 }
 
 /// Lanes that take new rays, and steps that visit two nodes, change nothing in the picture, with instances, solids within solids, god rays and
-/// caustics.
+/// caustics, nor in a scene of one instance.
 #[test]
 fn gpu_traversal() {
     let sets = ["denoise.variant=off", "gbuffer.godrays.density=0.02", "lights.caustics=true"];
     let params = resolve(None, &sets.map(String::from), false).unwrap();
-    for name in ["gallery", "glass"] {
+    for name in ["gallery", "glass", "room"] {
         let scene = builtin(name);
-        let (camera, size, params) = (scene.default_camera(), [64, 36], params.clone());
-        let compute = TraceBackend::Compute;
-        let cpu = Frames::with_params(scene.clone(), &camera, compute, size, 7, false, params.clone());
-        let gpu = Frames::with_gpu_traversal(scene, &camera, size, 7, params);
-        let [a, b] = [cpu, gpu].map(|mut frames| {
+        let camera = scene.default_camera();
+        let [a, b] = [false, true].map(|gpu| {
+            let (scene, params) = (scene.clone(), params.clone());
+            let mut frames = Frames::with_gpu_traversal(gpu, scene, &camera, [64, 36], 7, params);
             frames.render(0.4);
             frames.render(0.5);
             let seen = (frames.integers(VISIBILITY), frames.floats(FLAT_COLOR));

@@ -41,13 +41,6 @@ impl TestDevice {
             Device::open(&DeviceOptions { device, validation: true }).unwrap_or_else(|e| panic!("{e}"));
         Self { device }
     }
-
-    /// The same, with kernels that traverse as on a GPU.
-    pub fn with_gpu_traversal() -> Self {
-        let mut device = Self::open();
-        device.device = device.device.with_gpu_traversal(true);
-        device
-    }
 }
 
 impl std::ops::Deref for TestDevice {
@@ -62,7 +55,7 @@ impl Drop for TestDevice {
         let messages = self.device.validation().map(|log| log.messages()).unwrap_or_default();
         if !std::thread::panicking() {
             assert!(messages.is_empty(), "the validation layers said:\n{}", messages.join("\n"));
-            lock(&IDLE).push(self.device.with_gpu_traversal(!self.device.info().is_cpu()));
+            lock(&IDLE).push(self.device.clone());
         }
     }
 }
