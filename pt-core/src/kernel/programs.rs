@@ -124,7 +124,8 @@ pub(crate) struct Variant {
     pub(crate) gpu_traversal: bool,
 }
 
-/// What a program is made from: its code, which is a constant of this program, the type of its push constants, the variant, and the values of its specialisation constants.
+/// What a program is made from: its code, which is a constant of this program, the type of its push constants, the variant, and the
+/// values of its specialisation constants.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Key {
     code: (*const u8, usize),

@@ -27,8 +27,8 @@ layout(constant_id = 20) const bool refills_lanes = false;
 // What a ray meets behind the sky is known only when it is done.
 bool refill_lanes() { return refills_lanes && !scene_has(FEATURE_SKY); }
 
-// Lanes that are idle before they take rays, or else all: with fewer at a time the others wait too often (NVIDIA H200: 4, 8 and 12 take the same time
-// within 1 %, 16 takes 3 % more).
+// Lanes that are idle before they take rays, or else all: with fewer at a time the others wait too often (NVIDIA H200: frames with 4 and 12 take up to 1 % more,
+// with 16 1 to 3 %).
 const uint IDLE_LANES = 8u;
 
 void trace_refilling(const bool any_hit) {
