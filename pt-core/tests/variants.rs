@@ -27,7 +27,7 @@ fn run(device: &TestDevice, backend: TraceBackend, constants: &[(&str, Constant)
     let kernel = Kernel::trace::<()>(device, &kernels::VARIANTS, backend, constants).unwrap();
     let geometry =
         [MeshGeometry { positions: &POSITIONS, indices: &INDICES, first_masked: 0, deforms: false }];
-    let mut accel = AccelStructure::new(device, &geometry, 1, backend, BvhQuality::default()).unwrap();
+    let mut accel = AccelStructure::new(device, &geometry, 2, backend, BvhQuality::default()).unwrap();
     let rows = [Vec4::X, Vec4::Y, Vec4::Z];
     let instance = InstanceRecord {
         world_from_object: rows,
@@ -71,7 +71,6 @@ fn run(device: &TestDevice, backend: TraceBackend, constants: &[(&str, Constant)
         instances: instances.address(),
         meshes: meshes.address(),
         materials: materials.address(),
-        instance_count: 1,
         environment_texture: NONE,
         ..bytemuck::Zeroable::zeroed()
     };

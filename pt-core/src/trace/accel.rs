@@ -108,6 +108,8 @@ impl AccelStructure {
             return Err(TraceError::Capacity { instances, capacity }.into());
         }
         match &mut self.kind {
+            // Kernels for scenes of one instance have no top level.
+            Kind::Compute(_) if self.capacity == 1 => Ok(()),
             Kind::Compute(trees) => trees.update(frame, placements),
             Kind::Driver(structures) => structures.update(frame, placements),
         }
@@ -199,10 +201,6 @@ impl Trees {
     }
 
     fn update(&mut self, frame: &mut Frame<'_>, placements: &[InstancePlacement]) -> Result<()> {
-        // A lone instance is entered without a top level.
-        if placements.len() == 1 {
-            return Ok(());
-        }
         self.top
             .rebuild(placements.iter().map(|p| (self.meshes[p.mesh as usize].bounds, p.world_from_object)))?;
         frame.upload(&self.top_nodes, bytemuck::cast_slice(&bvh::gpu_nodes(&self.top.bvh)))?;

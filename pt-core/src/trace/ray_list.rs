@@ -10,7 +10,9 @@ use crate::kernel::Kernel;
 use crate::kernels;
 use crate::texture::TextureTable;
 use glam::{Affine3A, Vec3, Vec4};
-use pt_shaders::records::{FEATURE_SKY, Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord};
+use pt_shaders::records::{
+    FEATURE_INSTANCES, FEATURE_SKY, Hit, InstanceRecord, MeshRecord, NONE, Ray, SceneRecord,
+};
 
 /// The query: nearest hit or occlusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +72,8 @@ impl RayScene {
             Coverage::AlphaTest => [&kernels::RAY_LIST_CLOSEST, &kernels::RAY_LIST_OCCLUDED],
         };
         // A sky is a matter of materials.
-        let constants = [("scene_features", (!FEATURE_SKY).into())];
+        let without = if instances == 1 { FEATURE_SKY | FEATURE_INSTANCES } else { FEATURE_SKY };
+        let constants = [("scene_features", (!without).into())];
         let accel = AccelStructure::new(device, meshes, instances, backend, BvhQuality::for_loading(meshes))?;
         let mut geometry = Vec::new();
         let mut mesh_records = Vec::new();
@@ -114,7 +117,7 @@ impl RayScene {
     }
 
     /// Adds what coverage reads: `materials` (a `MaterialRecord` table) and, for each mesh, tables of `VertexRecord`, vertex
-    /// colours and material indices.
+    /// colours and material indices. [`RayScene::place`] comes next.
     ///
     /// # Errors
     /// When the device fails to take the mesh table.
@@ -138,7 +141,10 @@ impl RayScene {
         self.accel.update(frame, placements)?;
         let records: Vec<_> = placements.iter().map(instance_record).collect();
         frame.upload(&self.instances, bytemuck::cast_slice(&records))?;
-        self.record.instance_count = placements.len() as u32;
+        // Where there is none, its mask hides the first one.
+        self.record.first_instance = records.first().copied().unwrap_or_else(bytemuck::Zeroable::zeroed);
+        let first_mesh = self.mesh_records.get(self.record.first_instance.mesh as usize);
+        self.record.first_mesh = first_mesh.copied().unwrap_or_else(bytemuck::Zeroable::zeroed);
         self.uniforms.upload(frame, &self.record)
     }
 

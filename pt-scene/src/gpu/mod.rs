@@ -213,7 +213,6 @@ impl GpuScene {
             materials: material_buffer.address(),
             lobes: lobe_buffer.address(),
             cameras: cameras.address(),
-            instance_count: scene.instances.len() as u32,
             near_origin: near_origin(scene),
             environment_texture: scene.textures.len() as u32,
             environment_size: [environment.image.width, environment.image.height].into(),

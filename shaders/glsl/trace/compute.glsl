@@ -140,9 +140,6 @@ struct Traversal {
 // Whether the kernel is made for scenes of one instance: rays are in it from the beginning, and there is no top level.
 #define ONE_LEVEL (!scene_has(FEATURE_INSTANCES))
 
-// A lone instance is entered at once.
-bool is_lone() { return scene.instance_count == 1u; }
-
 bool tests_sides() { return culling != CULLING_NONE && scene_has(FEATURE_MIXED_SIDES); }
 
 bool tests_materials() { return ALPHA_TEST || tests_sides(); }
@@ -166,8 +163,7 @@ void enter_instance(inout Traversal t, uint instance) {
 
 Traversal begin_traversal(Ray ray, uint mask, uvec2 ray_coverage) {
     Hit none = Hit(NONE, NONE, vec2(0.0), ray.t_max);
-    Traversal t = Traversal(ray, mask, ray_coverage, none, none, NONE, scene.tlas_nodes, 0ul, NONE, 0u, ray, box_ray(ray),
-                            is_lone() ? NO_SIBLINGS : ROOT, is_lone() ? uvec2(0u, 0x101u) : NO_SIBLINGS, 0u, 0u);
+    Traversal t = Traversal(ray, mask, ray_coverage, none, none, NONE, scene.tlas_nodes, 0ul, NONE, 0u, ray, box_ray(ray), ROOT, NO_SIBLINGS, 0u, 0u);
     if (ONE_LEVEL) enter_instance(t, 0u);
     return t;
 }
@@ -179,7 +175,7 @@ void descend(inout Traversal t) {
     stack[t.height + 1u] = packUint2x32(t.leaves);
     t.height += 2u;
     t.bottom = t.height;
-    enter_instance(t, is_lone() ? 0u : UintTable(scene.tlas_instances).at[entry]);
+    enter_instance(t, UintTable(scene.tlas_instances).at[entry]);
 }
 
 // Whether the level has nodes to visit; if so, `inner` has some.

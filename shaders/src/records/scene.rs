@@ -66,8 +66,6 @@ gpu_struct! {
         pub effect_node_count: u32,
         /// Number of fog volumes.
         pub fog_count: u32,
-        /// Number of instances.
-        pub instance_count: u32,
         /// Number of emissive triangles.
         pub emissive_count: u32,
         /// Bindless index of the lat-long environment.
@@ -95,7 +93,7 @@ gpu_struct! {
         /// Seconds; 0 in scenes without waves.
         pub time: f32,
         /// Alignment.
-        pub pad: u32,
+        pub pad: UVec2,
     }
 }
 
