@@ -9,6 +9,7 @@
 // scenes with effects one.
 #include "path_state.glsl"
 #include "scene.glsl"
+#include "ray_list.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer TileProgress { ProgressRecord tile; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SlotList { uint at[]; };
@@ -51,11 +52,6 @@ uvec2 slot_pixel(uint slot) {
 bool in_tile(uvec2 pixel) { return all(lessThan(pixel - push.tile_origin, push.tile_size)); }
 
 uint pixel_index(uvec2 pixel) { return pixel.y * frame.size.x + pixel.x; }
-
-// Place in the list of a thread of a launch over the tile's blocks.
-uint place_in_list(uvec2 launch) {
-    return (launch.y / 4u * tile_blocks().x + launch.x / 8u) * 32u + launch.y % 4u * 8u + launch.x % 8u;
-}
 
 SlotList slot_list(uint list) { return SlotList(push.paths + uint64_t(4u * list * slot_count())); }
 

@@ -45,8 +45,6 @@ gpu_constants! {
     pub const RAY_LIST_TRACE_GROUP: u32 = 32;
     /// The same of a kernel that shades. Wide: NVIDIA's compiler then keeps to 128 registers, and more threads hide the loads.
     pub const RAY_LIST_SHADING_GROUP: u32 = 512;
-    /// Workgroups that take the rays of a list with `refill_lanes()` (`trace/refill.glsl`): about as many as a GPU has at a time.
-    pub const REFILLING_GROUPS: u32 = 4096;
     /// Bytes of a `RayListHead`.
     pub const RAY_LIST_HEAD_BYTES: u32 = 32;
 

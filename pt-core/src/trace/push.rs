@@ -7,6 +7,8 @@ pt_shaders::gpu_struct! {
         pub rays: u64,
         /// `Hit[count]`.
         pub hits: u64,
+        /// `uint`: how many rays have been taken; 0 at first.
+        pub taken: u64,
         /// Number of rays.
         pub count: u32,
         /// Rays a row of the launch.

@@ -49,6 +49,7 @@ pub struct RayScene {
     mesh_records: Vec<MeshRecord>,
     meshes: Buffer,
     instances: Buffer,
+    taken: Buffer,
     geometry: Vec<Buffer>,
     textures: TextureTable,
     closest: Kernel,
@@ -109,6 +110,7 @@ impl RayScene {
             mesh_records,
             meshes: mesh_table,
             instances: instance_table,
+            taken: Buffer::new(device, "taken rays", 4, Location::Device)?,
             geometry,
             textures: TextureTable::new(device, &[])?,
             closest: Kernel::trace::<RayListPush>(device, closest, backend, &constants)?,
@@ -193,12 +195,18 @@ impl RayScene {
         debug_assert!(rays.size() >= u64::from(count) * size_of::<Ray>() as u64);
         debug_assert!(hits.size() >= u64::from(count) * size_of::<Hit>() as u64);
         let Visibility { mask, seed } = visibility;
-        let push = RayListPush { rays: rays.address(), hits: hits.address(), count, width, mask, seed };
+        frame.upload(&self.taken, &[0; 4])?;
+        let [rays_at, hits_at, taken] = [rays, hits, &self.taken].map(Buffer::address);
+        let push = RayListPush { rays: rays_at, hits: hits_at, taken, count, width, mask, seed };
         let pass = frame.pass(name, kernel).read("scene_uniforms", self.uniforms.buffer()).push(&push);
         let pass = if kernel.reflection().textures { pass.textures(&self.textures) } else { pass };
         let tables = self.geometry.iter().chain([&self.meshes, &self.instances, rays]);
         let pass = tables.fold(self.accel.bind(pass), |pass, table| pass.addresses(table));
-        pass.addresses_written(hits).dispatch([width, count.div_ceil(width), 1])
+        pass.addresses_written(hits).addresses_written(&self.taken).dispatch([
+            width,
+            count.div_ceil(width),
+            1,
+        ])
     }
 }
 
