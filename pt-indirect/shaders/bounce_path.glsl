@@ -109,7 +109,10 @@ Ray load_path_ray(uint index) {
     return path_ray(RowTable(bounce_tables().origins).at[index], RowTable(bounce_tables().directions).at[index]);
 }
 
-bool is_path_inside(uint index) { return (RowTable(bounce_tables().directions).at[index].w >> 16u & PATH_INSIDE) != 0u; }
+// Of the last word of its direction.
+uint path_flags(uint word) { return word >> 16u & 7u; }
+
+bool is_path_inside(uint index) { return (path_flags(RowTable(bounce_tables().directions).at[index].w) & PATH_INSIDE) != 0u; }
 
 BouncePath load_path(uint index) {
     BounceTables tables = bounce_tables();
@@ -117,7 +120,7 @@ BouncePath load_path(uint index) {
     BouncePath path;
     path.ray = path_ray(origin, direction);
     path.cone = vec2(uintBitsToFloat(origin.w), unpackHalf2x16(direction.w).x);
-    path.flags = direction.w >> 16u & 7u;
+    path.flags = path_flags(direction.w);
     path.narrowness = float(direction.w >> 19u) / 8191.0;
     path.throughput = vec3(1.0);
     path.last_pdf = 0.0;

@@ -106,8 +106,7 @@ fn backends_agree() {
     }
 }
 
-/// Lanes that take new rays when theirs are done, and steps that visit two nodes, trace the same paths: with instances, and in a scene of one, which has
-/// kernels without a top level.
+/// Steps that visit two nodes trace the same paths: with instances, and in a scene of one, which has kernels without a top level.
 #[test]
 fn gpu_traversal_has_the_same_bits() {
     let device = TestDevice::open();

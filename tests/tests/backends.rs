@@ -63,8 +63,8 @@ fn gallery() {
     agree("gallery", &builtin("gallery"), [96, 54]);
 }
 
-/// Lanes that take new rays, and steps that visit two nodes, change nothing in the picture, with instances, solids within solids, god rays and
-/// caustics, nor in a scene of one instance.
+/// Steps that visit two nodes change nothing in the picture, with instances, solids within solids, god rays and caustics, nor in a scene of one
+/// instance.
 #[test]
 fn gpu_traversal() {
     let sets = ["denoise.variant=off", "gbuffer.godrays.density=0.02", "lights.caustics=true"];

@@ -214,7 +214,7 @@ impl Device {
     }
 
     /// The same device for kernels of the compute backend that traverse as on a GPU (true, the default there) or on a CPU device (false, the default
-    /// there): with two nodes a step, and lanes that take a new ray when theirs is done. Results have the same bits; the times differ.
+    /// there), whose steps visit one node instead of two. Results have the same bits; the times differ.
     pub fn with_gpu_traversal(&self, gpu_traversal: bool) -> Self {
         Self { inner: self.inner.clone(), variant: Variant { gpu_traversal, ..self.variant } }
     }
