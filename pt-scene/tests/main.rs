@@ -6,6 +6,7 @@ mod clusters;
 mod common;
 mod deform;
 mod environment;
+mod instances;
 mod materials_on_device;
 mod physical_sky;
 mod texture_filter;

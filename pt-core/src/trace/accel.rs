@@ -43,7 +43,8 @@ struct MeshTree {
 }
 
 impl AccelStructure {
-    /// Builds the structures of `meshes` and takes memory for up to `instances` instances.
+    /// Builds the structures of `meshes` and takes memory for up to `instances` instances. With one, there is no top level for the compute backend: its
+    /// kernels are made without `FEATURE_INSTANCES`.
     ///
     /// # Errors
     /// [`Error::Unsupported`] for `Auto` (see [`super::choose`]) and for a backend that the device lacks, [`Error::Trace`]
@@ -108,7 +109,6 @@ impl AccelStructure {
             return Err(TraceError::Capacity { instances, capacity }.into());
         }
         match &mut self.kind {
-            // Kernels for scenes of one instance have no top level.
             Kind::Compute(_) if self.capacity == 1 => Ok(()),
             Kind::Compute(trees) => trees.update(frame, placements),
             Kind::Driver(structures) => structures.update(frame, placements),

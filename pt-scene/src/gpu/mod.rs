@@ -335,7 +335,8 @@ impl GpuScene {
             let record = records::instance(i, mask);
             InstanceRecord { mirrored: record.mirrored ^ u32::from(mirrored(i)), ..record }
         });
-        let mut moved = deformed;
+        // The first frame has a top level too, where there are no instances.
+        let mut moved = deformed || self.uploaded_record.is_none();
         if !records.clone().eq(self.instance_records.iter().copied()) {
             moved |= !self
                 .instance_records
