@@ -3,6 +3,7 @@
 // Karras, Laine 2017, section 3.1). Levels are done from the deepest to the root.
 #include "records.glsl"
 #include "refit_records.glsl"
+#include "trace/gpu_traversal.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -52,16 +53,19 @@ void main() {
         uint bit = 1u << slot;
         vec3 a = vec3(3.4e38), b = vec3(-3.4e38);
         if ((leaf_set & bit) != 0u) {
-            uint entry = first_leaf + uint(bitCount(leaf_set & (bit - 1u)));
+            uint leaf = first_leaf + uint(bitCount(leaf_set & (bit - 1u)));
             TriangleTable triangles = TriangleTable(mesh.bvh_triangles);
-            uvec3 corner = IndexTable(mesh.indices).at[triangles.at[entry].triangle];
             PositionTable position = PositionTable(mesh.positions);
-            vec3 p0 = position.at[corner.x], p1 = position.at[corner.y], p2 = position.at[corner.z];
-            triangles.at[entry].v0 = p0;
-            triangles.at[entry].e1 = p1 - p0;
-            triangles.at[entry].e2 = p2 - p0;
-            a = min(p0, min(p1, p2));
-            b = max(p0, max(p1, p2));
+            for (uint k = 0u; k < LEAF_TRIANGLES; k++) {
+                uint entry = leaf * LEAF_TRIANGLES + k;
+                uvec3 corner = IndexTable(mesh.indices).at[triangles.at[entry].triangle];
+                vec3 p0 = position.at[corner.x], p1 = position.at[corner.y], p2 = position.at[corner.z];
+                triangles.at[entry].v0 = p0;
+                triangles.at[entry].e1 = p1 - p0;
+                triangles.at[entry].e2 = p2 - p0;
+                a = min(a, min(p0, min(p1, p2)));
+                b = max(b, max(p0, max(p1, p2)));
+            }
         } else if ((inner_set & bit) != 0u) {
             NodeBounds child = BoundsTable(push.bounds).at[work.bounds + first_child + uint(bitCount(inner_set & (bit - 1u)))];
             a = child.low;

@@ -129,12 +129,14 @@ fn mistaken_constants_are_errors() {
             other => panic!("{backend}: {other:?}"),
         };
         let unknown = error(&[("scales", 1.0f32.into())]);
-        let of_backend = if backend == TraceBackend::Compute { ", visits_two" } else { "" };
+        let of_backend = if backend == TraceBackend::Compute { "gpu_traversal, " } else { "" };
         assert!(matches!(unknown, ConstantError::Unknown { .. }), "{backend}: {unknown:?}");
-        let known = "count, culling, flag, random_source, scale, scene_features, shift";
         assert_eq!(
             unknown.to_string(),
-            format!("kernel variants has no specialisation constant \"scales\"; it has: {known}{of_backend}")
+            format!(
+                "kernel variants has no specialisation constant \"scales\"; it has: count, culling, flag, {of_backend}random_source, scale, \
+                 scene_features, shift"
+            )
         );
         let wrong: [(&str, Constant, &str); 5] = [
             ("count", 1i32.into(), "uint"),

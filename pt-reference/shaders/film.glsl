@@ -1,5 +1,6 @@
 // The sums of a pixel. Sums are kept in two floats each, 48 bits: what rounding drops from `sum` goes to `rest` (Knuth's two-sum;
 // Neumaier 1974), so that a mean does not drift however many samples there are.
+#include "records.glsl"
 #include "reference_records.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer FilmTable { FilmPixel at[]; };

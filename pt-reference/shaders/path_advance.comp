@@ -34,9 +34,9 @@ void main() {
     TileProgress progress = TileProgress(push.progress);
     if (slot == 0u) {
         uvec3 row = uvec3(tile_blocks().x, 1u, 1u);
-        progress.tile.lists[list_read()].trace_groups.x = row.x;
+        progress.tile.lists[list_read()].groups.x = row.x;
         // The last iteration's shadow rays are done.
-        progress.tile.lists[LIST_SHADOW] = SlotListRecord(0u, row, uvec3(1u), 0u);
+        progress.tile.lists[LIST_SHADOW] = RayListHead(0u, row, uvec3(1u), 0u);
     }
     if (push.iteration != 0u && progress.tile.sweep == 0u) return;
     uvec2 pixel = slot_pixel(slot);

@@ -11,8 +11,8 @@ uint grow_list(uint list, uint count) {
     uint first = atomicAdd(progress.tile.lists[list].count, count);
     uint end = first + count;
     uint rows = groups_for(end, 32u * tile_blocks().x), groups = groups_for(end, SHADE_GROUP);
-    if (rows != groups_for(first, 32u * tile_blocks().x)) atomicMax(progress.tile.lists[list].trace_groups.y, rows);
-    if (groups != groups_for(first, SHADE_GROUP)) atomicMax(progress.tile.lists[list].shade_groups.x, groups);
+    if (rows != groups_for(first, 32u * tile_blocks().x)) atomicMax(progress.tile.lists[list].groups.y, rows);
+    if (groups != groups_for(first, SHADE_GROUP)) atomicMax(progress.tile.lists[list].shading_groups.x, groups);
     return first;
 }
 

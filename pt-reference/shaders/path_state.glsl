@@ -2,6 +2,7 @@
 // samples): Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.
 #include "frame.glsl"
 #include "interior.glsl"
+#include "records.glsl"
 #include "reference_records.glsl"
 
 layout(push_constant, scalar) uniform Push { PathPush push; };

@@ -2,7 +2,7 @@ use crate::film::FilmState;
 use crate::kernels;
 use crate::oracle::interior::{CAPACITY, InteriorList};
 use crate::params::ReferenceParams;
-use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord, SlotListRecord};
+use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
 use pt_core::frame::Uniforms;
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
@@ -10,7 +10,7 @@ use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
 use pt_shaders::records::{
     BvhImportance, Culling, FEATURE_EFFECTS, FEATURE_TRANSMISSION, FEATURES_TEXTURE, FrameRecord,
-    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler,
+    KIND_EMISSIVE, KIND_ENVIRONMENT, KIND_LOCAL, KIND_POSITIONAL, KIND_SUN, LightSampler, RayListHead,
 };
 use std::mem::offset_of;
 use std::ops::Range;
@@ -230,19 +230,19 @@ impl PathTracer {
 
             let pass = frame.pass("path trace", &self.trace).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass).addresses_updated(&self.paths).addresses_updated(&self.progress);
-            let groups = groups_of(read, offset_of!(SlotListRecord, trace_groups));
+            let groups = groups_of(read, offset_of!(RayListHead, groups));
             pass.push(&push).dispatch_indirect(blocks, &self.progress, groups)?;
 
             let pass = frame.pass("path shade", &self.shade).read("frame_uniforms", uniforms.buffer());
             let pass = scene.bind(pass);
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress);
             let pass = pass.addresses_updated(&self.first_hit).push(&push);
-            let groups = groups_of(read, offset_of!(SlotListRecord, shade_groups));
+            let groups = groups_of(read, offset_of!(RayListHead, shading_groups));
             pass.dispatch_indirect(slots, &self.progress, groups)?;
 
             let pass = scene.bind(frame.pass("path shadow", &self.shadow));
             let pass = pass.addresses_updated(&self.paths).addresses_updated(&self.progress).push(&push);
-            let groups = groups_of(shadow, offset_of!(SlotListRecord, trace_groups));
+            let groups = groups_of(shadow, offset_of!(RayListHead, groups));
             pass.dispatch_indirect(blocks, &self.progress, groups)?;
         }
         frame.download(&self.progress, &self.progress_read)
@@ -285,12 +285,12 @@ const WIDE_DEVICE: u32 = 65536;
 
 /// Where in the progress record the workgroups of a launch over a list stand.
 fn groups_of(list: u32, member: usize) -> u64 {
-    (offset_of!(ProgressRecord, lists) + list as usize * size_of::<SlotListRecord>() + member) as u64
+    (offset_of!(ProgressRecord, lists) + list as usize * size_of::<RayListHead>() + member) as u64
 }
 
 /// Nothing listed.
 fn no_progress(device: &Device) -> ProgressRecord {
-    let none = SlotListRecord { count: 0, trace_groups: UVec3::ONE, shade_groups: UVec3::ONE, taken: 0 };
+    let none = RayListHead { count: 0, groups: UVec3::ONE, shading_groups: UVec3::ONE, taken: 0 };
     let few_paths = if device.info().is_cpu() { 0 } else { WIDE_DEVICE };
     ProgressRecord { lists: [none; 3], advance_groups: UVec3::ONE, sweep: 0, done: 0, few_paths }
 }

@@ -1,6 +1,7 @@
 //! Records and constants that the kernels share with the host (`reference_records.glsl`).
 
 use pt_shaders::glam::{UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
+use pt_shaders::records::RayListHead;
 use pt_shaders::{GpuStruct, gpu_struct, named_enum};
 
 named_enum! {
@@ -79,24 +80,10 @@ gpu_struct! {
 pub const LIST_SHADOW: u32 = 2;
 
 gpu_struct! {
-    /// A list of slots: how many, and the launches that go over it.
-    pub struct SlotListRecord {
-        /// Slots in the list.
-        pub count: u32,
-        /// Workgroups of a kernel that traces: rows of the tile's blocks, at least one.
-        pub trace_groups: UVec3,
-        /// Workgroups of path_shade.comp, at least one.
-        pub shade_groups: UVec3,
-        /// Slots that lanes of a kernel that traces have taken so far, where lanes take new ones.
-        pub taken: u32,
-    }
-}
-
-gpu_struct! {
     /// How far the iterations of a tile have come. Words that a kernel reads are written by others.
     pub struct ProgressRecord {
-        /// The live slots that are read and written alternately, and those with a shadow ray.
-        pub lists: [SlotListRecord; 3],
+        /// The live slots that are read and written alternately, and those with a shadow ray; of workgroups at least one each.
+        pub lists: [RayListHead; 3],
         /// Workgroups of path_advance.comp: the whole tile's when it begins samples.
         pub advance_groups: UVec3,
         /// 1: the next iteration begins samples where the last ones are complete.
@@ -158,13 +145,7 @@ pub fn glsl() -> String {
     let mut text = format!("const uint LIST_SHADOW = {LIST_SHADOW}u;\n");
     text.push_str(&Heuristic::glsl());
     text.push_str(&Strategy::glsl());
-    for record in [
-        FilmPixel::glsl(),
-        FirstHitPixel::glsl(),
-        SlotListRecord::glsl(),
-        ProgressRecord::glsl(),
-        PathPush::glsl(),
-    ] {
+    for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), ProgressRecord::glsl(), PathPush::glsl()] {
         text.push_str(&record);
     }
     text

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use pt_core::harness::{PassRow, WARM_UP, measure};
-use pt_core::trace::{BvhQuality, MeshBvh, TraceBackend};
+use pt_core::trace::{BvhQuality, Leaf, MeshBvh, TraceBackend};
 use pt_core::{Device, DeviceOptions};
 use pt_import::{LoadOptions, load};
 use pt_scene::animation::{Deformation, Influence, Skin};
@@ -106,7 +106,7 @@ fn bench(
             for &m in &deforming {
                 let mesh = &scene.meshes[m];
                 let indices = bytemuck::cast_slice(&mesh.indices);
-                std::hint::black_box(MeshBvh::build(&mesh.positions, indices, quality)?);
+                std::hint::black_box(MeshBvh::build(&mesh.positions, indices, quality, Leaf::Triangle)?);
             }
             Ok(start.elapsed().as_secs_f64() * 1e3)
         };

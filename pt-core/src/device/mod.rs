@@ -213,8 +213,9 @@ impl Device {
         Self { inner: self.inner.clone(), variant: Variant { gbuffer_format, ..self.variant } }
     }
 
-    /// The same device for kernels of the compute backend that traverse as on a GPU (true, the default there) or on a CPU device (false, the default
-    /// there), whose steps visit one node instead of two. Results have the same bits; the times differ.
+    /// The same device with trees and kernels of the compute backend as on a GPU (true, the default there) or on a CPU device (false, the default
+    /// there), where leaves hold one triangle instead of two and steps visit one node instead of two. Results have the same bits; the times differ. The kernels
+    /// that read a tree must be made with the same.
     pub fn with_gpu_traversal(&self, gpu_traversal: bool) -> Self {
         Self { inner: self.inner.clone(), variant: Variant { gpu_traversal, ..self.variant } }
     }

@@ -33,7 +33,7 @@ impl Module {
         let compact = device.gbuffer_format() == GbufferFormat::Compact;
         let gpu = device.variant().gpu_traversal;
         // What is given takes the place of what the device says.
-        let from_device = [("compact_gbuffer", compact.into()), ("visits_two", gpu.into())];
+        let from_device = [("compact_gbuffer", compact.into()), ("gpu_traversal", gpu.into())];
         let given = [&from_device, given].concat();
         let words = specialize::specialize(words, &constants::values(declared, &given));
         let info = vk::ShaderModuleCreateInfo::default().code(&words);

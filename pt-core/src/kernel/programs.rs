@@ -115,12 +115,12 @@ impl Program {
     }
 }
 
-/// What a clone of a device says of the kernels that it makes.
+/// What a clone of a device says of the kernels and trees that it makes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) struct Variant {
     /// Formats of the channels.
     pub(crate) gbuffer_format: GbufferFormat,
-    /// Whether those of the compute backend traverse as on a GPU.
+    /// Whether those of the compute backend are as on a GPU.
     pub(crate) gpu_traversal: bool,
 }
 

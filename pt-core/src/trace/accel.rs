@@ -3,7 +3,8 @@
 use super::refit::Refit;
 use super::vulkan_as::DriverStructures;
 use super::{
-    BvhQuality, InstancePlacement, MeshBvh, MeshGeometry, MovedMesh, TopLevel, TraceBackend, TraceError, bvh,
+    BvhQuality, InstancePlacement, Leaf, MeshBvh, MeshGeometry, MovedMesh, TopLevel, TraceBackend,
+    TraceError, bvh,
 };
 use crate::buffer::{Buffer, Location};
 use crate::device::Device;
@@ -155,7 +156,7 @@ impl Trees {
             .iter()
             .zip(0..)
             .map(|(m, index)| {
-                let tree = MeshBvh::build(m.positions, m.indices, quality)?;
+                let tree = MeshBvh::build(m.positions, m.indices, quality, Leaf::of(device))?;
                 if m.deforms {
                     deforming.push((index, tree.bvh.clone()));
                 }
@@ -228,10 +229,11 @@ mod tests {
         (origin + step * plane(0), origin + step * plane(1), step)
     }
 
-    /// Checks the boxes below a node against its triangles and returns the bounds of these.
+    /// Checks the boxes below a node against its triangles, `size` a leaf, and returns the bounds of these.
     fn check(
         nodes: &[BvhNode],
         triangles: &[BvhTriangle],
+        size: usize,
         corners: &[[Vec3; 3]],
         node: usize,
     ) -> (Vec3, Vec3) {
@@ -242,12 +244,14 @@ mod tests {
         for slot in (0..8).filter(|slot| (inner | leaf) >> slot & 1 == 1) {
             let before = |set: u8| (set & ((1u8 << slot) - 1)).count_ones() as usize;
             let (low, high) = if leaf >> slot & 1 == 1 {
-                let t = &triangles[base[1] + before(leaf)];
-                let [a, b, c] = corners[t.triangle as usize];
-                assert_eq!([t.v0, t.e1, t.e2], [a, b - a, c - a], "triangle {}", t.triangle);
-                (a.min(b).min(c), a.max(b).max(c))
+                let of_leaf = &triangles[(base[1] + before(leaf)) * size..][..size];
+                of_leaf.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), t| {
+                    let [a, b, c] = corners[t.triangle as usize];
+                    assert_eq!([t.v0, t.e1, t.e2], [a, b - a, c - a], "triangle {}", t.triangle);
+                    (low.min(a.min(b).min(c)), high.max(a.max(b).max(c)))
+                })
             } else {
-                check(nodes, triangles, corners, base[0] + before(inner))
+                check(nodes, triangles, size, corners, base[0] + before(inner))
             };
             let (box_low, box_high, step) = decode(words, slot);
             // The traversal widens boxes by more than that.
@@ -269,43 +273,41 @@ mod tests {
     #[test]
     fn refitted_boxes_hold_their_triangles_closely() {
         let device = TestDevice::open();
+        for leaf in [Leaf::Triangle, Leaf::Pair] {
+            refitted_boxes_hold(&device.with_gpu_traversal(leaf == Leaf::Pair), leaf);
+        }
+    }
+
+    fn refitted_boxes_hold(device: &Device, leaf: Leaf) {
         let random = |i: u32| Vec3::from_slice(&random4([i, 0], 0, 0, 0)[..3]);
-        let indices: Vec<_> = (0..2000).map(|t| UVec3::new(3 * t, 3 * t + 1, 3 * t + 2)).collect();
+        // One triangle has no extent along y, one none at all; the others share an edge in twos.
+        let pair =
+            |t: u32| [UVec3::new(4 * t, 4 * t + 1, 4 * t + 2), UVec3::new(4 * t + 2, 4 * t + 1, 4 * t + 3)];
+        let indices: Vec<_> =
+            [UVec3::new(0, 1, 2), UVec3::splat(3)].into_iter().chain((1..1000).flat_map(pair)).collect();
         let at = |twist: f32| -> Vec<Vec3> {
             let vertex = |i: u32| {
-                let p = 10.0 * random(i / 3) + random(i);
-                glam::Quat::from_rotation_y(twist * p.y) * p + Vec3::X * 100.0 * twist
+                let p = 10.0 * random(i / 4) + random(i);
+                let p = glam::Quat::from_rotation_y(twist * p.y) * p + Vec3::X * 100.0 * twist;
+                if i < 3 { p.with_y(2.0) } else { p }
             };
-            // One triangle has no extent along y, one none at all.
-            (0..6000)
-                .map(vertex)
-                .enumerate()
-                .map(|(i, p)| {
-                    if i < 3 {
-                        p.with_y(2.0)
-                    } else if i < 6 {
-                        Vec3::ONE
-                    } else {
-                        p
-                    }
-                })
-                .collect()
+            (0..4000).map(vertex).collect()
         };
         let rest = at(0.0);
         let mesh = MeshGeometry { positions: &rest, indices: &indices, first_masked: 2000, deforms: true };
         let mut accel =
-            AccelStructure::new(&device, &[mesh], 1, TraceBackend::Compute, BvhQuality::Medium).unwrap();
+            AccelStructure::new(device, &[mesh], 1, TraceBackend::Compute, BvhQuality::Medium).unwrap();
         let moved = at(0.4);
-        let positions = Buffer::from_slice(&device, "positions", &moved).unwrap();
-        let index_buffer = Buffer::from_slice(&device, "indices", &indices).unwrap();
+        let positions = Buffer::from_slice(device, "positions", &moved).unwrap();
+        let index_buffer = Buffer::from_slice(device, "indices", &indices).unwrap();
         let mut record = MeshRecord {
             positions: positions.address(),
             indices: index_buffer.address(),
             ..bytemuck::Zeroable::zeroed()
         };
         accel.fill_mesh(0, &mut record);
-        let table = Buffer::from_slice(&device, "meshes", &[record]).unwrap();
-        let mut recorder = Recorder::new(&device).unwrap();
+        let table = Buffer::from_slice(device, "meshes", &[record]).unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         let mut frame = recorder.begin().unwrap();
         let work = MovedMesh {
             mesh: 0,
@@ -320,7 +322,9 @@ mod tests {
         let nodes: Vec<BvhNode> = trees.meshes[0].nodes.read().unwrap();
         let triangles: Vec<BvhTriangle> = trees.meshes[0].triangles.read().unwrap();
         let corners: Vec<_> = indices.iter().map(|i| i.to_array().map(|v| moved[v as usize])).collect();
-        let (low, high) = check(&nodes, &triangles, &corners, 0);
+        let size = leaf.triangles() as usize;
+        assert!(triangles.len() < 1900 * size || leaf == Leaf::Triangle, "too few have a partner");
+        let (low, high) = check(&nodes, &triangles, size, &corners, 0);
         assert_eq!(low, moved.iter().copied().reduce(Vec3::min).unwrap());
         assert_eq!(high, moved.iter().copied().reduce(Vec3::max).unwrap());
     }

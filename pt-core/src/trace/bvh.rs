@@ -3,7 +3,7 @@
 //! Both are compressed 8-wide BVHs (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through
 //! Compressed Wide BVHs"), built with `obvhs` and handed to the GPU node by node (`trace/compute.glsl`).
 
-use super::{MeshGeometry, TraceError};
+use super::{Leaf, MeshGeometry, TraceError};
 use glam::{Affine3A, UVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
@@ -57,9 +57,9 @@ impl BvhQuality {
 /// BVH over the triangles of one mesh, in object space.
 #[derive(Clone, Debug, Default)]
 pub struct MeshBvh {
-    /// Nodes and leaf order; `primitive_indices` are triangle indices of the mesh.
+    /// Nodes and leaf order; `primitive_indices` are triangle indices of the mesh, of a pair that of the first.
     pub bvh: CwBvh,
-    /// Triangles in leaf order, as the GPU reads them.
+    /// Triangles in leaf order, [`Leaf::triangles`] a leaf, as the GPU reads them.
     pub triangles: Vec<BvhTriangle>,
 }
 
@@ -70,7 +70,12 @@ impl MeshBvh {
     /// # Errors
     /// [`TraceError::VertexIndex`] when an index is outside of `positions`, [`TraceError::BvhDepth`] when the geometry
     /// makes a tree deeper than the traversal's stack.
-    pub fn build(positions: &[Vec3], indices: &[UVec3], quality: BvhQuality) -> Result<Self, TraceError> {
+    pub fn build(
+        positions: &[Vec3],
+        indices: &[UVec3],
+        quality: BvhQuality,
+        leaf: Leaf,
+    ) -> Result<Self, TraceError> {
         super::check_indices(positions, indices)?;
         let corners = |triangle: u32| {
             let index = indices[triangle as usize];
@@ -88,9 +93,12 @@ impl MeshBvh {
         if kept.is_empty() {
             return Ok(Self::default());
         }
+        let leaves = leaf.gather(indices, &kept, &bounds);
+        let mut bounds: Vec<_> =
+            leaves.iter().map(|leaf| bounds[leaf[0] as usize].union(&bounds[leaf[1] as usize])).collect();
         tell_apart(&mut bounds);
         let (distance, narrow_levels, reinsertion) = quality.parameters();
-        let order = (0..kept.len() as u32).collect();
+        let order = (0..leaves.len() as u32).collect();
         let mut bvh2 = PlocBuilder::with_capacity(bounds.len()).build(
             distance,
             &bounds,
@@ -103,14 +111,16 @@ impl MeshBvh {
         }
         let mut bvh = wide(&bvh2, &bounds, MAX_MESH_DEPTH)?;
         drop((bvh2, bounds));
-        for index in &mut bvh.primitive_indices {
-            *index = kept[*index as usize];
-        }
-        let triangle = |&triangle: &u32| {
+        let triangle = |&i: &u32| {
+            let triangle = kept[i as usize];
             let [v0, v1, v2] = corners(triangle);
             BvhTriangle { v0, e1: v1 - v0, e2: v2 - v0, triangle, padding: [0; 2] }
         };
-        let triangles = bvh.primitive_indices.iter().map(triangle).collect();
+        let of_leaf = |&i: &u32| leaves[i as usize][..leaf.triangles() as usize].iter().map(triangle);
+        let triangles = bvh.primitive_indices.iter().flat_map(of_leaf).collect();
+        for index in &mut bvh.primitive_indices {
+            *index = kept[leaves[*index as usize][0] as usize];
+        }
         Ok(Self { bvh, triangles })
     }
 
@@ -120,7 +130,7 @@ impl MeshBvh {
     }
 }
 
-/// Triangles or instances of a leaf. One: then a set of child slots says which entries to test, without a table of counts.
+/// Entries of a leaf: triangles, pairs of them or instances. One: then a set of child slots says which entries to test, without a table of counts.
 /// Rays are up to a quarter faster than with three, on the CPU too.
 const LEAF_ENTRIES: u32 = 1;
 
@@ -354,9 +364,16 @@ mod tests {
                 let indices: Vec<_> =
                     (0..count as u32).map(|i| UVec3::new(3 * i, 3 * i + 1, 3 * i + 2)).collect();
                 for quality in [BvhQuality::Fast, BvhQuality::Medium, BvhQuality::High] {
-                    let tree = MeshBvh::build(&positions, &indices, quality).unwrap();
-                    assert!(depth(&tree.bvh.nodes) <= MAX_MESH_DEPTH);
-                    assert!(is_permutation(&tree.bvh.primitive_indices, count));
+                    for leaf in
+                        [Leaf::Triangle, Leaf::Pair].into_iter().take(if count == 1000 { 2 } else { 1 })
+                    {
+                        let tree = MeshBvh::build(&positions, &indices, quality, leaf).unwrap();
+                        assert!(depth(&tree.bvh.nodes) <= MAX_MESH_DEPTH);
+                        let mut triangles: Vec<_> = tree.triangles.iter().map(|t| t.triangle).collect();
+                        triangles.sort_unstable();
+                        triangles.dedup();
+                        assert!(is_permutation(&triangles, count));
+                    }
                 }
             }
         }

@@ -11,6 +11,7 @@ mod accel;
 pub mod bench;
 mod bench_rays;
 pub mod bvh;
+mod leaves;
 pub mod native;
 mod push;
 pub mod ray_list;
@@ -23,6 +24,7 @@ pub use accel::AccelStructure;
 pub use bench::{CLEARLY_FASTER, Choice, choose};
 pub use bench_rays::{NativeRays, RayKind};
 pub use bvh::{BvhQuality, MeshBvh, TopLevel};
+pub use leaves::Leaf;
 pub use native::NativeScene;
 pub use variant::TraceVariant;
 

@@ -1,8 +1,8 @@
 //! Two-level traversal on all cores of the CPU: the baseline of `pt bench trace` and the oracle of the GPU backends.
 //!
-//! Plain `obvhs` closest-hit and any-hit queries over the same trees that the compute backend reads.
+//! Plain `obvhs` closest-hit and any-hit queries over the trees that the compute backend reads on CPU devices.
 
-use super::{BvhQuality, InstancePlacement, MeshBvh, MeshGeometry, TopLevel, TraceError};
+use super::{BvhQuality, InstancePlacement, Leaf, MeshBvh, MeshGeometry, TopLevel, TraceError};
 use glam::{Affine3A, Vec2, Vec3A};
 use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;
@@ -48,7 +48,7 @@ impl NativeScene {
         let meshes = meshes
             .iter()
             .map(|m| {
-                let tree = MeshBvh::build(m.positions, m.indices, quality)?;
+                let tree = MeshBvh::build(m.positions, m.indices, quality, Leaf::Triangle)?;
                 let corner = |i: u32| Vec3A::from(m.positions[i as usize]);
                 let triangle = |&i: &u32| {
                     let index = m.indices[i as usize];

@@ -202,7 +202,7 @@ impl RayScene {
         let pass = if kernel.reflection().textures { pass.textures(&self.textures) } else { pass };
         let tables = self.geometry.iter().chain([&self.meshes, &self.instances, rays]);
         let pass = tables.fold(self.accel.bind(pass), |pass, table| pass.addresses(table));
-        pass.addresses_written(hits).addresses_written(&self.taken).dispatch([
+        pass.addresses_written(hits).addresses_updated(&self.taken).dispatch([
             width,
             count.div_ceil(width),
             1,

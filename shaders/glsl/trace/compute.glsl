@@ -5,6 +5,8 @@
 // wide, stack entries 64 bit. There is one loop, whose steps visit a node or two each, so that lanes that change level or test alpha do not wait
 // until all others have left their instances. Kernels for scenes of one instance have no top level: on an H200 frames of `room` take 4 and those of
 // Sponza 5 % less.
+#include "trace/gpu_traversal.glsl"
+
 layout(local_size_x = 8, local_size_y = 4) in;
 
 uvec2 launch_id() { return gl_GlobalInvocationID.xy; }
@@ -113,11 +115,6 @@ MeshTriangle load_triangle(uint64_t triangles, uint entry) {
     return MeshTriangle(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.xy)), uintBitsToFloat(uvec3(b.zw, c.x)), c.y);
 }
 
-// Whether a step visits a second node where the first has no leaf that the ray meets (H200: frames take 1 to 2.4 % less, the path tracer 4 %; with a
-// third one 2 % more). Rays for the nearest hit do so in scenes of one instance alone: with instances they are up to 5 % slower with it. A CPU device
-// visits it for all lanes when one needs it, and takes a third longer.
-layout(constant_id = 23) const bool visits_two = false;
-
 // How far the traversal for a ray has come.
 struct Traversal {
     Ray world_ray;
@@ -195,22 +192,39 @@ void visit_next(inout Traversal t) {
     visit(NodeWords(t.nodes + uint64_t(child) * NODE_BYTES), t.box, t.ray.t_min, t.best.t, t.inner, t.leaves);
 }
 
+void test_triangle(inout Traversal t, uint entry) {
+    MeshTriangle m = load_triangle(t.triangles, entry);
+    vec3 uvt = triangle_intersection(t.ray, m.v0, m.e1, m.e2);
+    bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
+               uvt.z >= t.ray.t_min && uvt.z < t.best.t;
+    bool tested = ALPHA_TEST && m.index >= t.first_masked;
+    if (culling != CULLING_NONE && t.sides != 0u && is_back_face(t.ray.direction, m.e1, m.e2)) {
+        hit = hit && t.sides != MASK_SINGLE_SIDED;
+        tested = tested || tests_sides();
+    }
+    if (hit && !tested) t.best = Hit(t.instance, m.index, uvt.xy, uvt.z);
+    if (hit && tested) t.candidate = Hit(t.instance, m.index, uvt.xy, uvt.z);
+}
+
+// In the index of a set of leaves: the first triangle of the leaf that comes next is done.
+const uint FIRST_DONE = 0x80000000u;
+
 // The triangles of the leaves, up to one that waits for a test of its material.
 void test_leaves(inout Traversal t) {
     while (!is_empty(t.leaves)) {
-        MeshTriangle m = load_triangle(t.triangles, take(t.leaves, 0u));
-        vec3 uvt = triangle_intersection(t.ray, m.v0, m.e1, m.e2);
-        bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
-                   uvt.z >= t.ray.t_min && uvt.z < t.best.t;
-        bool tested = ALPHA_TEST && m.index >= t.first_masked;
-        if (culling != CULLING_NONE && t.sides != 0u && is_back_face(t.ray.direction, m.e1, m.e2)) {
-            hit = hit && t.sides != MASK_SINGLE_SIDED;
-            tested = tested || tests_sides();
+        uvec2 all = t.leaves;
+        uint leaf = take(t.leaves, 0u), done = 0u;
+        if (tests_materials() && LEAF_TRIANGLES == 2u) {
+            done = leaf / FIRST_DONE;
+            leaf &= ~FIRST_DONE;
+            t.leaves.x &= ~FIRST_DONE;
         }
-        if (hit && !tested) t.best = Hit(t.instance, m.index, uvt.xy, uvt.z);
-        if (hit && tested) {
-            t.candidate = Hit(t.instance, m.index, uvt.xy, uvt.z);
-            break;
+        for (uint k = done; k < LEAF_TRIANGLES; k++) {
+            test_triangle(t, leaf * LEAF_TRIANGLES + k);
+            if (tests_materials() && t.candidate.instance != NONE) {
+                if (k + 1u < LEAF_TRIANGLES) t.leaves = uvec2(all.x | FIRST_DONE, all.y);
+                return;
+            }
         }
     }
 }
@@ -241,12 +255,14 @@ bool is_done(Traversal t, const bool any_hit) {
     return any_hit && t.best.instance != NONE || t.height == 0u && is_empty(t.inner) && is_empty(t.leaves);
 }
 
-// A node or two, and the triangles in their leaves.
+// A node or two, and the triangles in their leaves. On a GPU a step visits a second node where the first has no leaf that the ray meets (H200: frames
+// take 1 to 2.4 % less, the path tracer 4 %; with a third one 2 % more). Rays for the nearest hit do so in scenes of one instance alone: with instances
+// they are up to 5 % slower with it. A CPU device visits it for all lanes when one needs it, and takes a third longer.
 void step_traversal(inout Traversal t, const bool any_hit) {
     if (!ONE_LEVEL && t.instance == NONE && !is_empty(t.leaves)) descend(t);
     // Leaves are left over only after a test.
     if ((!tests_materials() || is_empty(t.leaves)) && find_nodes(t)) visit_next(t);
-    if (visits_two && (any_hit || ONE_LEVEL) && is_empty(t.leaves) && find_nodes(t)) visit_next(t);
+    if (gpu_traversal && (any_hit || ONE_LEVEL) && is_empty(t.leaves) && find_nodes(t)) visit_next(t);
     if (ONE_LEVEL || t.instance != NONE) test_leaves(t);
     if (tests_materials() && t.candidate.instance != NONE) test_candidate(t);
     if (!ONE_LEVEL) leave_instance(t);
