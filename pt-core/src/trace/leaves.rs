@@ -40,8 +40,12 @@ impl Leaf {
 /// Triangles at a vertex that are looked at for partners: bounds the time for fans.
 const MOST_NEIGHBOURS: usize = 32;
 
-/// Each triangle with the one across an edge, or the next one of the list, that makes the smallest box with it relative to both alone. The box of a pair
-/// has at most the area of both: by the surface area heuristic its leaf is then met less often than theirs.
+/// Largest area of a pair's box relative to those of its triangles together. Above 1 its leaf is met more often than theirs, by the surface area
+/// heuristic; below, more triangles have no partner. On an H200 (`pt bench frame`, `pt bench path`) 0.8 and 1 are within 1.5 % of each other, 0.6 is 3 to 5 % slower.
+const LARGEST_RATIO: f32 = 0.9;
+
+/// Each triangle with the one across an edge, or the next one of the list, that makes the smallest box with it relative to
+/// both alone.
 fn pairs(indices: &[UVec3], kept: &[u32], bounds: &[Aabb]) -> Vec<[u32; 2]> {
     let corners = |i: u32| indices[kept[i as usize] as usize].to_array();
     let count = kept.len() as u32;
@@ -61,7 +65,7 @@ fn pairs(indices: &[UVec3], kept: &[u32], bounds: &[Aabb]) -> Vec<[u32; 2]> {
             let shares_edge = |j: &u32| edge.iter().all(|v| corners(*j).contains(v));
             shorter.iter().copied().take(MOST_NEIGHBOURS).filter(shares_edge)
         });
-        let mut best = (1.0, i);
+        let mut best = (LARGEST_RATIO, i);
         for j in across.chain([i + 1]) {
             if j <= i || j >= count || !is_free[j as usize] {
                 continue;

@@ -192,40 +192,39 @@ void visit_next(inout Traversal t) {
     visit(NodeWords(t.nodes + uint64_t(child) * NODE_BYTES), t.box, t.ray.t_min, t.best.t, t.inner, t.leaves);
 }
 
-void test_triangle(inout Traversal t, uint entry) {
-    MeshTriangle m = load_triangle(t.triangles, entry);
-    vec3 uvt = triangle_intersection(t.ray, m.v0, m.e1, m.e2);
-    bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
-               uvt.z >= t.ray.t_min && uvt.z < t.best.t;
-    bool tested = ALPHA_TEST && m.index >= t.first_masked;
-    if (culling != CULLING_NONE && t.sides != 0u && is_back_face(t.ray.direction, m.e1, m.e2)) {
-        hit = hit && t.sides != MASK_SINGLE_SIDED;
-        tested = tested || tests_sides();
-    }
-    if (hit && !tested) t.best = Hit(t.instance, m.index, uvt.xy, uvt.z);
-    if (hit && tested) t.candidate = Hit(t.instance, m.index, uvt.xy, uvt.z);
-}
-
-// In the index of a set of leaves: the first triangle of the leaf that comes next is done.
+// In the index of a set of leaves: of the leaf that comes next the first triangle is done.
 const uint FIRST_DONE = 0x80000000u;
 
 // The triangles of the leaves, up to one that waits for a test of its material.
 void test_leaves(inout Traversal t) {
     while (!is_empty(t.leaves)) {
         uvec2 all = t.leaves;
-        uint leaf = take(t.leaves, 0u), done = 0u;
-        if (tests_materials() && LEAF_TRIANGLES == 2u) {
-            done = leaf / FIRST_DONE;
+        uint leaf = take(t.leaves, 0u);
+        bool first_done = false;
+        if (tests_materials() && gpu_traversal) {
+            first_done = (leaf & FIRST_DONE) != 0u;
             leaf &= ~FIRST_DONE;
             t.leaves.x &= ~FIRST_DONE;
         }
-        for (uint k = done; k < LEAF_TRIANGLES; k++) {
-            test_triangle(t, leaf * LEAF_TRIANGLES + k);
-            if (tests_materials() && t.candidate.instance != NONE) {
-                if (k + 1u < LEAF_TRIANGLES) t.leaves = uvec2(all.x | FIRST_DONE, all.y);
-                return;
+        for (uint k = 0u; k < LEAF_TRIANGLES; k++) {
+            MeshTriangle m = load_triangle(t.triangles, leaf * LEAF_TRIANGLES + k);
+            vec3 uvt = triangle_intersection(t.ray, m.v0, m.e1, m.e2);
+            bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
+                       uvt.z >= t.ray.t_min && uvt.z < t.best.t;
+            if (k == 0u) hit = hit && !first_done;
+            bool tested = ALPHA_TEST && m.index >= t.first_masked;
+            if (culling != CULLING_NONE && t.sides != 0u && is_back_face(t.ray.direction, m.e1, m.e2)) {
+                hit = hit && t.sides != MASK_SINGLE_SIDED;
+                tested = tested || tests_sides();
+            }
+            if (hit && !tested) t.best = Hit(t.instance, m.index, uvt.xy, uvt.z);
+            if (hit && tested) {
+                // There is room for one that waits: the second of a leaf comes again.
+                if (k == 0u || t.candidate.instance == NONE) t.candidate = Hit(t.instance, m.index, uvt.xy, uvt.z);
+                else t.leaves = uvec2(all.x | FIRST_DONE, all.y);
             }
         }
+        if (tests_materials() && t.candidate.instance != NONE) break;
     }
 }
 
@@ -234,7 +233,8 @@ void test_candidate(inout Traversal t) {
     bool stops = true;
     if (tests_sides()) stops = !culls(t.mask) || !is_culled(t.instance, t.candidate.triangle, t.world_ray.direction);
     if (ALPHA_TEST) stops = stops && is_covered(mesh, t.instance, t.candidate.triangle, t.candidate.barycentrics, t.ray_coverage);
-    if (stops) t.best = t.candidate;
+    // The other triangle of the leaf may be nearer.
+    if (stops && t.candidate.t < t.best.t) t.best = t.candidate;
     t.candidate.instance = NONE;
 }
 
