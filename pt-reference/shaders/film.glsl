@@ -3,7 +3,6 @@
 #include "records.glsl"
 #include "reference_records.glsl"
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer FilmTable { FilmPixel at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer CounterTable { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer FirstHitTable { FirstHitPixel at[]; };
 

@@ -7,8 +7,25 @@
 
 layout(local_size_x = ADVANCE_GROUP) in;
 
+// A FilmPixel. 16 bytes at a time: word by word, a subgroup would write each sector of memory in fourteen parts.
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer FilmWords { uvec4 at[4]; };
+
+FilmPixel load_film(FilmWords film) {
+    uvec4 a = film.at[0], b = film.at[1], c = film.at[2], d = film.at[3];
+    return FilmPixel(uintBitsToFloat(a.xyz), a.w, uintBitsToFloat(b.xyz), b.w, uintBitsToFloat(c.xyz), uintBitsToFloat(uvec3(c.w, d.xy)), uvec2(0u));
+}
+
+void store_film(FilmWords film, FilmPixel pixel) {
+    uvec3 rest = floatBitsToUint(pixel.square_rest);
+    film.at[0] = uvec4(floatBitsToUint(pixel.sum), pixel.rays);
+    film.at[1] = uvec4(floatBitsToUint(pixel.sum_rest), pixel.shadow_rays);
+    film.at[2] = uvec4(floatBitsToUint(pixel.square), rest.x);
+    film.at[3] = uvec4(rest.yz, 0u, 0u);
+}
+
 void finish_sample(uint slot, uint index) {
-    FilmPixel pixel = FilmTable(push.film).at[index];
+    FilmWords film = FilmWords(push.film + uint64_t(index) * FILM_PIXEL_BYTES);
+    FilmPixel pixel = load_film(film);
     vec3 radiance = load_row(ROW_RADIANCE, slot).xyz;
     if (!is_countable(radiance)) {
         atomicAdd(CounterTable(push.dropped).at[0], 1u);
@@ -18,7 +35,7 @@ void finish_sample(uint slot, uint index) {
     add_sample(pixel, radiance);
     pixel.rays += load_progress(slot) >> 18u;
     pixel.shadow_rays += shadow_rays_of(load_sample_word(slot));
-    FilmTable(push.film).at[index] = pixel;
+    store_film(film, pixel);
 }
 
 void begin_sample(uint slot, uvec2 pixel, uint sample_index) {

@@ -3,7 +3,7 @@
 use crate::film::{Estimate, EstimatePixel, FilmState};
 use crate::identity::Identity;
 use crate::records::{FilmPixel, FirstHitPixel};
-use glam::{Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 use pt_image::image_file::{Channel, ImageFileError, Layer, LayeredImage, Samples};
 use pt_shaders::records::Background;
 use std::ops::Range;
@@ -189,6 +189,7 @@ impl Checkpoint {
             square_rest: vec3(&square_rest, i),
             rays: rays[i],
             shadow_rays: shadow_rays[i],
+            padding: UVec2::ZERO,
         });
         let first_hit = pixels.map(|i| FirstHitPixel {
             albedo: vec3(&albedo, i),

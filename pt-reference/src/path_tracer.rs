@@ -55,7 +55,7 @@ pub struct Iterations {
     pub iterations: Range<u32>,
 }
 
-/// The path tracer with the sums that it adds to: 48 bytes a pixel, and 40 for what camera rays see first; and 180 bytes for every
+/// The path tracer with the sums that it adds to: 64 bytes a pixel, and 40 for what camera rays see first; and 180 bytes for every
 /// pixel of a tile, whose paths advance side by side.
 ///
 /// Iterations (`path_advance`, `path_trace`, `path_shade`, `path_shadow`) move all the tile's paths on by a ray and a shadow ray. A

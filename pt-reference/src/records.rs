@@ -43,20 +43,22 @@ named_enum! {
 }
 
 gpu_struct! {
-    /// The sums of a pixel.
+    /// The sums of a pixel, of whole loads of 16 bytes.
     pub struct FilmPixel {
         /// Sum of the samples' radiance.
         pub sum: Vec3,
+        /// Rays traced for the nearest hit.
+        pub rays: u32,
         /// What rounding dropped from `sum`.
         pub sum_rest: Vec3,
-        /// Sum of their squares.
+        /// Shadow rays traced.
+        pub shadow_rays: u32,
+        /// Sum of the squares of the samples' radiance.
         pub square: Vec3,
         /// What rounding dropped from `square`.
         pub square_rest: Vec3,
-        /// Rays traced for the nearest hit.
-        pub rays: u32,
-        /// Shadow rays traced.
-        pub shadow_rays: u32,
+        /// 0.
+        pub padding: UVec2,
     }
 }
 
@@ -143,6 +145,7 @@ gpu_struct! {
 #[allow(dead_code, reason = "for the build script, which includes this file")]
 pub fn glsl() -> String {
     let mut text = format!("const uint LIST_SHADOW = {LIST_SHADOW}u;\n");
+    text.push_str(&format!("const uint FILM_PIXEL_BYTES = {}u;\n", size_of::<FilmPixel>()));
     text.push_str(&Heuristic::glsl());
     text.push_str(&Strategy::glsl());
     for record in [FilmPixel::glsl(), FirstHitPixel::glsl(), ProgressRecord::glsl(), PathPush::glsl()] {
