@@ -340,6 +340,22 @@ fn moving_instances_with_masks_and_alpha() {
     compare(&mut meshes, 24, 3, 0b011, 500);
 }
 
+/// Sheets of two layers, which on a GPU are the two triangles of a leaf. Rays meet both, and either may be transparent or opaque there.
+#[test]
+fn layers_of_one_leaf() {
+    let layers = |first_masked| {
+        let mut mesh = Mesh::soup(60, 600, first_masked, 0.4);
+        for (upper, lower) in (0..1800).map(|i| (i, i + 3)).filter(|(i, _)| i % 6 < 3) {
+            mesh.positions[lower] = mesh.positions[upper] + 0.002;
+        }
+        mesh
+    };
+    for first_masked in [0, 301, 600] {
+        compare(&mut [layers(first_masked)], 1, 1, 0xff, 60);
+        compare(&mut [layers(first_masked)], 9, 1, 0b011, 200);
+    }
+}
+
 #[test]
 fn lone_instance() {
     compare(&mut [Mesh::soup(40, 5000, 4000, 0.3)], 1, 2, 0xff, 60);
