@@ -1,11 +1,13 @@
 //! The three ways to trace rays see one scene: at the same seed they give the same frames.
 
+use glam::{Affine3A, Vec2, Vec3, Vec4};
 use pt_app::params::resolve;
+use pt_core::rng::random4;
 use pt_core::trace::TraceBackend;
 use pt_image::image_file::LinearImage;
 use pt_image::metrics::{Metric, compare};
 use pt_import::{LoadOptions, open};
-use pt_scene::Scene;
+use pt_scene::{Environment, Instance, Material, Mesh, Scene};
 use pt_shaders::channels::{FLAT_COLOR, VISIBILITY};
 use pt_test_data::shared;
 use pt_tests::{Frames, builtin};
@@ -63,14 +65,46 @@ fn gallery() {
     agree("gallery", &builtin("gallery"), [96, 54]);
 }
 
-/// Steps that visit two nodes change nothing in the picture, with instances, solids within solids, god rays and caustics, nor in a scene of one
-/// instance.
+/// Sheets of two layers, which on a GPU are the two triangles of a leaf: their fronts, their backs, and materials that are seen from both sides.
+fn layers() -> Scene {
+    let random = |stream, i| Vec3::from_slice(&random4([i, stream], 0, 0, 0)[..3]);
+    let mut mesh = Mesh { name: "layers".into(), first_masked: 600, ..Mesh::default() };
+    for triangle in 0..600 {
+        let sheet = triangle / 2;
+        let layer = 0.003 * (triangle % 2) as f32 * Vec3::Z;
+        for corner in 0..3 {
+            let place = 2.0 * random(1, sheet) + 0.5 * random(2, 3 * sheet + corner) - 1.25;
+            mesh.positions.push(place + layer);
+            mesh.normals.push(Vec3::Z);
+            mesh.tangents.push(Vec4::new(1.0, 0.0, 0.0, 1.0));
+            mesh.uv0.push(Vec2::ZERO);
+            mesh.uv1.push(Vec2::ZERO);
+            mesh.colors.push(Vec4::ONE);
+        }
+        let choice = random(3, triangle);
+        let [a, b, c] = [0, 1, 2].map(|corner| 3 * triangle + corner);
+        mesh.indices.push(if choice.x < 0.5 { [a, b, c] } else { [a, c, b] });
+        mesh.triangle_materials.push(u32::from(choice.y < 0.5));
+    }
+    let single = Material { double_sided: false, ..Material::lambertian("one side", Vec3::X) };
+    let double = Material { double_sided: true, ..Material::lambertian("both sides", Vec3::Y) };
+    Scene {
+        meshes: vec![mesh],
+        instances: vec![Instance::new("layers", 0, Affine3A::IDENTITY)],
+        materials: vec![single, double],
+        environment: Environment::constant(Vec3::ONE),
+        ..Scene::default()
+    }
+}
+
+/// Trees and steps as on a GPU change nothing in the picture, with instances, solids within solids, god rays and caustics, in a scene of one instance, and
+/// where surfaces are seen from one side.
 #[test]
 fn gpu_traversal() {
     let sets = ["denoise.variant=off", "gbuffer.godrays.density=0.02", "lights.caustics=true"];
     let params = resolve(None, &sets.map(String::from), false).unwrap();
-    for name in ["gallery", "glass", "room"] {
-        let scene = builtin(name);
+    let named = ["gallery", "glass", "room"].map(|name| (name, builtin(name)));
+    for (name, scene) in named.into_iter().chain([("layers", layers())]) {
         let camera = scene.default_camera();
         let [a, b] = [false, true].map(|gpu| {
             let (scene, params) = (scene.clone(), params.clone());
