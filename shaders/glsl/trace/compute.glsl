@@ -192,6 +192,23 @@ void visit_next(inout Traversal t) {
     visit(NodeWords(t.nodes + uint64_t(child) * NODE_BYTES), t.box, t.ray.t_min, t.best.t, t.inner, t.leaves);
 }
 
+// One triangle of a leaf. True: it waits for a test of its material, but another one, the first of the leaf, does so already.
+bool test_triangle(inout Traversal t, uint entry, bool done, const bool second) {
+    MeshTriangle m = load_triangle(t.triangles, entry);
+    vec3 uvt = triangle_intersection(t.ray, m.v0, m.e1, m.e2);
+    bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
+               uvt.z >= t.ray.t_min && uvt.z < t.best.t && !done;
+    bool tested = ALPHA_TEST && m.index >= t.first_masked;
+    if (culling != CULLING_NONE && t.sides != 0u && is_back_face(t.ray.direction, m.e1, m.e2)) {
+        hit = hit && t.sides != MASK_SINGLE_SIDED;
+        tested = tested || tests_sides();
+    }
+    if (hit && !tested) t.best = Hit(t.instance, m.index, uvt.xy, uvt.z);
+    bool waits = hit && tested, full = second && t.candidate.instance != NONE;
+    if (waits && !full) t.candidate = Hit(t.instance, m.index, uvt.xy, uvt.z);
+    return waits && full;
+}
+
 // In the index of a set of leaves: of the leaf that comes next the first triangle is done.
 const uint FIRST_DONE = 0x80000000u;
 
@@ -206,24 +223,9 @@ void test_leaves(inout Traversal t) {
             leaf &= ~FIRST_DONE;
             t.leaves.x &= ~FIRST_DONE;
         }
-        for (uint k = 0u; k < LEAF_TRIANGLES; k++) {
-            MeshTriangle m = load_triangle(t.triangles, leaf * LEAF_TRIANGLES + k);
-            vec3 uvt = triangle_intersection(t.ray, m.v0, m.e1, m.e2);
-            bool hit = uvt.x >= -EDGE_TOLERANCE && uvt.y >= -EDGE_TOLERANCE && uvt.x + uvt.y <= 1.0 + EDGE_TOLERANCE &&
-                       uvt.z >= t.ray.t_min && uvt.z < t.best.t;
-            if (k == 0u) hit = hit && !first_done;
-            bool tested = ALPHA_TEST && m.index >= t.first_masked;
-            if (culling != CULLING_NONE && t.sides != 0u && is_back_face(t.ray.direction, m.e1, m.e2)) {
-                hit = hit && t.sides != MASK_SINGLE_SIDED;
-                tested = tested || tests_sides();
-            }
-            if (hit && !tested) t.best = Hit(t.instance, m.index, uvt.xy, uvt.z);
-            if (hit && tested) {
-                // There is room for one that waits: the second of a leaf comes again.
-                if (k == 0u || t.candidate.instance == NONE) t.candidate = Hit(t.instance, m.index, uvt.xy, uvt.z);
-                else t.leaves = uvec2(all.x | FIRST_DONE, all.y);
-            }
-        }
+        // Written out: a CPU device pays for a loop of one turn.
+        test_triangle(t, leaf * LEAF_TRIANGLES, first_done, false);
+        if (gpu_traversal && test_triangle(t, leaf * LEAF_TRIANGLES + 1u, false, true)) t.leaves = uvec2(all.x | FIRST_DONE, all.y);
         if (tests_materials() && t.candidate.instance != NONE) break;
     }
 }
