@@ -94,8 +94,7 @@ impl MeshBvh {
             return Ok(Self::default());
         }
         let leaves = leaf.gather(indices, &kept, &bounds);
-        let mut bounds: Vec<_> =
-            leaves.iter().map(|leaf| bounds[leaf[0] as usize].union(&bounds[leaf[1] as usize])).collect();
+        bounds = leaves.iter().map(|&[a, b]| bounds[a as usize].union(&bounds[b as usize])).collect();
         tell_apart(&mut bounds);
         let (distance, narrow_levels, reinsertion) = quality.parameters();
         let order = (0..leaves.len() as u32).collect();
