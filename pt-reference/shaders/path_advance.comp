@@ -43,7 +43,6 @@ void begin_sample(uint slot, uvec2 pixel, uint sample_index) {
     // The slot has done its part.
     if (sample_index == push.first_sample + push.sample_count) path.flags = 0u;
     store_path(slot, path);
-    store_row(ROW_RADIANCE, slot, vec4(0.0));
 }
 
 void main() {

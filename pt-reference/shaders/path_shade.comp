@@ -210,6 +210,8 @@ struct Onward { bool path, shadow; };
 Onward shade(uint slot) {
     PathState path = load_path(slot);
     Hit hit = load_hit(slot);
+    // Here and not where the sample begins: light that waits for a shadow ray is written to the same sectors of memory.
+    if (path.segment == 0u) store_row(ROW_RADIANCE, slot, vec4(0.0));
     path.segment++;
     Onward onward = Onward(false, false);
     float reach = hit.instance == NONE ? SKY_DISTANCE : hit.t, t;

@@ -4,7 +4,7 @@ use crate::oracle::interior::{CAPACITY, InteriorList};
 use crate::params::ReferenceParams;
 use crate::records::{self, FilmPixel, FirstHitPixel, PathPush, ProgressRecord};
 use glam::{UVec2, UVec3, UVec4, Vec4};
-use pt_core::frame::Uniforms;
+use pt_core::frame::{FRAMES_IN_FLIGHT, Uniforms};
 use pt_core::{Buffer, Device, Frame, Kernel, Location, Result, SceneResources};
 use pt_light_sampling::LightTables;
 use pt_scene::gpu::GpuScene;
@@ -73,7 +73,8 @@ pub struct PathTracer {
     first_hit: Buffer,
     dropped: Buffer,
     progress: Buffer,
-    progress_read: Buffer,
+    /// Frames take turns: the host looks at one while the device writes the other.
+    progress_read: [Buffer; FRAMES_IN_FLIGHT],
     paths: Buffer,
 }
 
@@ -130,6 +131,10 @@ impl PathTracer {
             Kernel::trace::<PathPush>(device, code, scene.backend(), &constants)
         };
         let buffer = |name, bytes| Buffer::new(device, name, bytes, Location::Device);
+        let progress_read = || {
+            let bytes = size_of::<ProgressRecord>() as u64;
+            Buffer::new(device, "progress read-back", bytes, Location::Readback)
+        };
         let tracer = Self {
             advance: compute(&kernels::PATH_ADVANCE, &constants)?,
             trace: trace(&kernels::PATH_TRACE, params.culling)?,
@@ -142,12 +147,7 @@ impl PathTracer {
             first_hit: buffer("first hits", pixels * size_of::<FirstHitPixel>() as u64)?,
             dropped: buffer("dropped samples", 4)?,
             progress: Buffer::from_slice(device, "progress", &[no_progress(device)])?,
-            progress_read: Buffer::new(
-                device,
-                "progress read-back",
-                size_of::<ProgressRecord>() as u64,
-                Location::Readback,
-            )?,
+            progress_read: [progress_read()?, progress_read()?],
             paths: buffer("paths", slots * slot_bytes)?,
         };
         tracer.set(&FilmState::zero(size))?;
@@ -190,9 +190,11 @@ impl PathTracer {
         })
     }
 
-    /// Whether the iterations that the device has finished have completed the samples of all pixels of the tile.
-    pub fn is_done(&self) -> bool {
-        self.progress_read.mapped::<ProgressRecord>().iter().all(|progress| progress.done != 0)
+    /// Whether the samples of all pixels of the tile are complete after the iterations of the frame with this index. Known when that frame is
+    /// finished, until the next but one is submitted.
+    pub fn is_done(&self, frame: u32) -> bool {
+        let progress = &self.progress_read[frame as usize % FRAMES_IN_FLIGHT];
+        progress.mapped::<ProgressRecord>().iter().all(|progress| progress.done != 0)
     }
 
     /// Records the passes of some iterations: four each.
@@ -245,7 +247,8 @@ impl PathTracer {
             let groups = groups_of(shadow, offset_of!(RayListHead, groups));
             pass.dispatch_indirect(blocks, &self.progress, groups)?;
         }
-        frame.download(&self.progress, &self.progress_read)
+        let progress_read = &self.progress_read[frame.index() as usize % FRAMES_IN_FLIGHT];
+        frame.download(&self.progress, progress_read)
     }
 
     fn push(&self, tile: Tile, samples: &Range<u32>) -> PathPush {

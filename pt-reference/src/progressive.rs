@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 /// How long a submission is to take: long enough to hide its cost, short enough to be interrupted.
 const SUBMISSION: Duration = Duration::from_millis(100);
-/// Most iterations of a submission.
-const MAX_ITERATIONS: u32 = 32;
+/// Most iterations of a submission. The device goes through up to twice as many that have no paths left, before the host knows.
+const MAX_ITERATIONS: u32 = 8;
 /// How long a step is to take unless the caller says otherwise: the last paths of a step leave a wide device idle.
 const STEP: Duration = Duration::from_millis(500);
 /// Most samples a pixel gets in one step.
@@ -105,37 +105,51 @@ impl Progressive {
             return Ok(timings);
         }
         let started = Instant::now();
-        for &tile in &self.tiles {
+        for tile in self.tiles.clone() {
             let mut iteration = 0;
+            let mut finished = Instant::now();
             loop {
                 let iterations = iteration..iteration + self.iterations;
+                let work = Iterations { tile, samples: samples.clone(), iterations: iterations.clone() };
+                let submitted = self.submit(scene, gpu, lights, work)?;
+                // The device has this submission to work on while the host asks about the one before and records the next.
+                self.recorder.wait_for_room()?;
+                if iteration > 0 {
+                    let aim = SUBMISSION.min(self.step_time);
+                    self.iterations = adapt(self.iterations, MAX_ITERATIONS, finished.elapsed(), aim);
+                    if self.tracer.is_done(submitted - 1) {
+                        break;
+                    }
+                }
+                finished = Instant::now();
                 iteration = iterations.end;
-                let submitted = Instant::now();
-                let mut frame = self.recorder.begin()?;
-                lights.update(&mut frame, scene, gpu)?;
-                if let Some(view) = self.view.take() {
-                    self.uniforms.upload(&mut frame, &view)?;
-                    let position = view.camera.world_from_view.w_axis.truncate();
-                    self.tracer.set_camera_interior(&interior_at(scene, position));
-                }
-                let work = Iterations { tile, samples: samples.clone(), iterations };
-                self.tracer.record(&mut frame, gpu, &self.uniforms, work)?;
-                frame.submit()?;
-                timings.extend(self.recorder.finish()?);
-                self.iterations = adapt(
-                    self.iterations,
-                    MAX_ITERATIONS,
-                    submitted.elapsed(),
-                    SUBMISSION.min(self.step_time),
-                );
-                if self.tracer.is_done() {
-                    break;
-                }
             }
         }
+        timings.extend(self.recorder.finish()?);
         self.batch = adapt(self.batch, MAX_BATCH, started.elapsed(), self.step_time);
         self.next_sample = samples.end;
         Ok(timings)
+    }
+
+    /// Hands iterations to the device; the index of their frame.
+    fn submit(
+        &mut self,
+        scene: &Scene,
+        gpu: &mut GpuScene,
+        lights: &mut LightTables,
+        work: Iterations,
+    ) -> Result<u32> {
+        let mut frame = self.recorder.begin()?;
+        let index = frame.index();
+        lights.update(&mut frame, scene, gpu)?;
+        if let Some(view) = self.view.take() {
+            self.uniforms.upload(&mut frame, &view)?;
+            let position = view.camera.world_from_view.w_axis.truncate();
+            self.tracer.set_camera_interior(&interior_at(scene, position));
+        }
+        self.tracer.record(&mut frame, gpu, &self.uniforms, work)?;
+        frame.submit()?;
+        Ok(index)
     }
 
     /// The sums.

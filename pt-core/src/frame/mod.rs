@@ -14,7 +14,7 @@ mod uniforms;
 pub(crate) use hazards::Touch;
 pub use pass::{MissingTable, Pass};
 pub use rays::{PassRays, RayCount};
-pub use recorder::{Frame, Recorder};
+pub use recorder::{FRAMES_IN_FLIGHT, Frame, Recorder};
 pub use resource::{PassInfo, Resource};
 pub use timings::{FrameTiming, PassTiming};
 pub use uniforms::Uniforms;

@@ -12,7 +12,7 @@ use std::ffi::CString;
 use std::time::Instant;
 
 /// Frames that the host may be ahead of the device.
-const FRAMES_IN_FLIGHT: usize = 2;
+pub const FRAMES_IN_FLIGHT: usize = 2;
 /// Most passes of a frame, uploads included.
 const MAX_PASSES: u32 = 256;
 /// A frame that takes longer hangs.
@@ -86,8 +86,8 @@ impl Recorder {
 
     /// Starts the next frame. Waits only when the device is two frames behind.
     pub fn begin(&mut self) -> Result<Frame<'_>> {
+        self.wait_for_room()?;
         let index = self.frame as usize % FRAMES_IN_FLIGHT;
-        self.collect(index)?;
         let started = Instant::now();
         let slot = &mut self.slots[index];
         slot.staging_used = 0;
@@ -107,6 +107,11 @@ impl Recorder {
             counter.begin_frame();
         }
         Ok(Frame { recorder: self, slot: index, started, passes: Vec::new(), suffix: String::new() })
+    }
+
+    /// Waits until the device is at most one frame behind, as [`Recorder::begin`] does: what all frames but the last have downloaded is there.
+    pub fn wait_for_room(&mut self) -> Result<()> {
+        self.collect(self.frame as usize % FRAMES_IN_FLIGHT)
     }
 
     /// Waits for all frames and returns the times of the frames since the last call: of all frames, or, where they are more than 2048, of
