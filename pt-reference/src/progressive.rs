@@ -109,17 +109,20 @@ impl Progressive {
             let mut iteration = 0;
             let mut finished = Instant::now();
             loop {
-                let iterations = iteration..iteration + self.iterations;
+                // The first one is short, so that the device begins soon.
+                let count = if iteration == 0 { 1 } else { self.iterations };
+                let iterations = iteration..iteration + count;
                 let work = Iterations { tile, samples: samples.clone(), iterations: iterations.clone() };
                 let submitted = self.submit(scene, gpu, lights, work)?;
                 // The device has this submission to work on while the host asks about the one before and records the next.
                 self.recorder.wait_for_room()?;
-                if iteration > 0 {
+                if iteration > 0 && self.tracer.is_done(submitted - 1) {
+                    break;
+                }
+                // The submission before was not the short first one.
+                if iteration > 1 {
                     let aim = SUBMISSION.min(self.step_time);
                     self.iterations = adapt(self.iterations, MAX_ITERATIONS, finished.elapsed(), aim);
-                    if self.tracer.is_done(submitted - 1) {
-                        break;
-                    }
                 }
                 finished = Instant::now();
                 iteration = iterations.end;
