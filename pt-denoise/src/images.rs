@@ -26,7 +26,7 @@ pt_shaders::stage_images! { "denoise";
     HISTORY_LF_SH: "history_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light that the next frame continues, as color_lf_sh.";
     HISTORY_LF_COCG: "history_lf_cocg", Rgba32F, Split, Frame, XYZW, "irradiance / albedo; frames; squared luma",
-        "xy = chroma as color_lf_cocg, z = number of frames in the history, w = mean of its squared luma, -1 where there is none.";
+        "xy = chroma as color_lf_cocg, z = number of frames in the history, w = mean of its squared luma (with denoise.histories=half its variance), -1 where there is none.";
     TILES_LF_SH: "tiles_lf_sh", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light of 3 x 3 pixels of the flat frame, as color_lf_sh.";
     TILES_LF_COCG: "tiles_lf_cocg", Rg32F, SplitPart(3), Frame, XY, "irradiance / albedo", "As color_lf_cocg.";

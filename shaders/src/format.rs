@@ -22,6 +22,8 @@ pub enum Format {
     /// Four numbers in 0..1, of each its square root as an 8-bit unsigned normalised number: steps are finer where the numbers are small.
     /// Kernels take roots and squares themselves (`base_color.glsl`).
     Rgba8Root,
+    /// Four numbers as half floats, in a code that kernels write and read themselves (`history_code.glsl` of pt-denoise).
+    Half(HalfCode),
     /// One 32-bit unsigned integer.
     R32Uint,
     /// Two 32-bit unsigned integers.
@@ -32,6 +34,20 @@ pub enum Format {
     R16Uint,
 }
 
+/// What four half floats stand for. Roots hold numbers up to 4e9 with the same share of error as half floats, and fourth roots numbers up to 1e19.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum HalfCode {
+    /// The roots of red, green and blue, and the fourth root of a variance or of another number; -1 stays -1.
+    Light,
+    /// Two pairs of a mean and a mean of squares: the roots of the mean and of the standard deviation. The root of the mean of squares would say less: for light without
+    /// noise the difference of the two would be their rounding, a deviation of several percent of the mean.
+    Moments,
+    /// Of four numbers the roots of their sizes, with their signs.
+    Roots,
+    /// Two numbers as in `Roots`, a whole number up to 2048 as it is, and the fourth root of a variance; -1 stays -1.
+    Chroma,
+}
+
 impl Format {
     /// GLSL layout qualifier.
     pub const fn glsl_qualifier(self) -> &'static str {
@@ -39,7 +55,7 @@ impl Format {
             Self::R32F => "r32f",
             Self::Rg32F => "rg32f",
             Self::Rgba32F => "rgba32f",
-            Self::Rgba16F => "rgba16f",
+            Self::Rgba16F | Self::Half(_) => "rgba16f",
             Self::Rg16Unorm => "rg16",
             Self::Rgba16Unorm => "rgba16",
             Self::Rg8Unorm => "rg8",
@@ -67,7 +83,7 @@ impl Format {
             Self::R32F | Self::R32Uint | Self::R16Uint => 1,
             Self::Rg32F | Self::Rg16Unorm | Self::Rg8Unorm | Self::Rg32Uint => 2,
             Self::Rgba32F | Self::Rgba16F | Self::Rgba16Unorm | Self::Rgba8Unorm | Self::Rgba8Root => 4,
-            Self::Rgba32Uint => 4,
+            Self::Half(_) | Self::Rgba32Uint => 4,
         }
     }
 
@@ -76,7 +92,7 @@ impl Format {
         match self {
             Self::R16Uint | Self::Rg8Unorm => 2,
             Self::R32F | Self::R32Uint | Self::Rg16Unorm | Self::Rgba8Unorm | Self::Rgba8Root => 4,
-            Self::Rg32F | Self::Rg32Uint | Self::Rgba16F | Self::Rgba16Unorm => 8,
+            Self::Rg32F | Self::Rg32Uint | Self::Rgba16F | Self::Half(_) | Self::Rgba16Unorm => 8,
             Self::Rgba32F | Self::Rgba32Uint => 16,
         }
     }

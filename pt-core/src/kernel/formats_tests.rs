@@ -1,5 +1,6 @@
 use super::super::access::OP_DECORATE;
 use super::*;
+use pt_shaders::channels::COMPACT;
 
 const FLOAT: u32 = 3;
 const IMAGE: u32 = 4;
@@ -51,13 +52,13 @@ fn load(image: u32, variable: u32) -> (u32, Vec<u32>) {
 #[test]
 fn full_frames_keep_their_kernels() {
     let words = module(&[load(IMAGE, BASE_COLOR)]);
-    assert_eq!(with_formats(words.clone(), GbufferFormat::Full).unwrap(), words);
+    assert_eq!(with_formats(words.clone(), &[]).unwrap(), words);
 }
 
 #[test]
 fn a_channel_gets_its_format_alone() {
     let words = module(&[load(IMAGE, BASE_COLOR), load(IMAGE, THROUGHPUT), load(LATER, DISPLAY)]);
-    let out = with_formats(words, GbufferFormat::Compact).unwrap();
+    let out = with_formats(words, &[&COMPACT]).unwrap();
     let all: Vec<_> = instructions(&out).map(|(op, w)| (op, w.to_vec())).collect();
     let place = |wanted: (u32, Vec<u32>)| {
         let mut places = (0..all.len()).filter(|&i| all[i] == wanted);
@@ -82,6 +83,6 @@ fn a_channel_gets_its_format_alone() {
 #[test]
 fn a_channel_in_a_call_is_refused() {
     let words = module(&[(OP_FUNCTION_CALL, vec![FLOAT, LOADED, MAIN, BASE_COLOR])]);
-    let problem = with_formats(words, GbufferFormat::Compact).unwrap_err();
+    let problem = with_formats(words, &[&COMPACT]).unwrap_err();
     assert!(problem.contains("function"), "{problem}");
 }

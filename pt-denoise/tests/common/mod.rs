@@ -8,7 +8,7 @@ use pt_core::frame::Uniforms;
 use pt_core::pack::pack_unit_vector;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
-use pt_core::{ChannelImages, FrameSizes, Image, Recorder, StageInputs};
+use pt_core::{ChannelImages, Device, FrameSizes, Image, Recorder, StageInputs};
 use pt_denoise::images::{MOMENTS, SURFACE};
 use pt_denoise::oracle::{Accumulated, GradientSample, Guided, Light, strata};
 use pt_denoise::{DenoiseChain, DenoiseParams, Denoiser};
@@ -21,7 +21,9 @@ use pt_shaders::records::{CameraRecord, FLAG_PRIMARY, FrameRecord};
 
 /// The denoiser with its images.
 pub struct Bench {
-    pub device: TestDevice,
+    device: TestDevice,
+    /// The same with the formats of the histories.
+    formats: Device,
     pub images: ChannelImages,
     pub chain: DenoiseChain,
     pub params: DenoiseParams,
@@ -53,14 +55,16 @@ impl Bench {
 
     fn with(size: [u32; 2], params: DenoiseParams, indirect: bool) -> Self {
         let device = TestDevice::open();
-        let chain = DenoiseChain::new(&device, &params, indirect).unwrap();
-        let images = ChannelImages::alone(&device, FrameSizes::same(size), chain.io()).unwrap();
+        let formats = device.with_formats(params.histories.others());
+        let chain = DenoiseChain::new(&formats, &params, indirect).unwrap();
+        let images = ChannelImages::alone(&formats, FrameSizes::same(size), chain.io()).unwrap();
         let lf = vec![[0.0; 6]; count(size)];
         let frame = FrameRecord::new(camera_at(Vec3::ZERO), camera_at(Vec3::ZERO), size, 0, 0);
         let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
         let (samples, filtered_lf, hits, positions) = Default::default();
         Self {
             device,
+            formats,
             images,
             chain,
             params,
