@@ -128,6 +128,6 @@ void main() {
     }
     vec4 filtered_hf = filtered(hf, geometric_hf, push.luminance_hf), filtered_spec = filtered(spec, geometric_spec, push.luminance_spec);
     if (!inside(pixel)) return;
-    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_hf, pixel, DIM_HISTORIES));
-    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_spec, pixel, DIM_HISTORIES + 1u));
+    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_hf, pixel, DIM_HISTORIES + 5u));
+    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_spec, pixel, DIM_HISTORIES + 6u));
 }

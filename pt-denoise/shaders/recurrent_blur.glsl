@@ -51,8 +51,8 @@ Lights lights_at(ivec2 at, bool surface) {
 
 void store(ivec2 pixel, ivec2 at, vec4 hf, vec4 spec) {
 #if HISTORY
-    imageStore(im_history_hf_target, at, history_of_light(hf, pixel, DIM_HISTORIES, push.rounding));
-    imageStore(im_history_spec_target, at, history_of_light(spec, pixel, DIM_HISTORIES + 1u, push.rounding));
+    imageStore(im_history_hf_target, at, history_of_light(hf, pixel, DIM_HISTORIES + 5u, push.rounding));
+    imageStore(im_history_spec_target, at, history_of_light(spec, pixel, DIM_HISTORIES + 6u, push.rounding));
 #else
     imageStore(target_hf, at, hf);
     imageStore(target_spec, at, spec);

@@ -5,7 +5,8 @@ use crate::records::HistoryFormat;
 use pt_core::Image;
 use pt_shaders::channels::{Format, HalfCode, OtherFormats};
 
-/// The histories with `denoise.histories=half`. The layers of an EXR hold what the codes stand for.
+/// The histories with `denoise.histories=half`. The layers of an EXR hold what the codes stand for: variances where there are means of squares
+/// in the full form.
 static HALF_HISTORIES: OtherFormats = OtherFormats {
     constant: "half_histories",
     images: &[

@@ -29,8 +29,8 @@ use records::CompositePush;
 
 pub use passes::{AntilagParams, AtrousParams, LfParams, RecurrentParams, TemporalParams};
 pub use records::{
-    AtrousKernel, Denoiser, GradientFilter, GradientPixel, HistoryFormat, OidnQuality, Projection, Schedule, SpecularMotion,
-    Stratum,
+    AtrousKernel, Denoiser, GradientFilter, GradientPixel, HistoryFormat, OidnQuality, Projection, Schedule,
+    SpecularMotion, Stratum,
 };
 pub use variants::DenoiseChain;
 

@@ -4,7 +4,7 @@
 //! A table generates the GLSL declarations, the images that pt-core allocates, the layers of `--aov` and of captures, and
 //! the table that `pt passes` prints.
 
-pub use crate::format::{Format, HalfCode};
+pub use crate::format::{Format, HalfCode, HalfPart};
 
 /// Which size an image has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

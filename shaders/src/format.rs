@@ -34,18 +34,41 @@ pub enum Format {
     R16Uint,
 }
 
-/// What four half floats stand for. Roots hold numbers up to 4e9 with the same share of error as half floats, and fourth roots numbers up to 1e19.
+/// What four half floats stand for. Roots hold numbers up to 4e9 with the same share of error as half floats, and fourth roots numbers up to 1e19. Roots have the signs of
+/// their numbers; that of -1 is -1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum HalfCode {
-    /// The roots of red, green and blue, and the fourth root of a variance or of another number; -1 stays -1.
+    /// Red, green and blue as roots, and a variance or another number as its fourth root.
     Light,
-    /// Two pairs of a mean and a mean of squares: the roots of the mean and of the standard deviation. The root of the mean of squares would say less: for light without
-    /// noise the difference of the two would be their rounding, a deviation of several percent of the mean.
+    /// Two pairs of a mean as its root and a variance as its fourth root. Means of squares would say less: for light without noise the difference of the two would be
+    /// their rounding, a standard deviation of several percent of the mean.
     Moments,
-    /// Of four numbers the roots of their sizes, with their signs.
+    /// Four numbers as roots.
     Roots,
-    /// Two numbers as in `Roots`, a whole number up to 2048 as it is, and the fourth root of a variance; -1 stays -1.
+    /// Two numbers as roots, a whole number up to 2048 as it is, and a variance as its fourth root.
     Chroma,
+}
+
+/// What one of the half floats stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HalfPart {
+    /// Itself.
+    Plain,
+    /// Its square.
+    Root,
+    /// Its fourth power.
+    FourthRoot,
+}
+
+impl HalfCode {
+    /// Component `k` of 0 to 3.
+    pub const fn part(self, k: usize) -> HalfPart {
+        match (self, k) {
+            (Self::Chroma, 2) => HalfPart::Plain,
+            (Self::Light | Self::Chroma, 3) | (Self::Moments, 1 | 3) => HalfPart::FourthRoot,
+            _ => HalfPart::Root,
+        }
+    }
 }
 
 impl Format {

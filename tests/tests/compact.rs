@@ -1,4 +1,4 @@
-//! Frames with a compact G-buffer: close to the full one, recorded and replayed without loss.
+//! Frames with a compact G-buffer or with histories in half floats: close to the full ones, recorded and replayed without loss.
 
 use clap::Parser;
 use pt_app::cli::{Cli, Command};
@@ -56,16 +56,24 @@ fn run(line: &str, paths: &[&str]) {
 
 #[test]
 fn a_compact_capture_is_replayed_to_the_bit() {
+    replays_to_the_bit("--frames 0..2 --set gbuffer.format=compact --set denoise.variant=svgf");
+}
+
+/// From the histories of the third frame on.
+#[test]
+fn histories_in_half_floats_are_replayed_to_the_bit() {
+    replays_to_the_bit("--frames 2..5 --set indirect.bounces=1 --set denoise.histories=half");
+}
+
+fn replays_to_the_bit(knobs: &str) {
     let folder = tempfile::tempdir().unwrap();
     let [capture, replayed] =
         ["capture", "replayed.exr"].map(|name| folder.path().join(name).display().to_string());
-    run(
-        "pt capture cornell --size 33x18 --frames 0..2 --backend compute --set gbuffer.format=compact --set denoise.variant=svgf -o",
-        &[&capture],
-    );
+    run(&format!("pt capture cornell --size 33x18 --backend compute {knobs} -o"), &[&capture]);
     run(&format!("pt replay --from denoise --aov {}", NAMES.join(",")), &[&capture, "-o", &replayed]);
-    let [recorded, replayed] = [folder.path().join("capture/frame_000001.exr"), replayed.into()]
-        .map(|path| LayeredImage::read_exr(&path).unwrap());
+    let last = std::fs::read_dir(&capture).unwrap().map(|entry| entry.unwrap().path());
+    let last = last.filter(|path| path.extension().is_some_and(|end| end == "exr")).max().unwrap();
+    let [recorded, replayed] = [last, replayed.into()].map(|path| LayeredImage::read_exr(&path).unwrap());
     for name in NAMES {
         assert!(recorded.layer(name).is_some(), "{name}");
         assert!(recorded.layer(name) == replayed.layer(name), "{name} is another one when replayed");

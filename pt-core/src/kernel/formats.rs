@@ -102,7 +102,9 @@ impl Rewrite {
                 (OP_FUNCTION_CALL, [_, _, _, arguments @ ..])
                     if arguments.iter().any(|id| images.contains_key(id)) =>
                 {
-                    return Err("an image that has not the format of its table is passed to a function".into());
+                    return Err(
+                        "an image that has not the format of its table is passed to a function".into()
+                    );
                 }
                 _ => self.out.extend(encode(op, w)),
             }

@@ -11,6 +11,7 @@ const LATER: u32 = 8;
 const LATER_POINTER: u32 = 9;
 const DISPLAY: u32 = 10;
 const PREVIOUS: u32 = 11;
+const TARGET: u32 = 12;
 const MAIN: u32 = 20;
 const LOADED: u32 = 30;
 const BOUND: u32 = 40;
@@ -22,13 +23,14 @@ fn name(id: u32, text: &str) -> (u32, Vec<u32>) {
     (OP_NAME, [id].into_iter().chain(words).collect())
 }
 
-/// Three images of 16 bits that share a type; then one of 8 bits, whose type is declared after them.
+/// Four images of 16 bits that share a type; then one of 8 bits, whose type is declared after them.
 fn module(code: &[(u32, Vec<u32>)]) -> Vec<u32> {
     let image = |id, format| (OP_TYPE_IMAGE, vec![id, FLOAT, 1, 0, 0, 0, 2, format]);
     let parts = [
         (OP_CAPABILITY, vec![1]),
         name(BASE_COLOR, "ch_base_color"),
         name(PREVIOUS, "ch_base_color_prev"),
+        name(TARGET, "ch_base_color_target"),
         name(THROUGHPUT, "ch_throughput"),
         (OP_DECORATE, vec![BASE_COLOR, 33, 8]),
         (22, vec![FLOAT, 32]),
@@ -36,6 +38,7 @@ fn module(code: &[(u32, Vec<u32>)]) -> Vec<u32> {
         (OP_TYPE_POINTER, vec![POINTER, 0, IMAGE]),
         (OP_VARIABLE, vec![POINTER, BASE_COLOR, 0]),
         (OP_VARIABLE, vec![POINTER, PREVIOUS, 0]),
+        (OP_VARIABLE, vec![POINTER, TARGET, 0]),
         (OP_VARIABLE, vec![POINTER, THROUGHPUT, 0]),
         image(LATER, 4),
         (OP_TYPE_POINTER, vec![LATER_POINTER, 0, LATER]),
@@ -72,6 +75,7 @@ fn a_channel_gets_its_format_alone() {
     let variable = place((OP_VARIABLE, vec![LATER_POINTER, BASE_COLOR, 0]));
     assert!(image < pointer && pointer < variable);
     place((OP_VARIABLE, vec![LATER_POINTER, PREVIOUS, 0]));
+    place((OP_VARIABLE, vec![LATER_POINTER, TARGET, 0]));
     place(load(LATER, BASE_COLOR));
     place((OP_VARIABLE, vec![POINTER, THROUGHPUT, 0]));
     place(load(IMAGE, THROUGHPUT));

@@ -2,8 +2,8 @@
 
 use crate::DenoiseParams;
 use crate::records::TemporalPush;
-use pt_core::frame::Uniforms;
 use pt_core::StageInputs;
+use pt_core::frame::Uniforms;
 use pt_shaders::glam::UVec2;
 
 /// Push constants of all passes that read the last frame.

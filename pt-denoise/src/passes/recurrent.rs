@@ -100,9 +100,6 @@ impl RecurrentBlur {
             Blur::History => ["im_history_hf_target", "im_history_spec_target"],
             _ => ["target_hf", "target_spec"],
         };
-        pass.write(hf, target.hf)
-            .write(spec, target.spec)
-            .push(&push)
-            .dispatch(inputs.flat_threads())
+        pass.write(hf, target.hf).write(spec, target.spec).push(&push).dispatch(inputs.flat_threads())
     }
 }

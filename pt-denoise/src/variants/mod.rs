@@ -7,7 +7,9 @@ mod recurrent;
 mod svgf;
 
 use crate::DenoiseParams;
-use crate::images::{HISTORY_HF, HISTORY_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
+use crate::images::{
+    HISTORY_HF, HISTORY_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC,
+};
 use crate::passes::{Changes, Gradients};
 use crate::records::Denoiser;
 use low_frequency::LowFrequency;
