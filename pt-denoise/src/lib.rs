@@ -40,8 +40,8 @@ knobs! {
     pub struct DenoiseParams {
         /// How the light channels are denoised.
         pub variant: Denoiser = Denoiser::Asvgf => structural;
-        /// How the histories are kept from frame to frame: `half` takes 40 bytes a pixel less for each copy, and 80 less with planes; its roundings are unbiased noise of at most 0.2 % of
-        /// a pixel's light.
+        /// How the histories are kept from frame to frame: `half` takes 56 bytes a pixel less, its roundings are noise without bias of about 0.2 % of a pixel's light, and light above 4e9
+        /// is lost.
         pub histories: HistoryFormat = HistoryFormat::Full => structural;
         /// Temporal accumulation.
         pub temporal: TemporalParams;
