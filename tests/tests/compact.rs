@@ -5,7 +5,7 @@ use pt_app::cli::{Cli, Command};
 use pt_app::params::FrameParams;
 use pt_core::trace::TraceBackend;
 use pt_denoise::{Denoiser, HistoryFormat};
-use pt_image::image_file::{LayeredImage, LinearImage};
+use pt_image::image_file::{LayeredImage, LinearImage, Samples};
 use pt_shaders::channels::{FLAT_COLOR, GbufferFormat};
 use pt_tests::{Frames, builtin};
 
@@ -88,6 +88,29 @@ fn a_frame_with_histories_in_half_floats_is_close_to_the_full_one() {
 #[test]
 fn histories_in_half_floats_are_replayed_to_the_bit() {
     replays_to_the_bit("--frames 2..5 --set denoise.variant=svgf --set denoise.histories=half");
+}
+
+/// The layers of the two forms hold other numbers: variances and means of squares.
+#[test]
+fn histories_of_the_other_form_are_not_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let [capture, replayed] =
+        ["capture", "replayed.exr"].map(|name| folder.path().join(name).display().to_string());
+    run(
+        "pt capture cornell --size 33x18 --frames 2..3 --backend compute --set denoise.variant=svgf --set denoise.histories=half -o",
+        &[&capture],
+    );
+    for (histories, longest) in [("half", 3), ("full", 1)] {
+        let line =
+            format!("pt replay --from denoise --aov denoise.surface --set denoise.histories={histories}");
+        run(&line, &[&capture, "-o", &replayed]);
+        let file = LayeredImage::read_exr(replayed.as_ref()).unwrap();
+        let layer = file.layer("denoise.surface").unwrap();
+        let Samples::U32(frames) = &layer.channel("y").unwrap().samples else {
+            panic!("the lengths of the histories are integers")
+        };
+        assert_eq!(frames.iter().max(), Some(&longest), "{histories}");
+    }
 }
 
 fn replays_to_the_bit(knobs: &str) {
