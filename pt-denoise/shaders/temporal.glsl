@@ -9,6 +9,7 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(push_constant, scalar) uniform Push { TemporalPush push; };
+// Histories, or what has their format.
 layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D im_history_hf_target;
 layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D im_history_spec_target;
 #include "history.glsl"
