@@ -5,6 +5,7 @@ use pt_core::knobs;
 use pt_core::settings::{Knob, Knobs, SettingsError, apply_profile, apply_sets, apply_toml, close_to};
 use pt_denoise::Denoiser;
 use pt_post::{BloomMode, Upscale};
+use pt_shaders::channels::OtherFormats;
 use pt_shaders::records::Background;
 use serde_json::Value;
 use std::path::Path;
@@ -31,6 +32,11 @@ impl FrameParams {
     /// Whether the frame has gradient pixels.
     pub fn has_gradient_pixels(&self) -> bool {
         self.denoise.variant == Denoiser::Asvgf
+    }
+
+    /// The formats of images that are not those of their tables.
+    pub(crate) fn formats(&self) -> impl Iterator<Item = &'static OtherFormats> + use<> {
+        self.gbuffer.format.others().into_iter().chain(self.denoise.histories.others())
     }
 
     /// The value of each knob, in their order, as `--set` takes it.

@@ -18,7 +18,7 @@ pub(crate) const fn vk_format(format: Format) -> vk::Format {
         Format::R32F => vk::Format::R32_SFLOAT,
         Format::Rg32F => vk::Format::R32G32_SFLOAT,
         Format::Rgba32F => vk::Format::R32G32B32A32_SFLOAT,
-        Format::Rgba16F => vk::Format::R16G16B16A16_SFLOAT,
+        Format::Rgba16F | Format::Half(_) => vk::Format::R16G16B16A16_SFLOAT,
         Format::Rg16Unorm => vk::Format::R16G16_UNORM,
         Format::Rgba16Unorm => vk::Format::R16G16B16A16_UNORM,
         Format::Rg8Unorm => vk::Format::R8G8_UNORM,

@@ -10,6 +10,7 @@ pub mod console;
 pub mod device;
 pub mod error;
 pub mod frame;
+mod half_codes;
 pub mod harness;
 mod history;
 pub mod image;

@@ -223,10 +223,9 @@ impl FramePlan {
             Some(_) => (id, twice(0, LAST)),
             None => (id, Life::Always),
         }));
-        let format = device.gbuffer_format();
         let wish = |(id, life): (ChannelId, Life)| {
             let extent = self.sizes.extent(id.channel().extent);
-            MemoryWish { what: Wished::Image { id, extent, format: id.format(format) }, life }
+            MemoryWish { what: Wished::Image { id, extent, format: device.format(id) }, life }
         };
         let mut wishes: Vec<_> = wishes.into_iter().map(wish).collect();
         wishes.extend(self.tables.iter().filter_map(|&table| {

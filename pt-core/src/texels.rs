@@ -1,5 +1,6 @@
 //! Texels and the numbers that they stand for.
 
+use crate::half_codes;
 use half::f16;
 use pt_shaders::channels::Format;
 
@@ -17,6 +18,7 @@ pub(crate) fn decode_f32(format: Format, bytes: &[u8]) -> Vec<f32> {
         Format::R16Uint => u16s(1.0),
         Format::Rg8Unorm | Format::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),
         Format::Rgba8Root => bytes.iter().map(|&b| (f32::from(b) / 255.0).powi(2)).collect(),
+        Format::Half(code) => half_codes::decode(code, bytes),
         Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
             bytes.chunks_exact(4).map(|b| bytemuck::pod_read_unaligned::<u32>(b) as f32).collect()
         }
@@ -49,6 +51,7 @@ pub(crate) fn encode_f32(format: Format, values: &[f32]) -> Vec<u8> {
         Format::Rgba8Root => {
             values.iter().map(|v| v.max(0.0).sqrt()).map(|v| unorm(255.0)(&v) as u8).collect()
         }
+        Format::Half(code) => half_codes::encode(code, values),
         Format::R32Uint | Format::Rg32Uint | Format::Rgba32Uint => {
             values.iter().flat_map(|&v| (v as u32).to_le_bytes()).collect()
         }

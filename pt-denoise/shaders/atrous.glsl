@@ -1,5 +1,5 @@
 // What the two schedules of the a-trous filter share: weights of a pair of pixels, and their sums. Included by atrous_*.comp, which define RADIUS: taps to each side; and
-// ROOTS: the target holds roots of light in half floats (levels_hf), else light (history_hf).
+// ROOTS: the target holds roots of light in half floats (levels_hf, and history_hf with denoise.histories=half), else light (ping_hf, history_hf).
 // The kernel declares `push` as AtrousPush.
 //
 // The geometric weights are normalised. What the luminance weight takes from a tap stays with the centre instead of going to the other taps:
@@ -11,6 +11,7 @@
 #include "checkerboard.glsl"
 #include "denoise_images.glsl"
 #include "edge_stopping.glsl"
+#include "history_code.glsl"
 #include "packed_guide.glsl"
 
 layout(set = 2, binding = 0) uniform sampler2D source_hf;
@@ -63,9 +64,6 @@ vec4 decode_light(vec4 light) {
     return vec4(from_rgb(light.rgb), light.a);
 }
 
-// Greatest half float.
-const float MAX_HALF = 65504.0;
-
 #if ROOTS
 // To the nearest half float, the even one of two: devices may round towards zero when they store, which would lose energy in every level.
 vec4 rounded(vec4 v) {
@@ -74,11 +72,13 @@ vec4 rounded(vec4 v) {
 }
 #endif
 
-vec4 encode_light(vec4 light) {
+// `dimension`: of the history, if it is one.
+vec4 encode_light(vec4 light, ivec2 pixel, uint dimension) {
 #if ROOTS
+    if (half_histories && push.to_history != 0u) return light_code(light, rounding_numbers(pixel, dimension, push.rounding));
     vec4 roots = sqrt(max(light, 0.0));
     roots.a = sqrt(roots.a);
-    roots = min(rounded(roots), MAX_HALF);
+    roots = min(rounded(roots), GREATEST_HALF);
     return light.a < 0.0 ? vec4(roots.rgb, -1.0) : roots;
 #else
     return light;

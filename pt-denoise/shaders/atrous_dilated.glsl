@@ -60,6 +60,6 @@ void main() {
             add(sum_spec, p_spec, vec4(q_spec.xyz, tolerance.y), q_spec.a, geometric.y);
         }
     }
-    imageStore(target_hf, at, encode_light(finish(sum_hf, p_hf, hf.a)));
-    imageStore(target_spec, at, encode_light(finish(sum_spec, p_spec, spec.a)));
+    imageStore(target_hf, at, encode_light(finish(sum_hf, p_hf, hf.a), pixel, DIM_HISTORIES + 5u));
+    imageStore(target_spec, at, encode_light(finish(sum_spec, p_spec, spec.a), pixel, DIM_HISTORIES + 6u));
 }

@@ -92,7 +92,7 @@ vec4 filtered(vec4 light[SLOTS], float geometric[TAPS], float sigma) {
         int x = i % SIDE - RADIUS, y = i / SIDE - RADIUS;
         if (x != 0 || y != 0) add(sum, p, tile[centre + y * TILE.x + x], tile_scalars[outer + y * OUTER.x + x], geometric[i]);
     }
-    return encode_light(finish(sum, p, tile_scalars[outer]));
+    return finish(sum, p, tile_scalars[outer]);
 }
 
 void main() {
@@ -128,6 +128,6 @@ void main() {
     }
     vec4 filtered_hf = filtered(hf, geometric_hf, push.luminance_hf), filtered_spec = filtered(spec, geometric_spec, push.luminance_spec);
     if (!inside(pixel)) return;
-    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : filtered_hf);
-    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : filtered_spec);
+    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_hf, pixel, DIM_HISTORIES + 5u));
+    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_spec, pixel, DIM_HISTORIES + 6u));
 }

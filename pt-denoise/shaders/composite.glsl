@@ -8,6 +8,7 @@
 #include "composite_push.glsl"
 #include "constants.glsl"
 #include "gbuffer_format.glsl"
+#include "history_code.glsl"
 #include "reflectance.glsl"
 #ifdef INDIRECT
 #include "bsdf/ggx.glsl"
@@ -25,9 +26,19 @@ layout(set = 2, binding = 3) uniform sampler2D light_lf_cocg;
 #endif
 layout(push_constant, scalar) uniform Push { CompositePush push; };
 
+// A history that nothing filters may hold roots.
+vec3 light_at(vec4 stored) { return push.roots != 0u ? decoded_light(stored).rgb : stored.rgb; }
+
+#ifdef INDIRECT
+ShLight low_frequency_at(ivec2 p) {
+    vec4 luma = texelFetch(light_lf_sh, p, 0), chroma = texelFetch(light_lf_cocg, p, 0);
+    return push.roots_lf != 0u ? ShLight(signed_squares(luma), signed_squares(chroma).xy) : ShLight(luma, chroma.xy);
+}
+#endif
+
 vec3 low_frequency(ivec2 p) {
 #ifdef INDIRECT
-    ShLight light = ShLight(texelFetch(light_lf_sh, p, 0), texelFetch(light_lf_cocg, p, 0).xy);
+    ShLight light = low_frequency_at(p);
     return sh_irradiance(light, unpack_unit_vector(imageLoad(ch_normal, p).x)) * (INV_PI * push.scale_lf);
 #else
     return vec3(0.0);
@@ -40,8 +51,10 @@ vec3 low_frequency(ivec2 p) {
 vec3 reflected_low_frequency(ivec2 p) {
 #ifdef INDIRECT
     float roughness = imageLoad(ch_metallic_roughness, p).y;
-    vec4 luma = texelFetch(light_lf_sh, p, 0);
-    if (push.fake_specular > 1.0 || roughness < push.fake_specular || !(luma.w > 0.0)) return vec3(0.0);
+    if (push.fake_specular > 1.0 || roughness < push.fake_specular) return vec3(0.0);
+    ShLight indirect = low_frequency_at(p);
+    vec4 luma = indirect.luma;
+    if (!(luma.w > 0.0)) return vec3(0.0);
     vec3 n = unpack_unit_vector(imageLoad(ch_normal, p).x), d = unpack_unit_vector(imageLoad(ch_view_direction, p).x);
     vec3 directed = luma.xyz * (SH_Y0 / (SH_Y1 * luma.w));
     float sharpness = min(length(directed), 1.0);
@@ -55,7 +68,7 @@ vec3 reflected_low_frequency(ivec2 p) {
     float n_h = clamp(dot(n, h), 0.0, 1.0);
     vec3 half_vector = vec3(sqrt(1.0 - n_h * n_h), 0.0, n_h);
     float whole = luma.w / SH_Y0;
-    vec3 light = max(rgb_from_ycocg(vec3(whole, texelFetch(light_lf_cocg, p, 0).xy)), vec3(0.0));
+    vec3 light = max(rgb_from_ycocg(vec3(whole, indirect.chroma)), vec3(0.0));
     return light * (ggx_d(alpha, half_vector) * ggx_visibility(vec2(alpha), v, to_light) * n_l);
 #else
     return vec3(0.0);
@@ -78,8 +91,8 @@ void main() {
         vec4 base = base_color_of(imageLoad(ch_base_color, p));
         float metallic = imageLoad(ch_metallic_roughness, p).x;
         vec3 albedo = push.use_albedo != 0u ? vec3(push.albedo) : diffuse_albedo(base.rgb, metallic);
-        vec3 diffuse = (texelFetch(light_hf, p, 0).rgb * push.scale_hf + low_frequency(p)) * albedo;
-        vec3 reflected = texelFetch(light_spec, p, 0).rgb + reflected_low_frequency(p);
+        vec3 diffuse = (light_at(texelFetch(light_hf, p, 0)) * push.scale_hf + low_frequency(p)) * albedo;
+        vec3 reflected = light_at(texelFetch(light_spec, p, 0)) + reflected_low_frequency(p);
         vec3 specular = reflected * demodulation(base, metallic) * push.scale_spec;
         color = (diffuse + specular) * imageLoad(ch_throughput, p).rgb;
     }

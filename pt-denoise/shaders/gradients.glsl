@@ -8,6 +8,7 @@
 
 layout(push_constant, scalar) uniform Push { TemporalPush push; };
 #include "antilag.glsl"
+#include "history_code.glsl"
 #include "light_sample.glsl"
 #include "reprojection.glsl"
 #include "sums.glsl"
@@ -44,7 +45,7 @@ Terms terms_of(ivec2 pixel, LightSample light, bool is_sum) {
             if (taps.weight[k] == 0.0) continue;
             uint n = history_frames(imageLoad(im_surface_prev, taps.at[k]).y);
             if (n == 0u) continue;
-            before.moments += taps.weight[k] * imageLoad(im_moments_prev, taps.at[k]);
+            before.moments += taps.weight[k] * moments_of_history(imageLoad(im_moments_prev, taps.at[k]));
             before.frames += taps.weight[k] * float(n);
             before.weights += taps.weight[k];
         }
@@ -62,9 +63,10 @@ Terms terms_of(ivec2 pixel, LightSample light, bool is_sum) {
         Before before = Before(vec4(0.0), 0.0, 0.0);
         for (int k = 0; k < 4; ++k) {
             if (taps.weight[k] == 0.0) continue;
-            vec4 chroma = imageLoad(im_history_lf_cocg_prev, taps.at[k]);
+            float luma = luma_of_history(imageLoad(im_history_lf_sh_prev, taps.at[k])).w;
+            vec4 chroma = chroma_of_history(imageLoad(im_history_lf_cocg_prev, taps.at[k]), luma);
             if (chroma.w < 0.0) continue;
-            before.moments.xy += taps.weight[k] * vec2(imageLoad(im_history_lf_sh_prev, taps.at[k]).w, chroma.w);
+            before.moments.xy += taps.weight[k] * vec2(luma, chroma.w);
             before.frames += taps.weight[k] * chroma.z;
             before.weights += taps.weight[k];
         }

@@ -9,7 +9,10 @@ layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D target_spec;
 layout(set = 2, binding = 2) uniform sampler2D source_hf;
 layout(set = 2, binding = 3) uniform sampler2D source_spec;
 #include "history.glsl"
+#include "history_code.glsl"
 #include "recurrent.glsl"
+
+Lights lights_at(ivec2 at) { return Lights(light_of_history(texelFetch(source_hf, at, 0)), light_of_history(texelFetch(source_spec, at, 0))); }
 
 const float KERNEL[3] = float[3](0.375, 0.25, 0.0625);
 
@@ -17,7 +20,7 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!inside(pixel)) return;
     ivec2 at = flat_to_split(pixel, field_width());
-    Lights own = Lights(texelFetch(source_hf, at, 0), texelFetch(source_spec, at, 0));
+    Lights own = lights_at(at);
     Guide p = load_guide(at);
     uint frames = history_frames(imageLoad(im_surface, at).y);
     float lack = 1.0 - float(frames) / float(push.fix_frames);
@@ -40,8 +43,9 @@ void main() {
             float pixels = length(vec2(offset));
             vec2 weights = offset == ivec2(0) ? vec2(1.0) : surface_weights(p, q, pixels);
             weights *= KERNEL[abs(x)] * KERNEL[abs(y)];
-            add(hf, texelFetch(source_hf, other, 0), weights.x);
-            add(spec, texelFetch(source_spec, other, 0), weights.y * exp(-square(pixels / max(reach, 1e-6))));
+            Lights tap = lights_at(other);
+            add(hf, tap.hf, weights.x);
+            add(spec, tap.spec, weights.y * exp(-square(pixels / max(reach, 1e-6))));
         }
     }
     imageStore(target_hf, at, mean(hf, own.hf));

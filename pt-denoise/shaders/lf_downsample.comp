@@ -7,6 +7,7 @@ layout(set = 2, binding = 0) uniform sampler2D source_sh;
 layout(set = 2, binding = 1) uniform sampler2D source_cocg;
 layout(set = 2, binding = 2, rgba32f) uniform writeonly image2D target_sh;
 layout(set = 2, binding = 3, rg32f) uniform writeonly image2D target_cocg;
+#include "history_code.glsl"
 #include "lf_tile.glsl"
 
 const ivec2 GROUP = ivec2(24, 9), TILES = GROUP / TILE_SIDE;
@@ -19,8 +20,8 @@ bool load_source(ivec2 pixel, Guide guide, out ShLight light) {
     light = NO_LIGHT;
     if (!inside(pixel)) return false;
     ivec2 at = flat_to_split(pixel, field_width());
-    vec4 chroma = texelFetch(source_cocg, at, 0);
-    light = ShLight(texelFetch(source_sh, at, 0), chroma.xy);
+    vec4 luma = texelFetch(source_sh, at, 0), chroma = texelFetch(source_cocg, at, 0);
+    light = push.roots != 0u ? ShLight(signed_squares(luma), signed_squares(chroma).xy) : ShLight(luma, chroma.xy);
     return chroma.w >= 0.0 && is_light(light) && guide.normal != 0u;
 }
 

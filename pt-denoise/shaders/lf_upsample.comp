@@ -7,6 +7,7 @@ layout(set = 2, binding = 0) uniform sampler2D source_sh;
 layout(set = 2, binding = 1) uniform sampler2D source_cocg;
 layout(set = 2, binding = 2) uniform sampler2D tiles_sh;
 layout(set = 2, binding = 3) uniform sampler2D tiles_cocg;
+#include "history_code.glsl"
 #include "lf_tile.glsl"
 
 // The tiles around the pixels of a group.
@@ -59,8 +60,8 @@ void main() {
     if (weights > 1e-4) {
         scale(light, 1.0 / weights);
     } else {
-        vec4 chroma = texelFetch(source_cocg, at, 0);
-        light = ShLight(texelFetch(source_sh, at, 0), chroma.xy);
+        vec4 luma = texelFetch(source_sh, at, 0), chroma = texelFetch(source_cocg, at, 0);
+        light = push.roots != 0u ? ShLight(signed_squares(luma), signed_squares(chroma).xy) : ShLight(luma, chroma.xy);
         if (guide.normal == 0u || chroma.w < 0.0 || !is_light(light)) light = NO_LIGHT;
     }
     imageStore(im_filtered_lf_sh, at, light.luma);

@@ -1,2 +1,3 @@
 #define RAW 0
+#define HISTORY 0
 #include "recurrent_blur.glsl"

@@ -1,4 +1,5 @@
-// Included by recurrent_preblur.comp (RAW 1: the light of the lighting stages) and recurrent_blur.comp (RAW 0).
+// Included by recurrent_preblur.comp (RAW 1: from the light of the lighting stages), recurrent_blur_history.comp (HISTORY 1: to the history) and recurrent_blur.comp
+// (both 0: from the history).
 //
 // Blur of both light channels over a disk, on the flat extent: Zhdanov 2021, chapter 49.3. Eight taps on a spiral (Vogel 1979, "A Better Way to Construct the Sunflower
 // Head"), turned from pixel to pixel and from frame to frame. The radius is push.radius pixels times
@@ -9,8 +10,13 @@
 
 layout(local_size_x = 16, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { RecurrentPush push; };
+#if HISTORY
+layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D im_history_hf_target;
+layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D im_history_spec_target;
+#else
 layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D target_hf;
 layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D target_spec;
+#endif
 #include "recurrent.glsl"
 #if RAW
 #include "light_sample.glsl"
@@ -18,6 +24,7 @@ layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D target_spec;
 layout(set = 2, binding = 2) uniform sampler2D source_hf;
 layout(set = 2, binding = 3) uniform sampler2D source_spec;
 #include "history.glsl"
+#include "history_code.glsl"
 #endif
 
 const int TAPS = 8;
@@ -33,7 +40,22 @@ Lights lights_at(ivec2 at, bool surface) {
     return Lights(vec4(light.hf, hits.x), vec4(light.spec, hits.y));
 #else
     if (!surface) return NO_LIGHTS;
-    return Lights(texelFetch(source_hf, at, 0), texelFetch(source_spec, at, 0));
+    vec4 hf = texelFetch(source_hf, at, 0), spec = texelFetch(source_spec, at, 0);
+#if HISTORY
+    return Lights(hf, spec);
+#else
+    return Lights(light_of_history(hf), light_of_history(spec));
+#endif
+#endif
+}
+
+void store(ivec2 pixel, ivec2 at, vec4 hf, vec4 spec) {
+#if HISTORY
+    imageStore(im_history_hf_target, at, history_of_light(hf, pixel, DIM_HISTORIES + 5u, push.rounding));
+    imageStore(im_history_spec_target, at, history_of_light(spec, pixel, DIM_HISTORIES + 6u, push.rounding));
+#else
+    imageStore(target_hf, at, hf);
+    imageStore(target_spec, at, spec);
 #endif
 }
 
@@ -47,8 +69,7 @@ void main() {
     Guide p = load_guide(at);
     Lights own = lights_at(at, p.normal != 0u);
     if (p.normal == 0u) {
-        imageStore(target_hf, at, own.hf);
-        imageStore(target_spec, at, own.spec);
+        store(pixel, at, own.hf, own.spec);
         return;
     }
 #if RAW
@@ -87,6 +108,5 @@ void main() {
             else add(spec, tap.spec, spread * weights.y);
         }
     }
-    imageStore(target_hf, at, mean(hf, own.hf));
-    imageStore(target_spec, at, mean(spec, own.spec));
+    store(pixel, at, mean(hf, own.hf), mean(spec, own.spec));
 }

@@ -9,9 +9,11 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(push_constant, scalar) uniform Push { TemporalPush push; };
-layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D target_hf;
-layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D target_spec;
+// Histories, or what has their format.
+layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D im_history_hf_target;
+layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D im_history_spec_target;
 #include "history.glsl"
+#include "history_code.glsl"
 #if ANTILAG
 layout(set = 2, binding = 2) uniform sampler2D gradients;
 layout(set = 2, binding = 3) uniform sampler2D sums_hf;
@@ -69,11 +71,11 @@ History history_at(Taps taps) {
         uint frames = history_frames(imageLoad(im_surface_prev, from).y);
         if (frames == 0u) continue;
         float weight = taps.weight[i];
-        vec4 hf = imageLoad(im_history_hf_prev, from), spec = imageLoad(im_history_spec_prev, from);
+        vec4 hf = light_of_history(imageLoad(im_history_hf_prev, from)), spec = light_of_history(imageLoad(im_history_spec_prev, from));
         sum.hf += weight * hf.rgb;
         sum.spec += weight * spec.rgb;
         sum.hits += weight * vec2(hf.a, spec.a);
-        sum.moments += weight * imageLoad(im_moments_prev, from);
+        sum.moments += weight * moments_of_history(imageLoad(im_moments_prev, from));
         frames_sum += weight * float(frames);
         weights += weight;
     }
@@ -98,8 +100,8 @@ SpecularHistory specular_history_at(Taps taps, float hit, float distance) {
         float was = min(imageLoad(ch_color_spec_prev, from).a, FARTHEST_HIT);
         if (hit > 0.0 && !(abs(was - hit) <= HIT_TOLERANCE * (abs(distance) + min(was, hit)))) continue;
         float weight = taps.weight[i];
-        sum.light += weight * imageLoad(im_history_spec_prev, from).rgb;
-        sum.moments += weight * imageLoad(im_moments_prev, from).zw;
+        sum.light += weight * light_of_history(imageLoad(im_history_spec_prev, from)).rgb;
+        sum.moments += weight * moments_of_history(imageLoad(im_moments_prev, from)).zw;
         frames_sum += weight * float(frames);
         weights += weight;
     }
@@ -213,15 +215,14 @@ void main() {
 #endif
     }
     imageStore(im_surface, at, uvec4(word, history_word(frames), 0u, 0u));
-    imageStore(im_moments, at, history.moments);
+    imageStore(im_moments, at, history_of_moments(history.moments, pixel, push.rounding));
     bool missing = word == 0u || frames.x == 0u;
 #if SOURCE
-    imageStore(target_hf, at, vec4(history.hf, missing ? -1.0 : history.hits.x));
-    imageStore(target_spec, at, vec4(history.spec, missing ? -1.0 : history.hits.y));
+    vec2 alpha = missing ? vec2(-1.0) : history.hits;
 #else
-    // Where a history is short, variance.comp replaces it.
-    vec2 variance = missing ? vec2(-1.0) : temporal_variance(history.moments, max(frames, uvec2(1u)));
-    imageStore(target_hf, at, vec4(history.hf, variance.x));
-    imageStore(target_spec, at, vec4(history.spec, variance.y));
+    // The variance. Where a history is short, variance.comp replaces it.
+    vec2 alpha = missing ? vec2(-1.0) : temporal_variance(history.moments, max(frames, uvec2(1u)));
 #endif
+    imageStore(im_history_hf_target, at, history_of_light(vec4(history.hf, alpha.x), pixel, DIM_HISTORIES, push.rounding));
+    imageStore(im_history_spec_target, at, history_of_light(vec4(history.spec, alpha.y), pixel, DIM_HISTORIES + 1u, push.rounding));
 }

@@ -12,6 +12,7 @@ layout(push_constant, scalar) uniform Push { TemporalPush push; };
 layout(set = 2, binding = 0) uniform sampler2D sums_lf;
 #include "antilag.glsl"
 #endif
+#include "history_code.glsl"
 #include "lf_light.glsl"
 #include "light_sample.glsl"
 #include "reprojection.glsl"
@@ -62,9 +63,10 @@ void main() {
     float weights = 0.0, frames = 0.0, second = 0.0;
     for (int i = 0; i < 4; ++i) {
         if (taps.weight[i] == 0.0) continue;
-        vec4 chroma = imageLoad(im_history_lf_cocg_prev, taps.at[i]);
+        vec4 luma = luma_of_history(imageLoad(im_history_lf_sh_prev, taps.at[i]));
+        vec4 chroma = chroma_of_history(imageLoad(im_history_lf_cocg_prev, taps.at[i]), luma.w);
         if (chroma.w < 0.0) continue;
-        add(history, ShLight(imageLoad(im_history_lf_sh_prev, taps.at[i]), chroma.xy), taps.weight[i]);
+        add(history, ShLight(luma, chroma.xy), taps.weight[i]);
         frames += taps.weight[i] * chroma.z;
         second += taps.weight[i] * chroma.w;
         weights += taps.weight[i];
@@ -94,6 +96,7 @@ void main() {
         history = ShLight(mix(history.luma, light.luma, alpha), mix(history.chroma, light.chroma, alpha));
         second = mix(second, light.luma.w * light.luma.w, alpha);
     }
-    imageStore(im_history_lf_sh, at, history.luma);
-    imageStore(im_history_lf_cocg, at, vec4(history.chroma, frames, frames > 0.0 ? second : -1.0));
+    vec4 chroma = vec4(history.chroma, frames, frames > 0.0 ? second : -1.0);
+    imageStore(im_history_lf_sh, at, history_of_luma(history.luma, pixel, push.rounding));
+    imageStore(im_history_lf_cocg, at, history_of_chroma(chroma, history.luma.w, pixel, push.rounding));
 }

@@ -14,8 +14,9 @@ layout(local_size_x = 16, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { VariancePush push; };
 #if TEMPORAL
 // A pixel changes the alpha of its own texel, and reads the colour of the others.
-layout(set = 2, binding = 0, rgba32f) uniform image2D light_hf;
-layout(set = 2, binding = 1, rgba32f) uniform image2D light_spec;
+layout(set = 2, binding = 0, rgba32f) uniform image2D im_history_hf_target;
+layout(set = 2, binding = 1, rgba32f) uniform image2D im_history_spec_target;
+#include "history_code.glsl"
 #else
 layout(set = 2, binding = 0, rgba32f) uniform writeonly image2D light_hf;
 layout(set = 2, binding = 1, rgba32f) uniform writeonly image2D light_spec;
@@ -50,7 +51,8 @@ bvec2 short_channels(uint word) { return lessThan(uvec2(history_frames(word), sp
 LightSample accumulated_light(ivec2 at, bool surface) {
 #if TEMPORAL
     bool known = surface && history_frames(imageLoad(im_surface, at).y) > 0u;
-    return LightSample(imageLoad(light_hf, at).rgb, imageLoad(light_spec, at).rgb, known);
+    vec3 hf = light_of_history(imageLoad(im_history_hf_target, at)).rgb, spec = light_of_history(imageLoad(im_history_spec_target, at)).rgb;
+    return LightSample(hf, spec, known);
 #else
     return load_light(at, surface);
 #endif
@@ -120,8 +122,8 @@ void replace_variance(ivec2 corner) {
     if (tile_steep[centre] == 0.0) return;
     bvec2 replaced = short_channels(imageLoad(im_surface, at).y);
     vec2 variance = spatial_variance(centre);
-    if (replaced.x) imageStore(light_hf, at, vec4(imageLoad(light_hf, at).rgb, variance.x));
-    if (replaced.y) imageStore(light_spec, at, vec4(imageLoad(light_spec, at).rgb, variance.y));
+    if (replaced.x) imageStore(im_history_hf_target, at, vec4(imageLoad(im_history_hf_target, at).rgb, history_of_variance(variance.x)));
+    if (replaced.y) imageStore(im_history_spec_target, at, vec4(imageLoad(im_history_spec_target, at).rgb, history_of_variance(variance.y)));
 }
 
 void main() {

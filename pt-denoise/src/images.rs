@@ -4,7 +4,7 @@ pt_shaders::stage_images! { "denoise";
     SURFACE: "surface", Rg32Uint, Split, Frame, XY_UINT, "-; frames",
         "x = what surface and path were seen (0: none), y = number of frames in the history; 0 = there is none. Upper 16 bits of y: 0, or frames of specular light where it has others (65535: none).";
     MOMENTS: "moments", Rgba32F, Split, Frame, XYZW, "linear radiance, and its square",
-        "Means of luminance and squared luminance: of the diffuse channel, then of the specular one.";
+        "Means of luminance and squared luminance (with denoise.histories=half its variance): of the diffuse channel, then of the specular one.";
     HISTORY_HF: "history_hf", Rgba32F, Split, Frame, RGBA, "linear radiance / albedo",
         "Diffuse light that the next frame continues, a = variance of its luminance where there is one.";
     HISTORY_SPEC: "history_spec", Rgba32F, Split, Frame, RGBA, "linear radiance / max(0.01, F0)",
@@ -26,7 +26,7 @@ pt_shaders::stage_images! { "denoise";
     HISTORY_LF_SH: "history_lf_sh", Rgba32F, Split, Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light that the next frame continues, as color_lf_sh.";
     HISTORY_LF_COCG: "history_lf_cocg", Rgba32F, Split, Frame, XYZW, "irradiance / albedo; frames; squared luma",
-        "xy = chroma as color_lf_cocg, z = number of frames in the history, w = mean of its squared luma, -1 where there is none.";
+        "xy = chroma as color_lf_cocg, z = number of frames in the history, w = mean of its squared luma (with denoise.histories=half its variance), -1 where there is none.";
     TILES_LF_SH: "tiles_lf_sh", Rgba32F, SplitPart(3), Frame, XYZW, "irradiance / albedo",
         "Indirect diffuse light of 3 x 3 pixels of the flat frame, as color_lf_sh.";
     TILES_LF_COCG: "tiles_lf_cocg", Rg32F, SplitPart(3), Frame, XY, "irradiance / albedo", "As color_lf_cocg.";

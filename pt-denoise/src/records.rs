@@ -112,6 +112,16 @@ named_enum! {
 }
 
 named_enum! {
+    /// How the histories of the denoiser are kept from frame to frame.
+    pub enum HistoryFormat {
+        /// In 32-bit floats.
+        Full = "full",
+        /// As roots in half floats, rounded at random.
+        Half = "half",
+    }
+}
+
+named_enum! {
     /// Networks of Open Image Denoise.
     pub enum OidnQuality {
         /// The most accurate one.
@@ -142,6 +152,10 @@ gpu_struct! {
         pub transparent_background: u32,
         /// Least roughness of surfaces that reflect indirect diffuse light; above 1: none.
         pub fake_specular: f32,
+        /// 1 = the light is a history that holds roots.
+        pub roots: u32,
+        /// The same of indirect diffuse light.
+        pub roots_lf: u32,
     }
 }
 
@@ -184,6 +198,8 @@ gpu_struct! {
         pub max_length: u32,
         /// 1 = there is no history.
         pub reset: u32,
+        /// Frame and seed of the random numbers by which histories in half floats are rounded.
+        pub rounding: UVec2,
     }
 }
 
@@ -222,6 +238,10 @@ gpu_struct! {
         pub lobe: f32,
         /// 1 = the source holds roots of light.
         pub roots: u32,
+        /// 1 = the target is a history.
+        pub to_history: u32,
+        /// See `TemporalPush::rounding`.
+        pub rounding: UVec2,
     }
 }
 
@@ -240,6 +260,8 @@ gpu_struct! {
         pub limit: f32,
         /// See `LfParams::leak_guard`.
         pub guard: u32,
+        /// 1 = the source holds roots.
+        pub roots: u32,
     }
 }
 
@@ -288,5 +310,7 @@ gpu_struct! {
         pub lobe: f32,
         /// See `RecurrentParams::fix_frames`.
         pub fix_frames: u32,
+        /// See `TemporalPush::rounding`.
+        pub rounding: UVec2,
     }
 }

@@ -4,6 +4,7 @@ mod common;
 mod composite;
 mod disocclusion;
 mod gradients;
+mod histories;
 mod low_frequency;
 mod oracle;
 mod program;

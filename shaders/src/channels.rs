@@ -4,7 +4,7 @@
 //! A table generates the GLSL declarations, the images that pt-core allocates, the layers of `--aov` and of captures, and
 //! the table that `pt passes` prints.
 
-pub use crate::format::Format;
+pub use crate::format::{Format, HalfCode, HalfPart};
 
 /// Which size an image has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,12 +114,6 @@ impl ChannelId {
     /// All channels of the frame contract in table order.
     pub fn all() -> impl Iterator<Item = ChannelId> {
         (0..CHANNELS.len()).map(|index| Self::new(CHANNELS, index))
-    }
-
-    /// The format of its image in frames of this kind.
-    pub fn format(self, gbuffer_format: GbufferFormat) -> Format {
-        let compact = compact_formats(gbuffer_format).iter().find(|(id, _)| *id == self);
-        compact.map_or(self.channel().format, |(_, format)| *format)
     }
 
     /// Finds a channel of the frame contract by its name.
@@ -307,15 +301,32 @@ crate::named_enum! {
     }
 }
 
-/// Channels that have a smaller format with `gbuffer.format=compact`.
-pub const COMPACT: &[(ChannelId, Format)] =
-    &[(BASE_COLOR, Format::Rgba8Root), (METALLIC_ROUGHNESS, Format::Rg8Unorm), (MOTION, Format::Rgba16F)];
+/// Images that have another format than that of their tables in a kind of frame: a knob chooses it.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub struct OtherFormats {
+    /// The specialisation constant by which kernels know. It is a boolean, and true in such a frame.
+    pub constant: &'static str,
+    /// The images with their formats.
+    pub images: &'static [(ChannelId, Format)],
+}
 
-/// The channels whose format is not that of the table.
-pub fn compact_formats(gbuffer_format: GbufferFormat) -> &'static [(ChannelId, Format)] {
-    match gbuffer_format {
-        GbufferFormat::Full => &[],
-        GbufferFormat::Compact => COMPACT,
+/// Channels that have a smaller format with `gbuffer.format=compact`.
+pub static COMPACT: OtherFormats = OtherFormats {
+    constant: "compact_gbuffer",
+    images: &[
+        (BASE_COLOR, Format::Rgba8Root),
+        (METALLIC_ROUGHNESS, Format::Rg8Unorm),
+        (MOTION, Format::Rgba16F),
+    ],
+};
+
+impl GbufferFormat {
+    /// The formats that are not those of the table.
+    pub fn others(self) -> Option<&'static OtherFormats> {
+        match self {
+            Self::Full => None,
+            Self::Compact => Some(&COMPACT),
+        }
     }
 }
 

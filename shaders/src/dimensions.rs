@@ -76,6 +76,7 @@ dimensions! {
     DIM_GODRAYS: 536, MAX_GODRAYS_STEPS, "Step i of a march through the medium. x: which directional light; y: where in the step; z, w: point on the light's disc.";
     DIM_CAUSTICS: 600, MAX_CAUSTIC_SEGMENTS + 1, "A photon, 600: x: which directional light; y: which target; z, w: point on the light's disc; 601 + i: its surface i. x: which lobe; y: reflection or transmission; z: which colour, where they part; w: rounding.";
     DIM_CAUSTIC_PLACE: 617, 1, "x, y: where in a cell of photons a pixel looks.";
+    DIM_HISTORIES: 618, 7, "Rounding of histories in half floats, 618: diffuse light; 619: specular light; 620: moments; 621, 622: indirect diffuse light; 623, 624: diffuse and specular light that was filtered afterwards. A number for each component.";
     DIM_TEXTURE: 640, TEXTURE_DIMENSIONS, "Stochastic texture filter at a surface of instance i, from 640 + i modulo 64. x, y: texel; z: mip level; w: place along the footprint.";
     DIM_COVERAGE: 1024, 1024, "The BLEND surfaces that a ray meets: the ray of the decision with dimension i draws from 1024 + i.";
 }

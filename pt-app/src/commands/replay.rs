@@ -79,6 +79,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     let first = capture.frame(recorded.start)?;
     let mut params: FrameParams = serde_json::from_value(first.sidecar.params.clone())
         .with_context(|| format!("{}: knobs of the first frame", args.capture.display()))?;
+    let recorded_histories = params.denoise.histories;
     apply_sets(&mut params, &args.set)?;
     let place = |name: &str| FrameStage::ALL.iter().position(|stage| stage.name() == name);
     let from = place(args.from.name());
@@ -104,7 +105,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
         frame_size[1]
     );
     let aovs = aov::select(args.aov.as_ref(), full.images(), full.radiance().extent())?;
-    restore(&first, &mut full)?;
+    restore(&first, &mut full, recorded_histories == params.denoise.histories)?;
 
     let interrupt = Interrupt::listen()?;
     let mut recorder = Recorder::new(&device)?;
@@ -172,9 +173,14 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<bool> {
     Ok(true)
 }
 
-/// Restores histories and buffers before the first frame.
-fn restore(first: &RecordedFrame, full: &mut FullFrame) -> Result<()> {
-    let missing = first.load_histories(full.images_mut())?;
+/// Restores histories, if they have their format, and buffers before the first frame.
+fn restore(first: &RecordedFrame, full: &mut FullFrame, fits: bool) -> Result<()> {
+    if !fits {
+        print_warning(
+            "the histories were recorded with another denoise.histories: the first frame starts over",
+        );
+    }
+    let missing = if fits { first.load_histories(full.images_mut())? } else { Vec::new() };
     if !missing.is_empty() {
         print_warning(&format!(
             "the capture holds no history of {}, which these knobs ask for: the first frame starts over",

@@ -47,7 +47,7 @@ impl FullFrame {
         lights.prepare(device, scene, gpu, params.lights.sampler_choice())?;
         let planes = plane_count(scene, &params.gbuffer);
         let variant = params.gbuffer.variant(gpu.variant());
-        let framed = device.with_gbuffer_format(params.gbuffer.format);
+        let framed = device.with_formats(params.formats());
         let traced = Some(TracedStages::new(&framed, variant, scene, planes > 1, params)?);
         Self::assemble(device, kept, traced, planes, Stage::Denoise, output_size, accumulate, params)
     }
@@ -77,7 +77,7 @@ impl FullFrame {
         accumulate: bool,
         params: &FrameParams,
     ) -> Result<Self> {
-        let device = &device.with_gbuffer_format(params.gbuffer.format);
+        let device = &device.with_formats(params.formats());
         let alpha = params.denoise.background == Background::Transparent;
         let parts = ChainParts { accumulate, picture: true, alpha };
         let post = PostChain::new(device, parts, &params.post)?;

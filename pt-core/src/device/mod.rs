@@ -14,7 +14,7 @@ use crate::lock::lock;
 use crate::sampler::{SamplerDesc, Wrap, create_sampler, table_layout};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
-use pt_shaders::channels::GbufferFormat;
+use pt_shaders::channels::{ChannelId, Format, OtherFormats};
 use std::ffi::CStr;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -204,29 +204,31 @@ impl Device {
             next_id: AtomicU64::new(1),
             instance: ManuallyDrop::new(instance),
         });
-        let variant = Variant { gbuffer_format: GbufferFormat::Full, gpu_traversal: !inner.info.is_cpu() };
+        let variant = Variant { formats: Vec::new(), gpu_traversal: !inner.info.is_cpu() };
         Ok(Self { inner, variant })
     }
 
-    /// The same device for a frame whose channels have these formats: images and kernels that are made with it fit each other.
-    pub fn with_gbuffer_format(&self, gbuffer_format: GbufferFormat) -> Self {
-        Self { inner: self.inner.clone(), variant: Variant { gbuffer_format, ..self.variant } }
+    /// The same device for a frame whose images have these formats: images and kernels that are made with it fit each other.
+    pub fn with_formats(&self, formats: impl IntoIterator<Item = &'static OtherFormats>) -> Self {
+        let variant = Variant { formats: formats.into_iter().collect(), ..self.variant.clone() };
+        Self { inner: self.inner.clone(), variant }
     }
 
     /// The same device with trees and kernels of the compute backend as on a GPU (true, the default there) or on a CPU device (false, the default
     /// there), where leaves hold one triangle instead of two and steps visit one node instead of two. Results have the same bits; the times differ. The kernels
     /// that read a tree must be made with the same.
     pub fn with_gpu_traversal(&self, gpu_traversal: bool) -> Self {
-        Self { inner: self.inner.clone(), variant: Variant { gpu_traversal, ..self.variant } }
+        Self { inner: self.inner.clone(), variant: Variant { gpu_traversal, ..self.variant.clone() } }
     }
 
-    pub(crate) fn variant(&self) -> Variant {
-        self.variant
+    pub(crate) fn variant(&self) -> &Variant {
+        &self.variant
     }
 
-    /// Formats of the channels that [`Device::with_gbuffer_format`] has set; else those of the table.
-    pub fn gbuffer_format(&self) -> GbufferFormat {
-        self.variant.gbuffer_format
+    /// The format of an image: what [`Device::with_formats`] says, else that of the table.
+    pub fn format(&self, image: ChannelId) -> Format {
+        let others = self.variant.formats.iter().flat_map(|others| others.images);
+        others.copied().find(|(id, _)| *id == image).map_or(image.channel().format, |(_, format)| format)
     }
 
     /// Properties and capabilities of the device.

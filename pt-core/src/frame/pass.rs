@@ -472,7 +472,7 @@ fn spirv_format(format: pt_shaders::channels::Format) -> spirq::ty::ImageFormat 
         F::R32F => I::R32f,
         F::Rg32F => I::Rg32f,
         F::Rgba32F => I::Rgba32f,
-        F::Rgba16F => I::Rgba16f,
+        F::Rgba16F | F::Half(_) => I::Rgba16f,
         F::Rg16Unorm => I::Rg16,
         F::Rgba16Unorm => I::Rgba16,
         F::Rg8Unorm => I::Rg8,

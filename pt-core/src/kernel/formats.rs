@@ -1,8 +1,8 @@
-//! Formats of the channels in a kernel. GLSL declares the formats of the table; with `gbuffer.format=compact` some channels have smaller ones,
-//! which are put into the SPIR-V here. Opcodes and formats: SPIR-V specification, section 3.
+//! Formats of the images in a kernel. GLSL declares the formats of the tables; where a knob gives some images others (`OtherFormats`),
+//! these are put into the SPIR-V here. Opcodes and formats: SPIR-V specification, section 3.
 
 use super::access::{self, OP_FUNCTION_CALL, OP_LOAD, OP_NAME, OP_VARIABLE, encode, instructions};
-use pt_shaders::channels::{Format, GbufferFormat, compact_formats};
+use pt_shaders::channels::{Format, OtherFormats};
 use std::collections::{HashMap, HashSet};
 
 const OP_CAPABILITY: u32 = 17;
@@ -16,7 +16,7 @@ const FORMAT: usize = 7;
 const fn spirv_number(format: Format) -> u32 {
     match format {
         Format::Rgba32F => 1,
-        Format::Rgba16F => 2,
+        Format::Rgba16F | Format::Half(_) => 2,
         Format::R32F => 3,
         Format::Rgba8Unorm | Format::Rgba8Root => 4,
         Format::Rg32F => 6,
@@ -30,23 +30,24 @@ const fn spirv_number(format: Format) -> u32 {
     }
 }
 
-/// The module with the formats that its channels have in frames of this kind.
+/// Ends of the names of a storage image: this frame's, last frame's, and a target that stands for it in the kernel's own descriptor set.
+const ENDS: [&str; 3] = ["", "_prev", "_target"];
+
+/// The module with the formats that its images have where some have others than their tables say.
 ///
 /// # Errors
-/// A channel with another format that is passed to a function: what the function does with it would have to be changed too.
-pub(super) fn with_formats(words: Vec<u32>, formats: GbufferFormat) -> Result<Vec<u32>, String> {
-    let compact = compact_formats(formats);
-    let wanted = |name: &str| {
-        let channel = name.strip_prefix("ch_")?;
-        let channel = channel.strip_suffix("_prev").unwrap_or(channel);
-        compact.iter().find(|(id, _)| id.channel().name == channel).map(|(_, format)| spirv_number(*format))
-    };
+/// An image with another format that is passed to a function: what the function does with it would have to be changed too.
+pub(super) fn with_formats(words: Vec<u32>, others: &[&OtherFormats]) -> Result<Vec<u32>, String> {
+    let mut wanted = HashMap::new();
+    for (id, format) in others.iter().flat_map(|others| others.images) {
+        wanted.extend(ENDS.map(|end| (id.glsl_name() + end, spirv_number(*format))));
+    }
     let mut formats = HashMap::new();
     for (op, w) in instructions(&words) {
         if let (OP_NAME, [id, text @ ..]) = (op, w)
-            && let Some(format) = wanted(&access::literal_string(text))
+            && let Some(format) = wanted.get(&access::literal_string(text))
         {
-            formats.insert(*id, format);
+            formats.insert(*id, *format);
         }
     }
     if formats.is_empty() { Ok(words) } else { Rewrite::new(&words, formats).rewrite(&words) }
@@ -101,7 +102,9 @@ impl Rewrite {
                 (OP_FUNCTION_CALL, [_, _, _, arguments @ ..])
                     if arguments.iter().any(|id| images.contains_key(id)) =>
                 {
-                    return Err("a channel that gbuffer.format makes compact is passed to a function".into());
+                    return Err(
+                        "an image that has not the format of its table is passed to a function".into()
+                    );
                 }
                 _ => self.out.extend(encode(op, w)),
             }

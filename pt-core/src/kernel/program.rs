@@ -8,12 +8,11 @@ use super::specialize;
 use crate::device::Device;
 use crate::error::{Error, Result, VkContext};
 use ash::vk;
-use pt_shaders::channels::GbufferFormat;
 
-/// The words of a module, with the formats that channels have on this device.
+/// The words of a module, with the formats that images have on this device.
 pub(super) fn words_for(device: &Device, kernel: &str, spirv: &[u8]) -> Result<Vec<u32>> {
     let problem = |problem| Error::Kernel { kernel: kernel.into(), problem };
-    formats::with_formats(reflection::words(spirv), device.gbuffer_format()).map_err(problem)
+    formats::with_formats(reflection::words(spirv), &device.variant().formats).map_err(problem)
 }
 
 /// A SPIR-V module that lives until its pipeline is made.
@@ -30,11 +29,11 @@ impl Module {
         declared: &Declarations,
         given: &[(&str, Constant)],
     ) -> Result<Self> {
-        let compact = device.gbuffer_format() == GbufferFormat::Compact;
-        let gpu = device.variant().gpu_traversal;
+        let variant = device.variant();
+        let formats = variant.formats.iter().map(|others| (others.constant, true.into()));
         // What is given takes the place of what the device says.
-        let from_device = [("compact_gbuffer", compact.into()), ("gpu_traversal", gpu.into())];
-        let given = [&from_device, given].concat();
+        let from_device = formats.chain([("gpu_traversal", variant.gpu_traversal.into())]);
+        let given: Vec<_> = from_device.chain(given.iter().copied()).collect();
         let words = specialize::specialize(words, &constants::values(declared, &given));
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V from our own compiler; destroyed by Drop.

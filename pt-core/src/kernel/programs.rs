@@ -8,7 +8,7 @@ use super::reflection::Reflection;
 use crate::error::{Result, VkContext};
 use crate::lock::lock;
 use ash::vk;
-use pt_shaders::channels::GbufferFormat;
+use pt_shaders::channels::OtherFormats;
 use pt_shaders::{GpuStruct, ShaderCode};
 use std::any::TypeId;
 use std::collections::HashMap;
@@ -116,10 +116,10 @@ impl Program {
 }
 
 /// What a clone of a device says of the kernels and trees that it makes.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Variant {
-    /// Formats of the channels.
-    pub(crate) gbuffer_format: GbufferFormat,
+    /// Formats of images that are not those of their tables.
+    pub(crate) formats: Vec<&'static OtherFormats>,
     /// Whether those of the compute backend are as on a GPU.
     pub(crate) gpu_traversal: bool,
 }
@@ -147,14 +147,14 @@ impl Programs {
         &self,
         raw: &ash::Device,
         code: &ShaderCode,
-        variant: Variant,
+        variant: &Variant,
         constants: &[(&str, Constant)],
         make: impl FnOnce() -> Result<Program>,
     ) -> Result<Arc<Program>> {
         let key = Key {
             code: (code.spirv.as_ptr(), code.spirv.len()),
             push: TypeId::of::<P>(),
-            variant,
+            variant: variant.clone(),
             constants: constants.iter().map(|(name, value)| ((*name).to_owned(), value.bits())).collect(),
         };
         if let Some(program) = lock(&self.0).get(&key) {

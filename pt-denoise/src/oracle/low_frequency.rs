@@ -91,7 +91,7 @@ pub fn accumulate_lf(
             });
             let mut weight = 0.0;
             if !repeated {
-                now.length = (now.length + 1).min(crate::passes::MAX_LENGTH);
+                now.length = (now.length + 1).min(crate::histories::MAX_LENGTH);
                 weight = (1.0 / f64::from(now.length)).max(f64::from(params.alpha_lf));
             }
             weight += (1.0 - weight) * f64::from(lag);

@@ -55,7 +55,7 @@ pub fn accumulate(
             }
             let again = [repeated && now.length > 0, repeated && now.spec_length > 0];
             for (length, again) in [(&mut now.length, again[0]), (&mut now.spec_length, again[1])] {
-                *length = if again { *length } else { (*length + 1).min(crate::passes::MAX_LENGTH) };
+                *length = if again { *length } else { (*length + 1).min(crate::histories::MAX_LENGTH) };
             }
             let lengths = [now.length, now.spec_length];
             let weight = |channel: usize, least: f32, lag: f32| {

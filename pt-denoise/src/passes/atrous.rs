@@ -1,6 +1,8 @@
 //! The edge-avoiding a-trous filter.
 
 use super::declared;
+use super::push::rounding;
+use crate::histories::holds_roots;
 use crate::images::{GUIDE, LEVELS_HF, LEVELS_SPEC, LEVELS2_HF, LEVELS2_SPEC};
 use crate::kernels;
 use crate::records::{AtrousKernel, AtrousPush, Schedule};
@@ -96,13 +98,13 @@ impl Atrous {
             spec: images.current(spec),
             lf: None,
         });
-        let (mut source, mut from_roots) = (source, false);
+        let mut source = source;
         for level in 0..params.iterations {
             let step = 1 << level;
-            let (target, to_roots) = match targets.first {
-                Some(first) if level == 0 => (first, false),
+            let (target, to_history) = match targets.first {
+                Some(first) if level == 0 => (first, true),
                 _ if level + 1 == params.iterations => (targets.last, false),
-                _ => (between[level as usize % 2], true),
+                _ => (between[level as usize % 2], false),
             };
             let push = AtrousPush {
                 size: size.into(),
@@ -112,7 +114,9 @@ impl Atrous {
                 luminance_hf: params.luminance_hf,
                 luminance_spec: params.luminance_spec,
                 lobe: params.lobe,
-                roots: from_roots.into(),
+                roots: holds_roots(source.hf).into(),
+                to_history: to_history.into(),
+                rounding: rounding(inputs),
             };
             let threads = match self.schedule {
                 // Whole groups for each of the lattices that a level consists of.
@@ -121,7 +125,7 @@ impl Atrous {
                 }
                 Schedule::Dilated => size,
             };
-            let kernel = if to_roots { &self.roots } else { &self.kernel };
+            let kernel = if holds_roots(target.hf) { &self.roots } else { &self.kernel };
             inputs
                 .pass(frame, &format!("denoise a-trous {level}"), kernel, &Self::LEVEL)
                 .sample("source_hf", source.hf)
@@ -130,7 +134,7 @@ impl Atrous {
                 .write("target_spec", target.spec)
                 .push(&push)
                 .dispatch([threads[0], threads[1], 1])?;
-            (source, from_roots) = (target, to_roots);
+            source = target;
         }
         Ok(source)
     }

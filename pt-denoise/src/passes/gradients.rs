@@ -121,7 +121,7 @@ impl Gradients {
         // A thread for each pixel, so that the four pixels of the history are sought side by side.
         inputs
             .pass(frame, "denoise gradients", &self.compare, &Self::comparison(self.indirect))
-            .push(&push(params, inputs.images))
+            .push(&push(params, inputs))
             .dispatch(inputs.flat_threads())?;
         let images = |[pixels, hf, spec, lf]: [ChannelId; 4]| Changes {
             pixels: inputs.images.current(pixels),

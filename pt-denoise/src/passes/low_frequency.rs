@@ -3,6 +3,7 @@
 use super::declared;
 use super::push::push;
 use crate::DenoiseParams;
+use crate::histories::holds_roots;
 use crate::images::{
     FILTERED_LF_COCG, FILTERED_LF_SH, HISTORY_LF_COCG, HISTORY_LF_SH, TILES_GUIDE, TILES_LF_COCG,
     TILES_LF_SH, TILES2_LF_COCG, TILES2_LF_SH,
@@ -76,7 +77,7 @@ impl LfTemporal {
         if let Some(sums) = sums {
             pass = pass.sample("sums_lf", sums);
         }
-        pass.push(&push(params, images)).dispatch(inputs.flat_threads())?;
+        pass.push(&push(params, inputs)).dispatch(inputs.flat_threads())?;
         Ok(light(images, HISTORY_LF_SH, HISTORY_LF_COCG))
     }
 }
@@ -140,6 +141,7 @@ impl LfSpatial {
             normal: params.normal,
             limit: params.deflicker.unwrap_or(f32::INFINITY),
             guard: guard.into(),
+            roots: holds_roots(source.sh).into(),
         };
         let tiles = [size[0].div_ceil(TILE_SIDE), size[1].div_ceil(TILE_SIDE), 1];
         let mut now = light(images, TILES_LF_SH, TILES_LF_COCG);

@@ -56,7 +56,6 @@ pub use gradients::AntilagParams;
 pub(crate) use gradients::{Changes, Gradients};
 pub use low_frequency::LfParams;
 pub(crate) use low_frequency::{LfSpatial, LfTemporal};
-pub(crate) use push::MAX_LENGTH;
 pub use recurrent::RecurrentParams;
 pub(crate) use recurrent::{Blur, RecurrentBlur};
 pub use temporal::TemporalParams;

@@ -2,10 +2,13 @@
 
 use crate::DenoiseParams;
 use crate::records::TemporalPush;
-use pt_core::ChannelImages;
+use pt_core::StageInputs;
+use pt_core::frame::Uniforms;
+use pt_shaders::glam::UVec2;
 
 /// Push constants of all passes that read the last frame.
-pub(super) fn push(params: &DenoiseParams, images: &ChannelImages) -> TemporalPush {
+pub(super) fn push(params: &DenoiseParams, inputs: &StageInputs<'_>) -> TemporalPush {
+    let images = inputs.images;
     let DenoiseParams { temporal, antilag, .. } = params;
     TemporalPush {
         size: images.size().into(),
@@ -24,10 +27,14 @@ pub(super) fn push(params: &DenoiseParams, images: &ChannelImages) -> TemporalPu
         gate_noise: antilag.gate_noise,
         specular: temporal.specular.code(),
         parallax: temporal.parallax.unwrap_or(0.0),
-        max_length: MAX_LENGTH,
+        max_length: params.histories.max_length(),
         reset: (!images.has_history()).into(),
+        rounding: rounding(inputs),
     }
 }
 
-/// Greatest length of a history, frames. Larger than the inverse of any sensible least weight; fp32 holds it exactly.
-pub(crate) const MAX_LENGTH: u32 = 4096;
+/// Frame and seed of the random numbers by which histories are rounded.
+pub(super) fn rounding(inputs: &StageInputs<'_>) -> UVec2 {
+    let record = inputs.uniforms.and_then(Uniforms::record);
+    record.map_or(UVec2::ZERO, |record| UVec2::new(record.frame_index, record.seed))
+}

@@ -1,6 +1,7 @@
 //! Blurs whose output is the history of the next frame.
 
 use super::declared;
+use super::push::rounding;
 use crate::DenoiseParams;
 use crate::images::SURFACE;
 use crate::kernels;
@@ -43,6 +44,7 @@ pub(crate) struct RecurrentBlur {
     before: Kernel,
     fix: Kernel,
     blur: Kernel,
+    after: Kernel,
 }
 
 impl RecurrentBlur {
@@ -59,7 +61,8 @@ impl RecurrentBlur {
         Ok(Self {
             before: kernel(&kernels::RECURRENT_PREBLUR, Self::BEFORE)?,
             fix: kernel(&kernels::HISTORY_FIX, Self::IO)?,
-            blur: kernel(&kernels::RECURRENT_BLUR, Self::IO)?,
+            blur: kernel(&kernels::RECURRENT_BLUR_HISTORY, Self::IO)?,
+            after: kernel(&kernels::RECURRENT_BLUR, Self::IO)?,
         })
     }
 
@@ -78,7 +81,7 @@ impl RecurrentBlur {
             Blur::Before => (&self.before, &Self::BEFORE, "denoise pre-blur", recurrent.pre_radius),
             Blur::Fix => (&self.fix, &Self::IO, "denoise history fix", recurrent.fix_radius),
             Blur::History => (&self.blur, &Self::IO, "denoise blur", recurrent.radius),
-            Blur::After => (&self.blur, &Self::IO, "denoise post-blur", recurrent.post_radius),
+            Blur::After => (&self.after, &Self::IO, "denoise post-blur", recurrent.post_radius),
         };
         let push = RecurrentPush {
             size: inputs.images.size().into(),
@@ -87,14 +90,16 @@ impl RecurrentBlur {
             normal: params.atrous.normal,
             lobe: params.atrous.lobe,
             fix_frames: recurrent.fix_frames,
+            rounding: rounding(inputs),
         };
         let mut pass = inputs.pass(frame, name, kernel, io);
         if let Some(source) = source {
             pass = pass.sample("source_hf", source.hf).sample("source_spec", source.spec);
         }
-        pass.write("target_hf", target.hf)
-            .write("target_spec", target.spec)
-            .push(&push)
-            .dispatch(inputs.flat_threads())
+        let [hf, spec] = match blur {
+            Blur::History => ["im_history_hf_target", "im_history_spec_target"],
+            _ => ["target_hf", "target_spec"],
+        };
+        pass.write(hf, target.hf).write(spec, target.spec).push(&push).dispatch(inputs.flat_threads())
     }
 }

@@ -118,7 +118,7 @@ impl Temporal {
         Ok(Self { kernel: declared::<TemporalPush>(device, code, &io, constants)?, io })
     }
 
-    /// Adds its pass to the frame. The alpha of `target` is the variance of the luminance that follows from the moments, or the hit distance of filtered light. `changes`: of a
+    /// Adds its pass to the frame. `target` has the format of the history; its alpha is the variance of the luminance that follows from the moments, or the hit distance of filtered light. `changes`: of a
     /// kernel that follows changes of the light; `source`: of one that takes filtered light.
     pub(crate) fn record(
         &self,
@@ -131,8 +131,8 @@ impl Temporal {
     ) -> Result<()> {
         let mut pass = inputs
             .pass(frame, "denoise temporal", &self.kernel, &self.io)
-            .write("target_hf", target.hf)
-            .write("target_spec", target.spec);
+            .write("im_history_hf_target", target.hf)
+            .write("im_history_spec_target", target.spec);
         if let Some(source) = source {
             pass = pass.sample("source_hf", source.hf).sample("source_spec", source.spec);
         }
@@ -142,7 +142,7 @@ impl Temporal {
                 .sample("sums_hf", changes.sums_hf)
                 .sample("sums_spec", changes.sums_spec);
         }
-        let mut push = push(params, inputs.images);
+        let mut push = push(params, inputs);
         // Pixels without the brightest of the last frame are too dark in the history: a difference says nothing.
         if params.antilag.pixel == GradientPixel::Brightest {
             push.gate_noise = f32::MAX;

@@ -42,7 +42,7 @@ impl Variance {
         Ok(Self { guide, kernel: declared::<VariancePush>(device, code, &io, &[])?, io })
     }
 
-    /// Adds its passes to the frame. `light`: what it changes, of accumulated light, or what it writes.
+    /// Adds its passes to the frame. `light`: what it changes, of accumulated light, in the format of the history; or what it writes.
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -62,7 +62,7 @@ impl Variance {
         let [width, height, _] = inputs.flat_threads();
         let (pass, height) = match self.io.reads.contains(&SURFACE) {
             true => (
-                pass.update("light_hf", light.hf).update("light_spec", light.spec),
+                pass.update("im_history_hf_target", light.hf).update("im_history_spec_target", light.spec),
                 height.div_ceil(VARIANCE_BLOCKS),
             ),
             false => (pass.write("light_hf", light.hf).write("light_spec", light.spec), height),

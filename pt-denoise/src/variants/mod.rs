@@ -7,7 +7,9 @@ mod recurrent;
 mod svgf;
 
 use crate::DenoiseParams;
-use crate::images::{HISTORY_HF, HISTORY_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC};
+use crate::images::{
+    HISTORY_HF, HISTORY_SPEC, LEVELS2_HF, LEVELS2_SPEC, PING_HF, PING_SPEC, PONG_HF, PONG_SPEC,
+};
 use crate::passes::{Changes, Gradients};
 use crate::records::Denoiser;
 use low_frequency::LowFrequency;
@@ -135,6 +137,10 @@ const fn writing(stage: &'static str, writes: &'static [ChannelId]) -> StageIo {
 
 fn history(images: &ChannelImages) -> SplitLight<'_> {
     SplitLight { hf: images.current(HISTORY_HF), spec: images.current(HISTORY_SPEC), lf: None }
+}
+
+fn levels(images: &ChannelImages) -> SplitLight<'_> {
+    SplitLight { hf: images.current(LEVELS2_HF), spec: images.current(LEVELS2_SPEC), lf: None }
 }
 
 fn ping(images: &ChannelImages) -> SplitLight<'_> {

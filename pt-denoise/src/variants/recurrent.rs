@@ -42,8 +42,8 @@ impl Variant for Recurrent {
         let images = inputs.images;
         let (history, ping, pong) = (history(images), ping(images), pong(images));
         self.blur.record(frame, inputs, Blur::Before, None, ping, params)?;
-        self.temporal.record(frame, inputs, Some(ping), pong, None, params)?;
-        self.blur.record(frame, inputs, Blur::Fix, Some(pong), ping, params)?;
+        self.temporal.record(frame, inputs, Some(ping), history, None, params)?;
+        self.blur.record(frame, inputs, Blur::Fix, Some(history), ping, params)?;
         self.blur.record(frame, inputs, Blur::History, Some(ping), history, params)?;
         self.blur.record(frame, inputs, Blur::After, Some(history), pong, params)?;
         Ok(pong)

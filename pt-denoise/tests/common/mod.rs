@@ -8,10 +8,10 @@ use pt_core::frame::Uniforms;
 use pt_core::pack::pack_unit_vector;
 use pt_core::split::{to_flat, to_split};
 use pt_core::test_support::TestDevice;
-use pt_core::{ChannelImages, FrameSizes, Image, Recorder, StageInputs};
+use pt_core::{ChannelImages, Device, FrameSizes, Image, Recorder, StageInputs};
 use pt_denoise::images::{MOMENTS, SURFACE};
 use pt_denoise::oracle::{Accumulated, GradientSample, Guided, Light, strata};
-use pt_denoise::{DenoiseChain, DenoiseParams, Denoiser};
+use pt_denoise::{DenoiseChain, DenoiseParams, Denoiser, HistoryFormat};
 use pt_shaders::channels::{
     BOUNCE_THROUGHPUT, COLOR_HF, COLOR_LF_COCG, COLOR_LF_SH, COLOR_SPEC, ChannelId, GRADIENT_SAMPLE,
     METALLIC_ROUGHNESS, MOTION, NORMAL, SHADING_POSITION, VERTEX_NORMAL, VIEW_DEPTH, VIEW_DIRECTION,
@@ -21,7 +21,9 @@ use pt_shaders::records::{CameraRecord, FLAG_PRIMARY, FrameRecord};
 
 /// The denoiser with its images.
 pub struct Bench {
-    pub device: TestDevice,
+    device: TestDevice,
+    /// The same with the formats of the histories.
+    formats: Device,
     pub images: ChannelImages,
     pub chain: DenoiseChain,
     pub params: DenoiseParams,
@@ -53,14 +55,16 @@ impl Bench {
 
     fn with(size: [u32; 2], params: DenoiseParams, indirect: bool) -> Self {
         let device = TestDevice::open();
-        let chain = DenoiseChain::new(&device, &params, indirect).unwrap();
-        let images = ChannelImages::alone(&device, FrameSizes::same(size), chain.io()).unwrap();
+        let formats = device.with_formats(params.histories.others());
+        let chain = DenoiseChain::new(&formats, &params, indirect).unwrap();
+        let images = ChannelImages::alone(&formats, FrameSizes::same(size), chain.io()).unwrap();
         let lf = vec![[0.0; 6]; count(size)];
         let frame = FrameRecord::new(camera_at(Vec3::ZERO), camera_at(Vec3::ZERO), size, 0, 0);
         let uniforms = Uniforms::new(&device, "frame_uniforms").unwrap();
         let (samples, filtered_lf, hits, positions) = Default::default();
         Self {
             device,
+            formats,
             images,
             chain,
             params,
@@ -89,6 +93,7 @@ impl Bench {
         self.uniforms.upload(&mut frame, &self.frame).unwrap();
         let output = self.chain.record(&mut frame, &inputs, &self.params).unwrap();
         frame.submit().unwrap();
+        self.frame.frame_index += 1;
         let [hf, spec] = [output.hf, output.spec].map(|image| self.flat(image));
         self.filtered_lf = output.lf.map_or(Vec::new(), |lf| self.coefficients(lf.sh, lf.cocg));
         let rgb = |c: &[f32; 4]| [c[0], c[1], c[2]];
@@ -234,7 +239,14 @@ impl Bench {
     }
 
     pub fn moments(&self) -> Vec<[f64; 4]> {
-        self.flat(self.images.current(MOMENTS)).into_iter().map(|m| m.map(f64::from)).collect()
+        let stored = self.flat(self.images.current(MOMENTS)).into_iter().map(|m| m.map(f64::from));
+        match self.params.histories {
+            HistoryFormat::Full => stored.collect(),
+            // Variances.
+            HistoryFormat::Half => {
+                stored.map(|m| [m[0], m[1] + m[0] * m[0], m[2], m[3] + m[2] * m[2]]).collect()
+            }
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use pt_core::harness::{ReplayArgs, read_capture, replay};
 use pt_core::{Frame, StageInputs, StageIo, console};
-use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser, SpecularMotion};
+use pt_denoise::{Composite, DenoiseChain, DenoiseParams, Denoiser, HistoryFormat, SpecularMotion};
 use pt_shaders::NamedEnum;
 use pt_shaders::channels::COLOR_LF_SH;
 use std::io::Write;
@@ -81,8 +81,9 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     Ok(())
 }
 
-/// A frame that is repeated has the same camera each time: mirror images move as their surfaces do.
+/// A frame that is repeated has the same camera each time: mirror images move as their surfaces do. It has no number by which histories could be rounded.
 fn of_one_frame(mut params: DenoiseParams) -> DenoiseParams {
     (params.temporal.specular, params.temporal.parallax) = (SpecularMotion::Surface, None);
+    params.histories = HistoryFormat::Full;
     params
 }

@@ -32,7 +32,7 @@ pub fn run(args: &Args, params: DenoiseParams, out: &mut impl Write) -> Result<(
     if variants.contains(&Denoiser::Oidn) {
         Oidn::new()?;
     }
-    let device = args.replay.stage.open_device()?;
+    let device = args.replay.stage.open_device()?.with_formats(params.histories.others());
     let mut rows = Vec::new();
     writeln!(
         out,

@@ -88,7 +88,7 @@ fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let view = scene.default_camera();
     let camera = params.with_lens(camera_record(&view, size));
 
-    let device = args.stage.open_device()?.with_gbuffer_format(params.format);
+    let device = args.stage.open_device()?.with_formats(params.format.others());
     let mut gpu = GpuScene::new(&device, &scene, args.backend)?;
     let variant = params.variant(gpu.variant());
     let primary = PrimaryRays::new(&device, variant)?;

@@ -1,0 +1,3 @@
+#define RAW 0
+#define HISTORY 1
+#include "recurrent_blur.glsl"
