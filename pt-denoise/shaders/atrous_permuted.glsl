@@ -72,8 +72,9 @@ void smooth_variances(float sigma) {
     }
 }
 
-// One channel. `light`: what the thread has loaded; `geometric`: weights of the taps; `sigma`: tolerance in standard deviations.
-vec4 filtered(vec4 light[SLOTS], float geometric[TAPS], float sigma) {
+// One channel, encoded. `light`: what the thread has loaded; `geometric`: weights of the taps; `sigma`: tolerance in standard deviations; `dimension`: of the history, if the
+// target is one.
+vec4 filtered(vec4 light[SLOTS], float geometric[TAPS], float sigma, ivec2 pixel, uint dimension) {
     // The tile has served.
     barrier();
     [[unroll]] for (int n = 0; n < SLOTS; ++n) {
@@ -92,7 +93,7 @@ vec4 filtered(vec4 light[SLOTS], float geometric[TAPS], float sigma) {
         int x = i % SIDE - RADIUS, y = i / SIDE - RADIUS;
         if (x != 0 || y != 0) add(sum, p, tile[centre + y * TILE.x + x], tile_scalars[outer + y * OUTER.x + x], geometric[i]);
     }
-    return finish(sum, p, tile_scalars[outer]);
+    return encode_light(finish(sum, p, tile_scalars[outer]), pixel, dimension);
 }
 
 void main() {
@@ -126,8 +127,9 @@ void main() {
     [[unroll]] for (int n = 0; n < SLOTS; ++n) {
         spec[n] = surfaces[n] ? decode_light(texelFetch(source_spec, place_of(slot_pixel(n)), 0)) : NO_LIGHT;
     }
-    vec4 filtered_hf = filtered(hf, geometric_hf, push.luminance_hf), filtered_spec = filtered(spec, geometric_spec, push.luminance_spec);
+    vec4 filtered_hf = filtered(hf, geometric_hf, push.luminance_hf, pixel, DIM_HISTORIES + 5u);
+    vec4 filtered_spec = filtered(spec, geometric_spec, push.luminance_spec, pixel, DIM_HISTORIES + 6u);
     if (!inside(pixel)) return;
-    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_hf, pixel, DIM_HISTORIES + 5u));
-    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : encode_light(filtered_spec, pixel, DIM_HISTORIES + 6u));
+    imageStore(target_hf, at, p.steep == 0.0 ? NO_LIGHT : filtered_hf);
+    imageStore(target_spec, at, p.steep == 0.0 ? NO_LIGHT : filtered_spec);
 }
